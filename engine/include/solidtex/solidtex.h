@@ -1,0 +1,126 @@
+/* solidtex: solid textures learned from one photograph, evaluated anywhere in 3D space.
+ *
+ * This is the whole interface of libsolidtex (C99). Open a model, ask for points or for a box of
+ * voxels, close it. solidtex.hpp wraps it for C++.
+ *
+ * Space. Coordinates are texels: one texel is one exemplar pixel. Voxel (i,j,k) covers
+ * [i,i+1) x [j,j+1) x [k,k+1), its centre is (i+0.5, j+0.5, k+0.5). Coordinates may be negative and
+ * far away; they are meant for |c| <= 2^30.
+ *
+ * Determinism. A value depends on the file, the seed and the position only: the same bits come from
+ * any box, batch, order, thread count and instruction set.
+ *
+ * Threads. A texture is immutable: any number of threads may query it at once. Queries run on the
+ * calling thread's oneTBB arena. Errors are kept per thread.
+ */
+#ifndef SOLIDTEX_H
+#define SOLIDTEX_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define SOLIDTEX_API __declspec(dllexport)
+#else
+#define SOLIDTEX_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum solidtex_status {
+  SOLIDTEX_OK = 0,
+  SOLIDTEX_INVALID_ARGUMENT = 1, /* a null pointer, a size or a coordinate out of range */
+  SOLIDTEX_IO_ERROR = 2,         /* the file cannot be found or read */
+  SOLIDTEX_INVALID_MODEL = 3,    /* the file was read but is no valid model */
+  SOLIDTEX_OUT_OF_MEMORY = 4,
+  SOLIDTEX_INTERNAL_ERROR = 5
+} solidtex_status;
+
+/* An open model. Opaque. */
+typedef struct solidtex_texture solidtex_texture;
+
+/* Options of solidtex_open. Call solidtex_options_init first, then change what you need. */
+typedef struct solidtex_options {
+  size_t struct_size;         /* sizeof(solidtex_options), set by init: keeps the ABI extensible */
+  uint64_t seed;              /* which of the endless variants of the material (default 0) */
+  uint64_t cache_limit_bytes; /* bound on the brick cache (default 256 MiB) */
+} solidtex_options;
+
+/* Kind of model. */
+typedef enum solidtex_family {
+  SOLIDTEX_FAMILY_FIELD = 0,  /* lattice family: evaluated in blocks; points are interpolated */
+  SOLIDTEX_FAMILY_SAMPLER = 1 /* point family: evaluated exactly at every point */
+} solidtex_family;
+
+/* Library version as "major.minor.patch". Never fails. */
+SOLIDTEX_API const char *solidtex_version(void);
+
+/* Message of the first error on this thread since the last solidtex_clear_error, "" if none. The
+ * pointer stays valid until this thread's next call into the library. */
+SOLIDTEX_API const char *solidtex_error_message(void);
+SOLIDTEX_API solidtex_status solidtex_error_status(void);
+SOLIDTEX_API void solidtex_clear_error(void);
+
+/* Fills the options with their defaults. */
+SOLIDTEX_API void solidtex_options_init(solidtex_options *options);
+
+/* Opens a model. `model` is a path to a .solidtex file or the bare name of a shipped one
+ * ("granite-grey"), looked up in SOLIDTEX_MODEL_PATH (colon-separated folders), then in
+ * share/solidtex/models of the installation. `options` may be NULL. On failure *texture is NULL. */
+SOLIDTEX_API solidtex_status solidtex_open(const char *model, const solidtex_options *options,
+                                           solidtex_texture **texture);
+
+/* Opens a model that is already in memory (the bytes of a .solidtex file); they are copied. */
+SOLIDTEX_API solidtex_status solidtex_open_memory(const void *bytes, size_t byte_size,
+                                                  const solidtex_options *options,
+                                                  solidtex_texture **texture);
+
+/* Closes a texture; NULL is allowed. No query on it may be running. */
+SOLIDTEX_API void solidtex_close(solidtex_texture *texture);
+
+/* Facts about a texture. The strings live as long as it does; NULL or 0 on bad arguments. */
+SOLIDTEX_API solidtex_family solidtex_get_family(const solidtex_texture *texture);
+SOLIDTEX_API size_t solidtex_channel_count(const solidtex_texture *texture);
+SOLIDTEX_API const char *solidtex_channel_name(const solidtex_texture *texture, size_t channel);
+SOLIDTEX_API const char *solidtex_color_space(const solidtex_texture *texture); /* srgb|linear|data */
+SOLIDTEX_API const char *solidtex_name(const solidtex_texture *texture);
+SOLIDTEX_API uint64_t solidtex_get_seed(const solidtex_texture *texture);
+/* The model's whole metadata document (docs/file-format.md) as JSON text. */
+SOLIDTEX_API const char *solidtex_metadata_json(const solidtex_texture *texture);
+/* Number of float parameters stored in the file. */
+SOLIDTEX_API uint64_t solidtex_parameter_count(const solidtex_texture *texture);
+/* Path the model was opened from, "" for one opened from memory. */
+SOLIDTEX_API const char *solidtex_path(const solidtex_texture *texture);
+
+/* Evaluates `count` points. Point p is origin + (points[3p], points[3p+1], points[3p+2]), added in
+ * double precision; `origin` (3 doubles) may be NULL for zero. Writes count x channels floats, in
+ * the file's own colour space, not clamped. The field family is reconstructed trilinearly between
+ * voxel centres, through the brick cache. */
+SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture *texture,
+                                                  const double *origin, const float *points,
+                                                  size_t count, float *values);
+
+/* Evaluates the voxels [origin, origin + size) at their centres: size[0] x size[1] x size[2] x
+ * channels floats, index order [x][y][z][channel], the channel fastest. Large boxes are evaluated in
+ * parallel blocks. */
+SOLIDTEX_API solidtex_status solidtex_eval_box(const solidtex_texture *texture,
+                                               const int64_t origin[3], const int64_t size[3],
+                                               float *values);
+
+/* What the brick cache has done so far (zeros for the sampler family). */
+typedef struct solidtex_cache_stats {
+  size_t struct_size;       /* set to sizeof(solidtex_cache_stats) before the call */
+  uint64_t hit_count;       /* bricks found */
+  uint64_t miss_count;      /* bricks computed */
+  uint64_t resident_bytes;  /* now held */
+  uint64_t peak_bytes;      /* most ever held */
+} solidtex_cache_stats;
+SOLIDTEX_API solidtex_status solidtex_get_cache_stats(const solidtex_texture *texture,
+                                                      solidtex_cache_stats *stats);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

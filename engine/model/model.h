@@ -1,0 +1,92 @@
+// A model file, read and validated: docs/file-format.md in C++ types. Plain values, no behaviour.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace solidtex::engine {
+
+struct Tensor {
+  std::vector<std::int64_t> shape;
+  std::vector<float> values;  // row-major, finite
+};
+
+enum class Distribution { uniform, normal };
+
+enum class NoiseScheme { solidtex_1, solidtexturenets };
+
+// Operations of the lattice family; each struct holds exactly what its op needs.
+struct NoiseOp {
+  Distribution distribution = Distribution::uniform;
+};
+struct Conv3dOp {
+  int kernel = 1;  // odd; weight [out, in, k, k, k]
+  Tensor weight, bias;
+};
+struct ConvTranspose3dOp {
+  int kernel = 2, padding = 0;  // stride 2; weight [in, out, k, k, k]
+  Tensor weight, bias;
+};
+struct UpsampleOp {};
+struct ConcatOp {};
+struct AffineOp {
+  Tensor scale, shift;
+};
+struct LeakyReluOp {
+  float slope = 0;
+};
+struct TanhOp {};
+struct SigmoidOp {};
+
+using Op = std::variant<NoiseOp, Conv3dOp, ConvTranspose3dOp, UpsampleOp, ConcatOp, AffineOp,
+                        LeakyReluOp, TanhOp, SigmoidOp>;
+
+struct Node {
+  std::string name;
+  Op op;
+  std::vector<int> inputs;  // indices of earlier nodes
+  int level = 0;            // voxel pitch is 2^level texels
+  int channels = 0;
+};
+
+// Lattice family. Nodes are in topological order and the output is the last node.
+struct FieldModel {
+  std::vector<Node> nodes;
+};
+
+// Point family: GramGAN's sampler S.
+struct SamplerModel {
+  int octaves = 0, width = 0;
+  float slope = 0;
+  Tensor transforms;  // [n, 3, 3]
+  Tensor constant;    // [m]
+  struct HiddenLayer {
+    Tensor weight, bias;  // [m, m], [m]
+    Tensor noise;         // [m, n/(L-1)]; empty for the last hidden layer
+  };
+  std::vector<HiddenLayer> hidden;
+  Tensor output_weight, output_bias;  // [c, m], [c]
+};
+
+struct Model {
+  std::string name;
+  std::vector<std::string> channels;
+  std::string color_space;
+  NoiseScheme noise_scheme = NoiseScheme::solidtex_1;
+  std::variant<FieldModel, SamplerModel> architecture;
+  std::string metadata_json;  // the document as stored
+  std::uint64_t parameter_count = 0;
+};
+
+// Reads and validates a file; throws Error naming the file, the field, what was found and expected.
+Model read_model(const std::filesystem::path& path);
+
+// The same for bytes in memory; `label` stands for the file name in messages.
+Model parse_model(std::span<const std::byte> bytes, const std::string& label);
+
+}  // namespace solidtex::engine

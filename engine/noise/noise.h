@@ -1,0 +1,36 @@
+// Spatially seeded noise: a pure function of (seed, level, channel, x, y, z). See docs/noise.md.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/model/model.h"
+
+namespace solidtex::engine {
+
+// One channel of one level under one seed; cheap to make and to copy.
+class NoiseStream {
+ public:
+  NoiseStream(NoiseScheme scheme, std::uint64_t seed, std::uint32_t level, std::uint32_t channel);
+
+  // Scalar definition. Coordinates are taken modulo 2^32.
+  float uniform(std::int32_t x, std::int32_t y, std::int32_t z) const;
+  float normal(std::int32_t x, std::int32_t y, std::int32_t z) const;
+
+  // values[i] = value at (x, y, z + i): one lattice row along z, vectorised, the same bits.
+  void row(Distribution distribution, std::int32_t x, std::int32_t y, std::int32_t z, int count,
+           float* values) const;
+
+  // values[i] = trilinear interpolation of normal lattice noise, cell corner (x[i], y[i], z[i]),
+  // fractions f in [0, 1]: the octave lookup of the point family.
+  void trilinear_normal(const std::int32_t* x, const std::int32_t* y, const std::int32_t* z,
+                        const float* fx, const float* fy, const float* fz, int count,
+                        float* values) const;
+
+ private:
+  NoiseScheme scheme_;
+  std::uint64_t seed_;
+  std::uint32_t level_, channel_;
+  std::uint32_t key_[4];
+};
+
+}  // namespace solidtex::engine
