@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Installs what the tests need (Debian packages, a Python environment in .venv), builds, and runs
+# every test through ctest, the Python ones included. Safe to run again.
+# Arguments are passed on to ctest:  ./test.sh -R field
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+source setup/common.sh
+say "1/4  Debian packages"
+install_debian_packages setup/debian-build.txt setup/debian-test.txt
+say "2/4  Python environment in .venv"
+prepare_venv
+say "3/4  building solidtex into build/"
+build_solidtex
+say "4/4  running all tests"
+ctest --test-dir build --output-on-failure "$@"
+
+say "All tests passed."
+say "Next: train on a photograph of yours:  .venv/bin/solidtex-train photo.png --minutes 10 -o results/mine"
