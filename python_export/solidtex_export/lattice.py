@@ -1,0 +1,139 @@
+"""The lattice family's generator: Gutierrez et al. 2020, "On demand solid texture synthesis using
+deep 3D networks", sections 4.1 to 4.3.
+
+State-dict keys are those of the authors' public implementation, so that its checkpoints load here;
+two buffers are added, `color_mean` and `color_basis` (colour = color_mean + color_basis @ y).
+Two things differ from the paper, neither changes what an evaluated model computes: regions are
+propagated on absolute coordinates instead of compensating shifts (section 4.3), and the batch
+normalisation of an upsampling is applied before the replication, which is eight times cheaper.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+BLOCK_MARGIN = 2  # two 3^3 convolutions without padding
+
+
+@dataclass(frozen=True)
+class Box:
+    """A region of one level in absolute integer coordinates: `lo` inclusive, `hi` exclusive."""
+
+    lo: tuple[int, ...]
+    hi: tuple[int, ...]
+
+    @property
+    def size(self) -> tuple[int, ...]:
+        return tuple(h - l for l, h in zip(self.lo, self.hi, strict=True))
+
+    def grown(self, margin: int) -> Box:
+        return Box(tuple(l - margin for l in self.lo), tuple(h + margin for h in self.hi))
+
+    def coarser(self) -> Box:
+        """The smallest region of the next level whose upsampling covers this one."""
+        return Box(tuple(l // 2 for l in self.lo), tuple((h - 1) // 2 + 1 for h in self.hi))
+
+
+class ConvBlock(nn.Module):
+    """Section 4.1: convolutions 3^3, 3^3, 1^3, each with batch normalisation and leaky ReLU."""
+
+    def __init__(self, in_channels: int, out_channels: int, slope: float) -> None:
+        super().__init__()
+        self.conv1 = nn.Conv3d(in_channels, out_channels, 3)
+        self.bn1 = nn.BatchNorm3d(out_channels)
+        self.conv2 = nn.Conv3d(out_channels, out_channels, 3)
+        self.bn2 = nn.BatchNorm3d(out_channels)
+        self.conv3 = nn.Conv3d(out_channels, out_channels, 1)
+        self.bn3 = nn.BatchNorm3d(out_channels)
+        self.act = nn.LeakyReLU(slope)
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = self.act(self.bn1(self.conv1(x)))
+        x = self.act(self.bn2(self.conv2(x)))
+        return self.act(self.bn3(self.conv3(x)))
+
+
+class Upsampling(nn.Module):
+    """Nearest-neighbour upsampling of the region `source`, cropped to the finer region `target`."""
+
+    def __init__(self, channels: int) -> None:
+        super().__init__()
+        self.bn = nn.BatchNorm3d(channels)
+
+    def forward(self, x: Tensor, source: Box, target: Box) -> Tensor:
+        x = self.bn(x)
+        for axis in range(3):
+            x = x.repeat_interleave(2, dim=axis + 2)
+            start = target.lo[axis] - 2 * source.lo[axis]
+            x = x.narrow(axis + 2, start, target.size[axis])
+        return x
+
+
+class LatticeGenerator(nn.Module):
+    """G(Z | theta) of section 4, evaluated for any box; stage 1 is the coarsest level."""
+
+    def __init__(
+        self,
+        levels: int = 6,
+        noise_channels: int = 3,
+        step_channels: int = 4,
+        out_channels: int = 3,
+        slope: float = 0.01,
+    ) -> None:
+        super().__init__()
+        self.levels = levels
+        self.noise_channels = noise_channels
+        for stage in range(1, levels + 1):
+            width = stage * step_channels
+            self.add_module(f"cb{stage}_1", ConvBlock(noise_channels, step_channels, slope))
+            if stage > 1:
+                self.add_module(f"cb{stage}_2", ConvBlock(width, width, slope))
+            if stage < levels:
+                self.add_module(f"up{stage}", Upsampling(width))
+        self.last_conv = nn.Conv3d(levels * step_channels, out_channels, 1)
+        self.register_buffer("color_mean", torch.zeros(out_channels))
+        self.register_buffer("color_basis", torch.eye(out_channels))
+
+    def feature_boxes(self, box: Box) -> list[Box]:
+        """Per level, finest first, the region of the features that are passed on to finer levels."""
+        boxes = [box]
+        for _ in range(1, self.levels):
+            boxes.append(boxes[-1].grown(BLOCK_MARGIN).coarser())
+        return boxes
+
+    def noise_boxes(self, box: Box) -> list[Box]:
+        """Per level, finest first, the region of noise that `box` depends on (section 4.2)."""
+        boxes = self.feature_boxes(box)
+        fine = [b.grown(2 * BLOCK_MARGIN) for b in boxes[:-1]]
+        return [*fine, boxes[-1].grown(BLOCK_MARGIN)]
+
+    def forward(self, noise: Sequence[Tensor], box: Box) -> Tensor:
+        """The whitened colours y [batch, channel, x, y, z] of `box`; noise[k] fills noise_boxes[k]."""
+        boxes = self.feature_boxes(box)
+        y = self.get_submodule("cb1_1")(noise[-1])
+        for stage in range(2, self.levels + 1):
+            level = self.levels - stage
+            joint = boxes[level].grown(BLOCK_MARGIN)
+            coarse = self.get_submodule(f"up{stage - 1}")(y, boxes[level + 1], joint)
+            fine = self.get_submodule(f"cb{stage}_1")(noise[level])
+            y = self.get_submodule(f"cb{stage}_2")(torch.cat([coarse, fine], dim=1))
+        return self.last_conv(y)
+
+    def colors(self, y: Tensor) -> Tensor:
+        """Colours of whitened values y [batch, channel, ...]."""
+        shape = (1, -1, *[1] * (y.ndim - 2))
+        mixed = torch.einsum("ij,bj...->bi...", self.color_basis, y)
+        return mixed + self.color_mean.view(shape)
+
+    def draw_noise(self, box: Box, batch: int = 1) -> list[Tensor]:
+        """Fresh uniform [0, 1) noise for `box`, on the generator's device."""
+        like = self.color_mean
+        shape = (batch, self.noise_channels)
+        return [
+            torch.rand((*shape, *b.size), device=like.device, dtype=like.dtype)
+            for b in self.noise_boxes(box)
+        ]

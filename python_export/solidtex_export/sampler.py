@@ -1,0 +1,173 @@
+"""The point family's generator: Portenier et al. 2020, "GramGAN: Deep 3D texture synthesis from 2D
+exemplars", section 3.1, equations 1 and 2.
+
+Differs from the paper in how it starts: T_i is a rotation times a scale from a ladder, coarse to
+fine (the paper draws N(0, 1) * 2^i, which takes far longer to become a texture), and the lattice
+noise is hashed instead of a repeating 64^3 tile. Weights are stored at unit variance and multiplied
+by 1/sqrt(fan-in) when used ("equalized" learning rates, as in the paper).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+Lattice = Callable[[Tensor], Tensor]
+"""Lattice coordinates [octave, point, 3] (integral, any dtype) -> their standard normal values."""
+
+
+class HashedLattice:
+    """Standard normal noise at integer lattice points, not periodic: a hash into a table.
+
+    Statistically what the engine evaluates; a new object is a new realisation.
+    """
+
+    SIZE = 1 << 20
+    FACTORS = (73856093, 19349663, 83492791)
+    _table: dict[torch.device, Tensor] = {}
+
+    def __init__(self, octaves: int, device: torch.device) -> None:
+        if device not in self._table:
+            self._table[device] = torch.randn(self.SIZE, device=device)
+        self.table = self._table[device]
+        self.salt = torch.randint(1 << 30, (octaves, 1), device=device)
+
+    def __call__(self, cells: Tensor) -> Tensor:
+        cells = cells.long()
+        key = self.salt + 0
+        for axis, factor in enumerate(self.FACTORS):
+            key = key ^ (cells[..., axis] * factor)
+            key = key * 0x2545F491 + self.salt
+            key = key ^ (key >> 17)
+        return self.table[key & (self.SIZE - 1)]
+
+
+def trilinear(lattice: Lattice, positions: Tensor) -> Tensor:
+    """eta_i(c) [octave, point]: noise at continuous positions [octave, point, 3]."""
+    cell = positions.detach().floor()
+    t = positions - cell
+    corners = torch.stack(
+        [
+            lattice(cell + torch.tensor([x, y, z], device=cell.device, dtype=cell.dtype))
+            for x in (0, 1)
+            for y in (0, 1)
+            for z in (0, 1)
+        ]
+    )
+    for axis in (2, 1, 0):
+        corners = torch.lerp(corners[0::2], corners[1::2], t[..., axis])
+    return corners[0]
+
+
+class HiddenLayer(nn.Module):
+    """y = phi(W x + A eta + b), equation 2; `octaves` = 0 for the last hidden layer."""
+
+    def __init__(self, width: int, octaves: int, slope: float) -> None:
+        super().__init__()
+        self.gain = math.sqrt(2 / (1 + slope**2))
+        self.slope = slope
+        self.weight = nn.Parameter(torch.randn(width, width))
+        self.bias = nn.Parameter(torch.zeros(width))
+        self.noise = nn.Parameter(torch.randn(width, octaves)) if octaves else None
+
+    def effective(self, dtype: torch.dtype | None = None) -> dict[str, Tensor]:
+        """The tensors that the model file stores, learning-rate equalisation multiplied in."""
+        tensors = {"weight": _equalized(self.weight, self.gain, dtype), "bias": self.bias.to(dtype or self.bias.dtype)}
+        if self.noise is not None:
+            tensors["noise"] = _equalized(self.noise, self.gain, dtype)
+        return tensors
+
+    def forward(self, x: Tensor, eta: Tensor | None) -> Tensor:
+        tensors = self.effective()
+        y = F.linear(x, tensors["weight"], tensors["bias"])
+        if eta is not None:
+            y = y + F.linear(eta, tensors["noise"])
+        return F.leaky_relu(y, self.slope)
+
+
+class OctaveSampler(nn.Module):
+    """S of equation 1: octave noise at c -> colour at c."""
+
+    def __init__(
+        self,
+        octaves: int = 16,
+        hidden_layers: int = 5,
+        width: int = 128,
+        slope: float = 0.2,
+        out_channels: int = 3,
+        coarsest: float = 64.0,
+        finest: float = 1.25,
+    ) -> None:
+        """`coarsest` and `finest`: the lattice spacings, in texels, that the octaves start with."""
+        super().__init__()
+        if hidden_layers < 2 or octaves % (hidden_layers - 1):
+            raise ValueError(
+                f"octaves: found {octaves}, expected a multiple of hidden_layers - 1"
+                f" = {hidden_layers - 1}"
+            )
+        self.bin_size = octaves // (hidden_layers - 1)
+        self.linear = nn.Parameter(_rotations(octaves))
+        self.constant = nn.Parameter(torch.randn(width))
+        self.hidden = nn.ModuleList(
+            HiddenLayer(width, self.bin_size if l < hidden_layers - 1 else 0, slope)
+            for l in range(hidden_layers)
+        )
+        self.output_weight = nn.Parameter(torch.randn(out_channels, width))
+        self.output_bias = nn.Parameter(torch.zeros(out_channels))
+        ladder = torch.logspace(math.log10(1 / coarsest), math.log10(1 / finest), octaves)
+        self.register_buffer("scales", ladder.view(-1, 1, 1).expand(-1, 3, 3).clone())
+        self.register_buffer("color_mean", torch.zeros(out_channels))
+        self.register_buffer("color_basis", torch.eye(out_channels))
+
+    @property
+    def transforms(self) -> Tensor:
+        """T_i [octave, 3, 3]; scales are kept apart so that one learning rate suits all octaves."""
+        return self.linear * self.scales
+
+    def forward(self, points: Tensor, lattice: Lattice) -> Tensor:
+        """The whitened colours y [point, channel] at points [point, 3]."""
+        with torch.autocast(points.device.type, enabled=False):  # positions need all their bits
+            positions = torch.einsum("nij,pj->npi", self.transforms, points)
+            eta = trilinear(lattice, positions).T
+        x = self.constant[None]
+        for l, layer in enumerate(self.hidden):
+            octaves = eta[:, l * self.bin_size : (l + 1) * self.bin_size]
+            x = layer(x, octaves if layer.noise is not None else None)
+        return F.linear(x, _equalized(self.output_weight), self.output_bias)
+
+    def colors(self, y: Tensor) -> Tensor:
+        """Colours of whitened values y [batch, channel, ...]."""
+        shape = (1, -1, *[1] * (y.ndim - 2))
+        mixed = torch.einsum("ij,bj...->bi...", self.color_basis, y)
+        return mixed + self.color_mean.view(shape)
+
+    @torch.no_grad()
+    def effective_tensors(self) -> dict[str, Tensor]:
+        """Exactly the tensors of the file format, in float64; the colour affine is in `output`."""
+        f64 = torch.float64
+        basis = self.color_basis.to(f64)
+        tensors = {
+            "transforms": self.linear.to(f64) * self.scales.to(f64),
+            "constant": self.constant.to(f64),
+            "output.weight": basis @ _equalized(self.output_weight, dtype=f64),
+            "output.bias": basis @ self.output_bias.to(f64) + self.color_mean.to(f64),
+        }
+        for l, layer in enumerate(self.hidden):
+            for name, tensor in layer.effective(f64).items():
+                tensors[f"hidden.{l}.{name}"] = tensor
+        return tensors
+
+
+def _equalized(weight: Tensor, gain: float = 1.0, dtype: torch.dtype | None = None) -> Tensor:
+    return weight.to(dtype or weight.dtype) * (gain / math.sqrt(weight.shape[1]))
+
+
+def _rotations(count: int) -> Tensor:
+    """`count` uniformly random rotations [count, 3, 3]."""
+    q, r = torch.linalg.qr(torch.randn(count, 3, 3))
+    q = q * torch.sign(torch.diagonal(r, dim1=1, dim2=2))[:, None, :]
+    return q * torch.linalg.det(q)[:, None, None]
