@@ -127,8 +127,7 @@ def _read_upsample(context: Context) -> Node:
     (index,) = _inputs(context, 1, 1)
     source = context.nodes[index]
     level = _finer_level(context, source)
-    # Nearest upsampling reaches what a transposed convolution with kernel 2 reaches.
-    return Node(fields.string("name"), "upsample", [index], level, source.channels, {}, 2)
+    return Node(fields.string("name"), "upsample", [index], level, source.channels, {})
 
 
 def _finer_level(context: Context, source: Node) -> int:
@@ -211,40 +210,42 @@ def _check_output(field: Fields, nodes: list[Node], channel_count: int) -> None:
 
 
 def _check_cost(field: Fields, nodes: list[Node]) -> None:
-    """One voxel must stay computable: bounds the regions it needs and the work on them."""
-    values = work = 0
-    for node, (low, high) in zip(nodes, voxel_regions(nodes), strict=True):
-        count = node.channels * (high - low + 1) ** 3
-        fan_in = nodes[node.inputs[0]].channels if node.tensors else 1
-        values += count
-        work += count * fan_in * node.kernel**3
-    if values > MAX_VOXEL_VALUES or work > MAX_VOXEL_WORK:
-        found = f"{values} values and {work} operations for one voxel"
-        expected = f"at most {MAX_VOXEL_VALUES} and {MAX_VOXEL_WORK}"
-        raise fail(field.label, f"{field.where}.nodes", found, expected)
+    """One voxel must stay computable: bounds the regions it needs and the work on them.
 
-
-def voxel_regions(nodes: list[Node]) -> list[tuple[int, int]]:
-    """The interval of each node that one output voxel can need, along each axis.
-
-    Relative to the voxel of the node's level that contains the output voxel.
+    Chained kernels grow the region by a few voxels each; thousands of them, each legal, would ask
+    for more memory than there is. Regions are intervals along each axis for the worst position of
+    the voxel, relative to the voxel of the node's level that contains it.
     """
-    regions: list[tuple[int, int] | None] = [None] * len(nodes)
-    regions[-1] = (0, 0)
+    regions: dict[int, tuple[int, int]] = {len(nodes) - 1: (0, 0)}
+    values = work = 0
     for index in reversed(range(len(nodes))):
-        region = regions[index]
-        assert region is not None  # every node is used by a later one
-        for source in nodes[index].inputs:
-            low, high = _needed(nodes[index], *region)
-            known = regions[source]
-            regions[source] = (min(low, known[0]), max(high, known[1])) if known else (low, high)
-    return [region for region in regions if region is not None]
+        node = nodes[index]
+        low, high = regions[index]  # every node is used by a later one
+        voxels = (high - low + 1) ** 3
+        fan_in = nodes[node.inputs[0]].channels if "conv" in node.op else 1
+        values += voxels * node.channels
+        work += voxels * node.channels * fan_in * node.kernel**3
+        if values > MAX_VOXEL_VALUES or work > MAX_VOXEL_WORK:
+            where = f"{field.where}.nodes[{index}] ({show(node.name)})"
+            found = f"{values} values and {work} operations for one voxel"
+            expected = f"at most {MAX_VOXEL_VALUES} and {MAX_VOXEL_WORK}"
+            raise fail(field.label, where, found, expected)
+        for source in node.inputs:
+            need_low, need_high = _needed(node, low, high)
+            known_low, known_high = regions.get(source, (need_low, need_high))
+            regions[source] = (min(need_low, known_low), max(need_high, known_high))
 
 
 def _needed(node: Node, low: int, high: int) -> tuple[int, int]:
     if node.op == "conv3d":
         return low - node.kernel // 2, high + node.kernel // 2
-    if node.op in ("conv_transpose3d", "upsample"):
-        # i = (o + padding - t) / 2 for taps t; o is even or odd inside its coarse voxel.
-        return (low + node.padding - node.kernel + 2) // 2, (high + 1 + node.padding) // 2
+    if node.op == "conv_transpose3d":
+        return _needed_by_transpose(low, high, node.kernel, node.padding)
+    if node.op == "upsample":
+        return _needed_by_transpose(low, high, 2, 0)
     return low, high
+
+
+def _needed_by_transpose(low: int, high: int, kernel: int, padding: int) -> tuple[int, int]:
+    """o is even or odd inside its coarse voxel; i = (o + padding - t) / 2 for taps t."""
+    return (low + padding - kernel + 2) // 2, (high + 1 + padding) // 2

@@ -1,0 +1,63 @@
+// Checked access to the JSON of a model file: every getter throws an Error that names the file,
+// the field, what was found and what was expected.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/model/error.h"
+
+namespace solidtex::engine {
+
+inline constexpr std::int64_t max_name_bytes = 256;
+
+// "label: where: found ..., expected ..."
+Error invalid(const std::string& label, const std::string& where, const std::string& found,
+              const std::string& expected);
+
+// JSON text of a value, short enough for a message.
+std::string show(const nlohmann::json& value);
+std::string show_shape(const std::vector<std::int64_t>& shape);
+
+// The value as an integer, if it is one and fits.
+std::optional<std::int64_t> as_integer(const nlohmann::json& value);
+
+// Strict JSON that begins with "{": no duplicate keys, bounded depth.
+nlohmann::json parse_json(const std::string& label, const std::string& what, std::string_view text);
+
+// Names are printed, and passed through C strings: no control characters.
+void check_name(const std::string& label, const std::string& where, const nlohmann::json& value);
+
+// One JSON object; `where` is its path inside the document, "" for the document itself. It refers
+// to the value, which must outlive it.
+class Fields {
+ public:
+  Fields(std::string label, std::string where, const nlohmann::json& value);
+
+  const std::string& label() const { return label_; }
+  const std::string& where() const { return where_; }
+  std::string path(const std::string& key) const;
+  Error wrong(const std::string& key, const std::string& expected) const;
+  void allow_only(std::initializer_list<const char*> keys) const;
+  bool contains(const std::string& key) const { return values_.contains(key); }
+
+  const nlohmann::json& value(const std::string& key) const;
+  std::int64_t integer(const std::string& key, std::int64_t low, std::int64_t high) const;
+  double number(const std::string& key, double low, double high) const;
+  std::string string(const std::string& key) const;
+  std::string name(const std::string& key) const;
+  std::string choice(const std::string& key, const std::vector<std::string>& choices) const;
+  const nlohmann::json& array(const std::string& key, std::size_t low, std::size_t high) const;
+  Fields child(const std::string& key) const;
+
+ private:
+  std::string label_, where_;
+  const nlohmann::json& values_;
+};
+
+}  // namespace solidtex::engine

@@ -1,0 +1,126 @@
+#include "engine/model/container.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "engine/model/checks.h"
+
+namespace solidtex::engine {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t max_rank = 5;
+constexpr std::int64_t max_elements = max_data_bytes / sizeof(float);
+
+struct Extent {
+  std::size_t begin = 0, end = 0;
+  std::string name;
+};
+
+std::uint64_t header_size(std::span<const std::byte> bytes, const std::string& label) {
+  if (bytes.size() < 8)
+    throw invalid(label, "header length", "a file of " + std::to_string(bytes.size()) + " bytes",
+                  "at least 8 bytes");
+  std::uint64_t size = 0;
+  for (int i = 7; i >= 0; --i) size = (size << 8) | std::to_integer<std::uint64_t>(bytes[i]);
+  const std::uint64_t limit = std::min<std::uint64_t>(bytes.size() - 8, max_header_bytes);
+  if (size > limit)
+    throw invalid(label, "header length", std::to_string(size) + " bytes",
+                  "at most " + std::to_string(limit) + " bytes (file size, and a limit of " +
+                      std::to_string(max_header_bytes) + ")");
+  return size;
+}
+
+std::vector<std::int64_t> read_shape(const Fields& entry) {
+  std::vector<std::int64_t> shape;
+  std::int64_t elements = 1;
+  for (const json& value : entry.array("shape", 1, max_rank)) {
+    const std::int64_t size = as_integer(value).value_or(0);
+    if (size < 1) throw entry.wrong("shape", "positive integers");
+    if (size > max_elements / elements)  // before the product can overflow
+      throw entry.wrong("shape",
+                        "a tensor of at most " + std::to_string(max_data_bytes) + " bytes");
+    shape.push_back(size);
+    elements *= size;
+  }
+  return shape;
+}
+
+Extent read_extent(const Fields& entry, const std::string& name, std::size_t data_bytes) {
+  const json& offsets = entry.array("data_offsets", 2, 2);
+  const std::int64_t limit = static_cast<std::int64_t>(data_bytes);
+  const std::int64_t begin = as_integer(offsets[0]).value_or(-1);
+  const std::int64_t end = as_integer(offsets[1]).value_or(-1);
+  if (begin < 0 || begin > limit || end < 0 || end > limit)
+    throw entry.wrong("data_offsets", "two integers from 0 to " + std::to_string(limit));
+  return {static_cast<std::size_t>(begin), static_cast<std::size_t>(end), name};
+}
+
+void check_size(const Fields& entry, const Extent& extent, const std::vector<std::int64_t>& shape) {
+  std::size_t expected = sizeof(float);
+  for (const std::int64_t size : shape) expected *= static_cast<std::size_t>(size);
+  if (extent.end < extent.begin || extent.end - extent.begin != expected)
+    throw entry.wrong("data_offsets",
+                      std::to_string(expected) + " bytes for shape " + show_shape(shape));
+}
+
+void check_contiguous(std::vector<Extent> extents, std::size_t data_bytes,
+                      const std::string& label) {
+  std::ranges::sort(extents, {}, &Extent::begin);
+  std::size_t position = 0;
+  for (const Extent& extent : extents) {
+    if (extent.begin != position)
+      throw invalid(label, "tensor " + show(extent.name),
+                    (extent.begin > position ? "a hole before byte " : "an overlap at byte ") +
+                        std::to_string(extent.begin) + " of the tensor data",
+                    "to begin at byte " + std::to_string(position));
+    position = extent.end;
+  }
+  if (position != data_bytes)
+    throw invalid(label, "tensor data",
+                  std::to_string(data_bytes - position) + " bytes after the last tensor", "none");
+}
+
+std::map<std::string, std::string> read_metadata(const json& value, const std::string& label) {
+  const auto is_string = [](const json& entry) { return entry.is_string(); };
+  if (!value.is_object() || !std::ranges::all_of(value, is_string))
+    throw invalid(label, "__metadata__", show(value), "an object of strings");
+  return value.get<std::map<std::string, std::string>>();
+}
+
+}  // namespace
+
+Container parse_container(std::span<const std::byte> bytes, const std::string& label) {
+  const std::uint64_t header_bytes = header_size(bytes, label);
+  const auto data = bytes.subspan(8 + header_bytes);
+  if (data.size() > max_data_bytes)
+    throw invalid(label, "tensor data", std::to_string(data.size()) + " bytes",
+                  "at most " + std::to_string(max_data_bytes));
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, header_bytes);
+  const json header = parse_json(label, "header", text);
+
+  Container result;
+  std::vector<Extent> extents;
+  for (const auto& [name, value] : header.items()) {
+    if (name == "__metadata__") {
+      result.metadata = read_metadata(value, label);
+      continue;
+    }
+    const std::string where = "tensor " + show(name);
+    check_name(label, where, name);
+    const Fields entry(label, where, value);
+    entry.allow_only({"dtype", "shape", "data_offsets"});
+    entry.choice("dtype", {"F32"});
+    auto shape = read_shape(entry);
+    const Extent extent = read_extent(entry, name, data.size());
+    check_size(entry, extent, shape);
+    extents.push_back(extent);
+    result.tensors[name] = {std::move(shape),
+                            data.subspan(extent.begin, extent.end - extent.begin)};
+  }
+  check_contiguous(std::move(extents), data.size(), label);
+  return result;
+}
+
+}  // namespace solidtex::engine
