@@ -1,0 +1,44 @@
+#include "tools/common/atomic_file.h"
+
+#include <unistd.h>
+
+#include <stdexcept>
+#include <string>
+
+namespace solidtex::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+// "out/slices/" names the folder "out/slices".
+fs::path without_trailing_slash(const fs::path& path) {
+  return path.has_filename() ? path : path.parent_path();
+}
+
+fs::path temporary_sibling(const fs::path& target) {
+  const std::string name = "." + target.stem().string() + "." + std::to_string(getpid()) + ".tmp";
+  return target.parent_path() / (name + target.extension().string());
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(fs::path target)
+    : target_(without_trailing_slash(target)), temporary_(temporary_sibling(target_)) {
+  const fs::path folder = target_.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder))
+    throw std::runtime_error(target_.string() + ": cannot write: there is no folder " +
+                             folder.string());
+  fs::remove_all(temporary_);
+}
+
+AtomicFile::~AtomicFile() {
+  std::error_code ignored;
+  fs::remove_all(temporary_, ignored);
+}
+
+void AtomicFile::commit() {
+  if (fs::is_directory(target_)) fs::remove_all(target_);
+  fs::rename(temporary_, target_);
+}
+
+}  // namespace solidtex::tools

@@ -1,0 +1,34 @@
+// The frame of a command-line tool: options, error messages, exit codes, a clean Ctrl-C.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace solidtex::tools {
+
+inline constexpr int exit_success = 0;
+inline constexpr int exit_failure = 1;
+inline constexpr int exit_usage = 2;
+inline constexpr int exit_interrupted = 130;
+
+// Thrown where the work stops after Ctrl-C; run_tool turns it into exit_interrupted.
+class Interrupted : public std::runtime_error {
+ public:
+  Interrupted() : std::runtime_error("interrupted, nothing was written") {}
+};
+
+// From then on SIGINT and SIGTERM only raise a flag; a second one ends the program at once.
+void install_interrupt_handler();
+bool interrupted();
+void throw_if_interrupted();
+
+// Throws when `path` exists, unless `force`.
+void refuse_overwrite(const std::filesystem::path& path, bool force);
+
+// Adds --version, parses, runs `work`. Returns the exit code; what went wrong is on stderr.
+int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work);
+
+}  // namespace solidtex::tools
