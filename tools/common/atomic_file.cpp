@@ -37,8 +37,10 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::commit() {
-  if (fs::is_directory(target_)) fs::remove_all(target_);
-  fs::rename(temporary_, target_);
+  std::error_code problem;
+  fs::rename(temporary_, target_, problem);
+  if (problem)
+    throw std::runtime_error(target_.string() + ": cannot be replaced: " + problem.message());
 }
 
 }  // namespace solidtex::tools

@@ -17,7 +17,7 @@ class AtomicFile {
   const std::filesystem::path& target() const { return target_; }
   const std::filesystem::path& temporary_path() const { return temporary_; }
 
-  // Replaces the target. A folder that is in the way is removed first.
+  // Replaces the target. A folder that holds something is never replaced: that is an error.
   void commit();
 
  private:
