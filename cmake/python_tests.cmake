@@ -1,0 +1,22 @@
+# Adds one ctest case per test_*.py file of the current folder, run by the interpreter of the
+# virtual environment; says so and adds none where there is no such interpreter.
+set(SOLIDTEX_PYTHON ${PROJECT_SOURCE_DIR}/.venv/bin/python
+    CACHE FILEPATH "Python with torch, for the Python tests")
+
+function(solidtex_add_python_tests)
+  cmake_path(GET CMAKE_CURRENT_SOURCE_DIR FILENAME folder)
+  if(NOT EXISTS ${SOLIDTEX_PYTHON})
+    message(STATUS "No Python tests in tests/${folder}: ${SOLIDTEX_PYTHON} does not exist "
+                   "(test.sh makes it)")
+    return()
+  endif()
+  file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/test_*.py)
+  foreach(file IN LISTS files)
+    cmake_path(GET file STEM name)
+    add_test(NAME ${folder}.${name}
+             COMMAND ${SOLIDTEX_PYTHON} -B -m pytest -q -s
+                     -c ${PROJECT_SOURCE_DIR}/python_export/pyproject.toml ${file})
+    set_tests_properties(${folder}.${name} PROPERTIES ENVIRONMENT
+      "SOLIDTEX_BUILD=${PROJECT_BINARY_DIR};PYTHONPATH=${PROJECT_SOURCE_DIR}/python_export")
+  endforeach()
+endfunction()
