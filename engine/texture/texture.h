@@ -5,30 +5,28 @@
 #include <cstdint>
 #include <memory>
 
-#include "engine/field/box.h"
 #include "engine/model/model.h"
+#include "engine/texture/brick_cache.h"
 
 namespace solidtex::engine {
 
-class Field;
-class Sampler;
-class BrickCache;
-
-struct CacheStats {
-  std::uint64_t hit_count = 0, miss_count = 0, resident_bytes = 0, peak_bytes = 0;
-};
-
+// Immutable but for the cache; queries may run on any number of threads. They check their arguments
+// and throw Error before writing anything.
 class Texture {
  public:
   Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes);
   ~Texture();
 
+  // The model's facts. Its tensors have moved into the evaluator.
   const Model& model() const;
   std::uint64_t seed() const;
 
+  // Point p is origin + points[3p .. 3p+2]; values are count x channels.
   void eval_points(const double origin[3], const float* points, std::size_t count,
                    float* values) const;
-  void eval_box(const Box& box, float* values) const;
+  // Voxels [origin, origin + size); values in [x][y][z][channel] order.
+  void eval_box(const std::int64_t origin[3], const std::int64_t size[3], float* values) const;
+
   CacheStats cache_stats() const;
 
  private:

@@ -1,0 +1,87 @@
+#include "engine/api/find_model.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <set>
+#include <sstream>
+#include <vector>
+
+#include "engine/model/error.h"
+
+namespace solidtex::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kExtension[] = ".solidtex";
+
+// Folder of the library (or the program it is linked into) that this code was loaded from.
+fs::path library_folder() {
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&find_model), &info) == 0 || !info.dli_fname) return {};
+  std::error_code ignored;
+  return fs::canonical(info.dli_fname, ignored).parent_path();
+}
+
+std::vector<fs::path> model_folders() {
+  std::vector<fs::path> folders;
+  const auto add = [&](const fs::path& folder) {
+    for (const fs::path& known : folders) {
+      if (known == folder) return;
+    }
+    folders.push_back(folder);
+  };
+  if (const char* variable = std::getenv("SOLIDTEX_MODEL_PATH")) {
+    std::istringstream paths(variable);
+    for (std::string path; std::getline(paths, path, ':');) {
+      if (!path.empty()) add(path);
+    }
+  }
+  // Relative to the library first, so that an installation can be moved. The build tree has the
+  // layout of an installation, with models/ linked into it.
+  if (const fs::path library = library_folder(); !library.empty()) {
+    add((library / SOLIDTEX_MODELS_FROM_LIBRARY).lexically_normal());
+    add((library / "../share/solidtex/models").lexically_normal());
+  }
+  add(SOLIDTEX_INSTALLED_MODELS);
+  return folders;
+}
+
+std::set<std::string> names_in(const std::vector<fs::path>& folders) {
+  std::set<std::string> names;
+  for (const fs::path& folder : folders) {
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+      if (entry->path().extension() == kExtension) names.insert(entry->path().stem());
+    }
+  }
+  return names;
+}
+
+template <class List>
+std::string joined(const List& list) {
+  std::string text;
+  for (const auto& item : list) text += (text.empty() ? "" : ", ") + std::string(item);
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+fs::path find_model(const std::string& model) {
+  if (model.empty()) throw Error(SOLIDTEX_INVALID_ARGUMENT, "the model name is empty");
+  const fs::path path(model);
+  if (path.has_parent_path() || path.extension() == kExtension) return path;
+  const std::vector<fs::path> folders = model_folders();
+  for (const fs::path& folder : folders) {
+    const fs::path candidate = folder / (model + kExtension);
+    std::error_code ignored;
+    if (fs::is_regular_file(candidate, ignored)) return candidate;
+  }
+  throw Error(SOLIDTEX_IO_ERROR, "no model is named \"" + model + "\"; there are: " +
+                                     joined(names_in(folders)) + "; searched: " + joined(folders) +
+                                     " (a path needs a slash or the ending " + kExtension + ")");
+}
+
+}  // namespace solidtex::engine

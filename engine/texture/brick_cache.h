@@ -1,0 +1,57 @@
+// Bounded cache of computed bricks, sharded by hash; each brick is computed once however many
+// threads ask for it at the same time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace solidtex::engine {
+
+struct CacheStats {
+  std::uint64_t hit_count = 0, miss_count = 0, resident_bytes = 0, peak_bytes = 0;
+};
+
+// Index of a brick on the absolute lattice of bricks.
+struct BrickKey {
+  std::int32_t x = 0, y = 0, z = 0;
+  friend auto operator<=>(const BrickKey&, const BrickKey&) = default;
+};
+
+class BrickCache {
+ public:
+  // Fills a brick's values. Called without any lock held.
+  using Build = std::function<void(const BrickKey& key, std::span<float> values)>;
+
+  // Keeps at most limit_bytes of finished bricks. Bricks in use by callers or still being built
+  // are not counted: they are as many as there are threads at work.
+  BrickCache(std::size_t brick_values, std::uint64_t limit_bytes, Build build);
+  ~BrickCache();
+
+  // The brick's values, computed now if need be; they live as long as the pointer does, even when
+  // the cache drops the brick meanwhile.
+  std::shared_ptr<const float> get(const BrickKey& key);
+
+  CacheStats stats() const;
+
+ private:
+  struct Brick;
+  struct Shard;
+
+  Shard& shard_of(const BrickKey& key);
+  void build(Shard& shard, const BrickKey& key, Brick& brick);
+  void keep(Shard& shard, const BrickKey& key);
+
+  std::size_t brick_values_;
+  std::uint64_t brick_bytes_;
+  Build build_;
+  std::vector<Shard> shards_;
+  std::size_t bricks_per_shard_;
+  struct Total;
+  std::unique_ptr<Total> total_;
+};
+
+}  // namespace solidtex::engine

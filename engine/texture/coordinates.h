@@ -1,0 +1,34 @@
+// What a query may ask for: the checks of its arguments, and the one rounding from a caller's point
+// to a position.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/field/box.h"
+
+namespace solidtex::engine {
+
+// Coordinates are meant for |c| <= 2^30; the margin lets a block begin there.
+inline constexpr std::int64_t kCoordinateLimit = (std::int64_t{1} << 30) + (1 << 16);
+
+// The points of one query, as the caller gave them.
+struct PointBatch {
+  std::array<double, 3> origin{};
+  const float* points = nullptr;
+  std::size_t count = 0;
+
+  double coordinate(std::size_t point, int axis) const {
+    return origin[axis] + static_cast<double>(points[3 * point + axis]);
+  }
+};
+
+// Throws Error with the first point that is not finite or too far away.
+void check_points(const PointBatch& batch, std::size_t channels);
+
+// The box [origin, origin + size); throws Error for a negative size, a box too far away, or one
+// with more values than memory can hold.
+Box checked_box(const std::int64_t origin[3], const std::int64_t size[3], std::size_t channels);
+
+}  // namespace solidtex::engine

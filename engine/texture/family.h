@@ -1,0 +1,28 @@
+// What the two families have in common: the two questions, with arguments already checked.
+#pragma once
+
+#include <memory>
+
+#include "engine/field/box.h"
+#include "engine/field/field.h"
+#include "engine/sampler/sampler.h"
+#include "engine/texture/brick_cache.h"
+#include "engine/texture/coordinates.h"
+
+namespace solidtex::engine {
+
+class Family {
+ public:
+  virtual ~Family() = default;
+  virtual void eval_points(const PointBatch& batch, float* values) const = 0;
+  virtual void eval_box(const Box& box, float* values) const = 0;
+  virtual CacheStats cache_stats() const { return {}; }
+};
+
+// Lattice family: boxes in parallel blocks, points trilinearly through the brick cache.
+std::unique_ptr<Family> make_field_family(Field field, std::uint64_t cache_limit_bytes);
+
+// Point family: a voxel is the point at its centre.
+std::unique_ptr<Family> make_sampler_family(Sampler sampler);
+
+}  // namespace solidtex::engine

@@ -1,0 +1,49 @@
+// How a query uses the calling thread's oneTBB arena.
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+
+#include <cfenv>
+#include <cstddef>
+
+namespace solidtex::engine {
+
+// The default floating-point environment for one scope. Hosts switch denormals off (Embree advises
+// it) or change the rounding; our bits must not depend on that.
+class DefaultFloatMode {
+ public:
+  DefaultFloatMode() {
+    std::fegetenv(&saved_);
+    std::fesetenv(FE_DFL_ENV);
+  }
+  ~DefaultFloatMode() { std::fesetenv(&saved_); }
+  DefaultFloatMode(const DefaultFloatMode&) = delete;
+  DefaultFloatMode& operator=(const DefaultFloatMode&) = delete;
+
+ private:
+  std::fenv_t saved_;
+};
+
+// Runs work(begin, end) over parts of [0, count) of about `grain` or more, in parallel.
+// Isolated, so that a thread that waits here for the rest of a query never picks up one of the
+// host's own tasks, whose locks and scratch memory it may hold. The context of its own keeps a
+// cancelled host task from leaving values unwritten, and hands this thread's float mode on.
+template <class Work>
+void for_each_part(std::size_t count, std::size_t grain, const Work& work) {
+  if (count == 0) return;
+  if (count <= grain) return work(std::size_t{0}, count);
+  tbb::task_group_context context(
+      tbb::task_group_context::isolated,
+      tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings);
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, count, grain),
+        [&](const tbb::blocked_range<std::size_t>& part) { work(part.begin(), part.end()); },
+        tbb::auto_partitioner(), context);
+  });
+}
+
+}  // namespace solidtex::engine

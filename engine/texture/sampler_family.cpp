@@ -1,0 +1,60 @@
+#include <algorithm>
+#include <array>
+
+#include "engine/texture/family.h"
+#include "engine/texture/parallel.h"
+
+namespace solidtex::engine {
+namespace {
+
+constexpr std::size_t kStep = 512;  // points evaluated at a time
+
+// Centre of the voxel with the given index in [x][y][z] order.
+void voxel_centre(const Box& box, std::size_t index, double* position) {
+  for (int axis = 2; axis >= 0; --axis) {
+    const auto size = static_cast<std::size_t>(box.size(axis));
+    const auto voxel = box.lo[axis] + static_cast<std::int64_t>(index % size);
+    position[axis] = static_cast<double>(voxel) + 0.5;
+    index /= size;
+  }
+}
+
+class SamplerFamily : public Family {
+ public:
+  explicit SamplerFamily(Sampler sampler) : sampler_(std::move(sampler)) {}
+
+  void eval_points(const PointBatch& batch, float* values) const override {
+    evaluate(batch.count, values, [&](std::size_t point, double* position) {
+      for (int axis = 0; axis < 3; ++axis) position[axis] = batch.coordinate(point, axis);
+    });
+  }
+
+  void eval_box(const Box& box, float* values) const override {
+    evaluate(box.volume(), values,
+             [&](std::size_t index, double* position) { voxel_centre(box, index, position); });
+  }
+
+ private:
+  template <class PositionOf>
+  void evaluate(std::size_t count, float* values, const PositionOf& position_of) const {
+    const auto channels = static_cast<std::size_t>(sampler_.channels());
+    for_each_part(count, kStep, [&](std::size_t begin, std::size_t end) {
+      std::array<double, 3 * kStep> positions;
+      for (std::size_t first = begin; first < end; first += kStep) {
+        const std::size_t step = std::min(kStep, end - first);
+        for (std::size_t i = 0; i < step; ++i) position_of(first + i, &positions[3 * i]);
+        sampler_.evaluate(positions.data(), step, values + first * channels);
+      }
+    });
+  }
+
+  Sampler sampler_;
+};
+
+}  // namespace
+
+std::unique_ptr<Family> make_sampler_family(Sampler sampler) {
+  return std::make_unique<SamplerFamily>(std::move(sampler));
+}
+
+}  // namespace solidtex::engine

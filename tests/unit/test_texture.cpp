@@ -1,0 +1,362 @@
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cfenv>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "catch.hpp"
+#include "engine/model/error.h"
+#include "engine/texture/texture.h"
+#include "tiny_models.h"
+
+using namespace solidtex::engine;
+
+namespace {
+
+using Index3 = std::array<std::int64_t, 3>;
+using Values = std::vector<float>;
+
+constexpr std::uint64_t kSeed = 7;
+constexpr std::uint64_t kLargeCache = 256u << 20;
+constexpr std::int64_t kFar = std::int64_t{1} << 30;
+
+Values box_of(const Texture& texture, const Index3& origin, const Index3& size) {
+  Values values(static_cast<std::size_t>(size[0] * size[1] * size[2]) *
+                texture.model().channels.size());
+  texture.eval_box(origin.data(), size.data(), values.data());
+  return values;
+}
+
+Values points_of(const Texture& texture, const std::array<double, 3>& origin,
+                 const std::vector<float>& points) {
+  Values values(points.size() / 3 * texture.model().channels.size());
+  texture.eval_points(origin.data(), points.data(), points.size() / 3, values.data());
+  return values;
+}
+
+std::vector<float> random_points(std::size_t count, float extent, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> coordinate(-extent, extent);
+  std::vector<float> points(3 * count);
+  for (float& value : points) value = coordinate(random);
+  return points;
+}
+
+// Offsets of the centres of a box's voxels from its corner, in its own order.
+std::vector<float> centres(const Index3& size) {
+  std::vector<float> points;
+  for (std::int64_t x = 0; x < size[0]; ++x) {
+    for (std::int64_t y = 0; y < size[1]; ++y) {
+      for (std::int64_t z = 0; z < size[2]; ++z) {
+        for (const std::int64_t i : {x, y, z}) points.push_back(static_cast<float>(i) + 0.5f);
+      }
+    }
+  }
+  return points;
+}
+
+// Assembles a box from parts of at most `step` voxels.
+Values box_in_parts(const Texture& texture, const Index3& origin, const Index3& size,
+                    const Index3& step) {
+  const std::size_t channels = texture.model().channels.size();
+  Values whole(static_cast<std::size_t>(size[0] * size[1] * size[2]) * channels);
+  Index3 at{};
+  for (at[0] = 0; at[0] < size[0]; at[0] += step[0]) {
+    for (at[1] = 0; at[1] < size[1]; at[1] += step[1]) {
+      for (at[2] = 0; at[2] < size[2]; at[2] += step[2]) {
+        Index3 part_origin, part;
+        for (int axis = 0; axis < 3; ++axis) {
+          part_origin[axis] = origin[axis] + at[axis];
+          part[axis] = std::min(step[axis], size[axis] - at[axis]);
+        }
+        const Values values = box_of(texture, part_origin, part);
+        const float* row = values.data();
+        for (std::int64_t x = 0; x < part[0]; ++x) {
+          for (std::int64_t y = 0; y < part[1];
+               ++y, row += static_cast<std::size_t>(part[2]) * channels) {
+            const auto voxel = ((at[0] + x) * size[1] + at[1] + y) * size[2] + at[2];
+            std::copy_n(row, static_cast<std::size_t>(part[2]) * channels,
+                        &whole[static_cast<std::size_t>(voxel) * channels]);
+          }
+        }
+      }
+    }
+  }
+  return whole;
+}
+
+// Bit for bit; a bool, so that a failure does not print thousands of floats.
+bool same(const Values& a, const Values& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+bool varied(const Values& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return *high - *low > 0.05f && std::isfinite(*low) && std::isfinite(*high);
+}
+
+std::string message_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    CHECK(error.status() == SOLIDTEX_INVALID_ARGUMENT);
+    return error.what();
+  }
+  return "no error";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// Real threads even on a machine with fewer cores.
+struct FourThreads {
+  tbb::global_control control{tbb::global_control::max_allowed_parallelism, 4};
+};
+
+// Both families in turn.
+std::vector<Model> models() { return {tiny_field(), tiny_sampler()}; }
+
+}  // namespace
+
+TEST_CASE("texture: a point at a voxel centre is the voxel, bit for bit", "[texture]") {
+  for (const Model& model : models()) {
+    const Texture texture(model, kSeed, kLargeCache);
+    const Index3 size{9, 18, 35};
+    for (const Index3& origin : {Index3{0, 0, 0}, Index3{-20, -7, 100}, Index3{kFar, -kFar, kFar},
+                                 Index3{-kFar - 9, 3, kFar - 40}}) {
+      const Values voxels = box_of(texture, origin, size);
+      const std::array<double, 3> corner{double(origin[0]), double(origin[1]), double(origin[2])};
+      CHECK(same(voxels, points_of(texture, corner, centres(size))));
+      CHECK(varied(voxels));
+    }
+  }
+}
+
+TEST_CASE("texture: points of the field are trilinear between voxel centres", "[texture]") {
+  const Texture texture(tiny_field(), kSeed, kLargeCache);
+  const auto points = random_points(300, 40);
+  const Values values = points_of(texture, {0, 0, 0}, points);
+  const auto lerp = [](float t, float a, float b) { return std::fma(t, b - a, a); };
+  for (std::size_t p = 0; p < points.size() / 3; ++p) {
+    Index3 base;
+    float t[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double u = static_cast<double>(points[3 * p + axis]) - 0.5;
+      base[axis] = static_cast<std::int64_t>(std::floor(u));
+      t[axis] = static_cast<float>(u - std::floor(u));
+    }
+    const Values v = box_of(texture, base, {2, 2, 2});  // [x][y][z][2]
+    for (std::size_t c = 0; c < 2; ++c) {
+      const auto along_z = [&](int xy) { return lerp(t[2], v[4 * xy + c], v[4 * xy + 2 + c]); };
+      const auto along_y = [&](int x) { return lerp(t[1], along_z(2 * x), along_z(2 * x + 1)); };
+      REQUIRE(values[2 * p + c] == lerp(t[0], along_y(0), along_y(1)));
+    }
+  }
+}
+
+TEST_CASE("texture: any partition of a box has the same bits", "[texture]") {
+  for (const Model& model : models()) {
+    const Texture texture(model, kSeed, kLargeCache);
+    const Index3 origin{-37, 5, -70}, size{67, 41, 81};
+    const Values whole = box_of(texture, origin, size);
+    for (const Index3& step : {Index3{67, 41, 1}, Index3{16, 16, 16}, Index3{5, 41, 7},
+                               Index3{64, 1, 64}, Index3{33, 40, 80}}) {
+      CHECK(same(whole, box_in_parts(texture, origin, size, step)));
+    }
+    CHECK(varied(whole));
+  }
+}
+
+TEST_CASE("texture: any number of threads gives the same bits", "[texture][threads]") {
+  const FourThreads four;
+  for (const Model& model : models()) {
+    const auto points = random_points(5000, 60);
+    Values box, values;
+    for (const int threads : {1, 2, 4}) {
+      const Texture texture(model, kSeed, kLargeCache);
+      tbb::task_arena arena(threads);
+      arena.execute([&] {
+        const Values box_now = box_of(texture, {-9, 130, 7}, {65, 70, 33});
+        const Values values_now = points_of(texture, {0.25, -3, 1e6}, points);
+        if (threads == 1) {
+          box = box_now;
+          values = values_now;
+        }
+        CHECK(same(box, box_now));
+        CHECK(same(values, values_now));
+      });
+    }
+    CHECK(varied(values));
+  }
+}
+
+TEST_CASE("texture: order, batches and the cache limit do not change a point", "[texture]") {
+  for (const Model& model : models()) {
+    const Texture texture(model, kSeed, kLargeCache);
+    const std::size_t channels = model.channels.size();
+    const auto points = random_points(700, 30);
+    const Values values = points_of(texture, {0, 0, 0}, points);
+
+    std::vector<std::size_t> order(700);
+    std::iota(order.begin(), order.end(), 0u);
+    std::shuffle(order.begin(), order.end(), std::mt19937(3));
+    for (const std::uint64_t limit : {std::uint64_t{0}, std::uint64_t{100000}, kLargeCache}) {
+      const Texture other(model, kSeed, limit);
+      std::vector<float> shuffled;
+      Values expected;
+      for (const std::size_t point : order) {
+        shuffled.insert(shuffled.end(), &points[3 * point], &points[3 * point] + 3);
+        expected.insert(expected.end(), &values[channels * point],
+                        &values[channels * point] + channels);
+      }
+      CHECK(same(expected, points_of(other, {0, 0, 0}, shuffled)));
+      CHECK(other.cache_stats().peak_bytes <= limit);
+    }
+    for (std::size_t point = 0; point < 50; ++point) {
+      const Values one =
+          points_of(texture, {0, 0, 0}, {&points[3 * point], &points[3 * point] + 3});
+      CHECK(std::equal(one.begin(), one.end(), &values[channels * point]));
+    }
+  }
+}
+
+TEST_CASE("texture: only the sum of origin and point matters", "[texture]") {
+  for (const Model& model : models()) {
+    const Texture texture(model, kSeed, kLargeCache);
+    for (const double far : {0.0, 1024.0, static_cast<double>(kFar), -static_cast<double>(kFar)}) {
+      // Multiples of 2^-10 up to 2^13: exact in float, and in double after adding 2^30.
+      std::vector<float> here, there;
+      std::mt19937 random(5);
+      for (int i = 0; i < 300; ++i) {
+        const float value = static_cast<float>(random() % 8192) / 1024.0f;
+        here.push_back(value);
+        there.push_back(value - 3000.5f);
+      }
+      const Values values = points_of(texture, {far, far, far}, here);
+      CHECK(same(values, points_of(texture, {far + 3000.5, far + 3000.5, far + 3000.5}, there)));
+      CHECK(varied(values));
+    }
+  }
+}
+
+TEST_CASE("texture: the seed changes everything, two textures with one seed nothing", "[texture]") {
+  for (const Model& model : models()) {
+    const Values a = box_of(Texture(model, 1, 0), {0, 0, 0}, {8, 8, 8});
+    CHECK(same(a, box_of(Texture(model, 1, kLargeCache), {0, 0, 0}, {8, 8, 8})));
+    CHECK(!same(a, box_of(Texture(model, 2, 0), {0, 0, 0}, {8, 8, 8})));
+  }
+}
+
+TEST_CASE("texture: the host's rounding mode does not matter, and is left alone", "[texture]") {
+  for (const Model& model : models()) {
+    const Texture texture(model, kSeed, 0);
+    const auto points = random_points(2000, 30);
+    const Values box = box_of(texture, {-5, 0, 0}, {66, 33, 17});
+    const Values values = points_of(texture, {0, 0, 0}, points);
+    std::fesetround(FE_UPWARD);
+    const Values box_up = box_of(texture, {-5, 0, 0}, {66, 33, 17});
+    const Values values_up = points_of(texture, {0, 0, 0}, points);
+    const int mode = std::fegetround();
+    std::fesetround(FE_TONEAREST);
+    CHECK(mode == FE_UPWARD);
+    CHECK(same(box, box_up));
+    CHECK(same(values, values_up));
+  }
+}
+
+TEST_CASE("texture: threads share one texture and compute each brick once", "[texture][threads]") {
+  const auto points = random_points(4000, 30);
+  const Values expected = points_of(Texture(tiny_field(), kSeed, kLargeCache), {0, 0, 0}, points);
+  const Texture reference(tiny_field(), kSeed, kLargeCache);
+  points_of(reference, {0, 0, 0}, points);
+
+  const Texture texture(tiny_field(), kSeed, kLargeCache);
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 6; ++i) {
+    threads.emplace_back([&] { wrong += !same(points_of(texture, {0, 0, 0}, points), expected); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  CHECK(wrong == 0);
+  CHECK(texture.cache_stats().miss_count == reference.cache_stats().miss_count);
+}
+
+TEST_CASE("texture: queries nest in the host's own parallel loops", "[texture][threads]") {
+  const FourThreads four;
+  for (const std::uint64_t limit : {std::uint64_t{0}, std::uint64_t{100000}, kLargeCache}) {
+    const Texture texture(tiny_field(), kSeed, limit);
+    const auto points = random_points(300, 30);
+    const Values expected = points_of(texture, {0, 0, 0}, points);
+    std::atomic<int> wrong = 0;
+    std::atomic<int> reentered = 0;
+    thread_local int depth = 0;
+    tbb::task_arena arena(4);
+    arena.execute([&] {
+      tbb::parallel_for(0, 40, [&](int) {
+        if (depth++ > 0) ++reentered;
+        wrong += !same(points_of(texture, {0, 0, 0}, points), expected);
+        --depth;
+      });
+    });
+    CHECK(wrong == 0);
+    CHECK(reentered == 0);  // no host task runs inside another one's query
+  }
+}
+
+TEST_CASE("texture: a bad point is named and nothing is written", "[texture]") {
+  for (const Model& model : models()) {
+    const Texture texture(model, kSeed, 0);
+    const std::array<double, 3> origin{0, 0, 0};
+    const auto attempt = [&](float bad, std::size_t at) {
+      auto points = random_points(2000, 10);
+      points[at] = bad;
+      points[5999] = std::numeric_limits<float>::infinity();
+      Values values(2000 * model.channels.size(), 42.0f);
+      const std::string message = message_of(
+          [&] { texture.eval_points(origin.data(), points.data(), 2000, values.data()); });
+      CHECK(std::count(values.begin(), values.end(), 42.0f) == std::ptrdiff_t(values.size()));
+      return message;
+    };
+    CHECK(contains(attempt(std::nanf(""), 3 * 17 + 1), "point 17: y is nan"));
+    CHECK(contains(attempt(-std::numeric_limits<float>::infinity(), 3), "point 1: x is -inf"));
+    CHECK(contains(attempt(2e9f, 3 * 1500 + 2), "point 1500: z is 2000000000"));
+    const std::array<double, 3> nowhere{0, 0, std::nan("")};
+    const float point[3] = {1, 2, 3};
+    Values values(3);
+    CHECK(
+        contains(message_of([&] { texture.eval_points(nowhere.data(), point, 1, values.data()); }),
+                 "point 0: z is nan"));
+  }
+}
+
+TEST_CASE("texture: a bad box is named", "[texture]") {
+  const Texture texture(tiny_field(), kSeed, 0);
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
+  const auto attempt = [&](const Index3& origin, const Index3& size) {
+    float untouched = 42.0f;
+    const std::string message =
+        message_of([&] { texture.eval_box(origin.data(), size.data(), &untouched); });
+    CHECK(untouched == 42.0f);
+    return message;
+  };
+  CHECK(contains(attempt({0, 0, 0}, {4, -1, 4}), "size along y is -1"));
+  CHECK(contains(attempt({0, 0, 2 * kFar}, {1, 1, 1}), "along z has origin 2147483648"));
+  CHECK(contains(attempt({kLeast, 0, 0}, {1, 1, 1}), "along x has origin -9223372036854775808"));
+  CHECK(contains(attempt({5, 0, 0}, {kMost, 1, 1}), "size 9223372036854775807"));
+  CHECK(contains(attempt({kMost, 0, 0}, {kMost, 1, 1}), "along x has origin 9223372036854775807"));
+  CHECK(contains(attempt({0, 0, 0}, {kFar, kFar, kFar}), "more than memory can hold"));
+  CHECK(attempt({0, 0, 0}, {0, kFar, kFar}) == "no error");
+}
