@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "engine/model/model.h"
+#include "engine/noise/hash.h"
 
 namespace solidtex::engine {
 
@@ -30,7 +31,10 @@ class NoiseStream {
   NoiseScheme scheme_;
   std::uint64_t seed_;
   std::uint32_t level_, channel_;
-  std::uint32_t key_[4];
+  StreamKey key_;
 };
+
+// Throws Error unless the scheme has a normal distribution.
+void require_normal(NoiseScheme scheme);
 
 }  // namespace solidtex::engine
