@@ -7,9 +7,12 @@
 #include <vector>
 
 #include "engine/field/box.h"
+#include "engine/kernels/linear_layer.h"
 #include "engine/model/model.h"
 
 namespace solidtex::engine {
+
+class Block;
 
 // The exact box every node must be known on so that the output is known on `output`; same order as
 // model.nodes. Backward pass: conv3d widens, upsample halves with floor, several consumers unite.
@@ -26,9 +29,21 @@ class Field {
   void evaluate(const Box& box, float* values) const;
 
  private:
+  // What the constructor finds out about a node.
+  struct Plan {
+    LinearLayer layer;         // of a convolution
+    std::size_t last_use = 0;  // index of the last node that reads it
+    bool fused = false;        // a leaky ReLU that its convolution has already applied
+  };
+
+  void plan_layers();
+  void plan_uses();
+  Block compute(std::size_t index, const Box& region, std::vector<Block>& blocks) const;
+
   FieldModel model_;
   NoiseScheme scheme_;
   std::uint64_t seed_;
+  std::vector<Plan> plans_;
 };
 
 }  // namespace solidtex::engine

@@ -1,26 +1,42 @@
 // Point family: octave noise -> MLP -> channels (GramGAN section 3.1, equations 1 and 2).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
+#include "engine/kernels/linear_layer.h"
 #include "engine/model/model.h"
+#include "engine/noise/noise.h"
 
 namespace solidtex::engine {
 
 class Sampler {
  public:
-  Sampler(SamplerModel model, NoiseScheme scheme, std::uint64_t seed);
+  Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed);
 
-  int channels() const;
+  int channels() const { return layers_.back().outputs; }
 
   // Evaluates `count` points on the calling thread. Positions are double (x, y, z) triples in
   // texels; values are count x channels. The bits of a point do not depend on its neighbours.
   void evaluate(const double* positions, std::size_t count, float* values) const;
 
  private:
-  SamplerModel model_;  // layer 0 is folded: its constant input is part of its bias
-  NoiseScheme scheme_;
-  std::uint64_t seed_;
+  // One octave's lookup: lattice noise at transform * position.
+  struct Octave {
+    double transform[9];
+    NoiseStream noise;
+  };
+  struct Buffers;
+
+  void evaluate_block(const double* positions, int count, Buffers& buffers, float* values) const;
+  void octave_noise(std::size_t octave, int count, Buffers& buffers, float* values) const;
+
+  int width_, octaves_per_layer_;
+  std::vector<Octave> octaves_;
+  // The hidden layers read [previous layer, octave noise]; layer 0 reads noise only, since its
+  // constant input is part of its bias. The last one is the linear output.
+  std::vector<LinearLayer> layers_;
 };
 
 }  // namespace solidtex::engine

@@ -1,0 +1,39 @@
+// Weights of a convolution or a dense layer, packed for broadcasting.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace solidtex::engine {
+
+// out[o] = phi(bias[o] + sum over t of weight(o, t) * in[t]), terms in ascending order, each one a
+// fused multiply-add; phi(v) = v > 0 ? v : slope * v, so slope 1 is the identity. The terms of a
+// convolution are (input channel, kx, ky, kz), kz fastest.
+struct LinearLayer {
+  static constexpr int kPack = 4;
+
+  int outputs = 0, terms = 0;
+  std::vector<float> packed;  // [ceil(outputs / kPack)][term][kPack], zeros behind the last output
+  std::vector<float> bias;
+  float slope = 1;
+
+  LinearLayer() = default;
+
+  // weight_of(o, t) gives each weight once.
+  template <class WeightOf>
+  LinearLayer(int output_count, int term_count, std::vector<float> biases, WeightOf weight_of)
+      : outputs(output_count), terms(term_count), bias(std::move(biases)) {
+    const int packs = (outputs + kPack - 1) / kPack;
+    packed.resize(static_cast<std::size_t>(packs) * terms * kPack);
+    for (int o = 0; o < outputs; ++o)
+      for (int t = 0; t < terms; ++t) packed[index(o, t)] = weight_of(o, t);
+  }
+
+  std::size_t index(int o, int t) const {
+    return (static_cast<std::size_t>(o / kPack) * terms + t) * kPack + o % kPack;
+  }
+  float weight(int o, int t) const { return packed[index(o, t)]; }
+  float activate(float v) const { return v > 0 ? v : slope * v; }
+};
+
+}  // namespace solidtex::engine

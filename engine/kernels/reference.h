@@ -1,0 +1,33 @@
+// The kernels as plain loops: the definition of correct. See kernels.h for the fast ones.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "engine/kernels/linear_layer.h"
+#include "engine/kernels/volume.h"
+
+namespace solidtex::engine::reference {
+
+// Unpadded: out.size = in.size - (kernel - 1), out[i] = layer of in[i + t].
+void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out);
+
+// Stride 2: out[o] = layer over the taps t and inputs i with o = 2 i + t - padding, coordinates
+// absolute: in_lo and out_lo are where the volumes begin.
+struct TransposedShape {
+  int kernel = 2, padding = 0;
+  std::array<std::int64_t, 3> in_lo{}, out_lo{};
+};
+void conv_transpose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,
+                      const Volume& out);
+
+// Points are planar: unit u of point p is in[u * pitch + p].
+void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out);
+
+// Element-wise; both volumes have the same size and channels.
+void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out);
+void leaky_relu(float slope, const ConstVolume& in, const Volume& out);
+void tanh(const ConstVolume& in, const Volume& out);
+void sigmoid(const ConstVolume& in, const Volume& out);
+
+}  // namespace solidtex::engine::reference
