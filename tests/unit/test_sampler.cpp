@@ -1,0 +1,119 @@
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "catch.hpp"
+#include "engine/sampler/sampler.h"
+#include "tests/unit/example_models.h"
+
+using namespace solidtex::engine;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 11;
+
+std::vector<double> random_positions(std::size_t count, double centre) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> offset(-200, 200);
+  std::vector<double> positions(3 * count);
+  for (double& p : positions) p = centre + offset(random);
+  return positions;
+}
+
+std::vector<float> evaluate(const Sampler& sampler, const std::vector<double>& positions) {
+  const std::size_t count = positions.size() / 3;
+  std::vector<float> values(count * static_cast<std::size_t>(sampler.channels()));
+  sampler.evaluate(positions.data(), count, values.data());
+  return values;
+}
+
+// Equation 2 of GramGAN in double, with nothing folded.
+std::vector<double> by_definition(const SamplerModel& model, const double* at) {
+  const auto octave = [&](int i) {
+    const NoiseStream noise(NoiseScheme::solidtex_1, kSeed, static_cast<std::uint32_t>(i), 0);
+    double cell[3], f[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const float* row = &model.transforms.values[static_cast<std::size_t>(9 * i + 3 * axis)];
+      const double c = row[0] * at[0] + row[1] * at[1] + row[2] * at[2];
+      cell[axis] = std::floor(c);
+      f[axis] = c - cell[axis];
+    }
+    double sum = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      double weight = 1;
+      std::int32_t j[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        const int up = corner >> axis & 1;
+        weight *= up ? f[axis] : 1 - f[axis];
+        j[axis] = static_cast<std::int32_t>(cell[axis]) + up;
+      }
+      sum += weight * noise.normal(j[0], j[1], j[2]);
+    }
+    return sum;
+  };
+  std::vector<double> x(model.constant.values.begin(), model.constant.values.end());
+  const auto product = [&x](const Tensor& weight, const Tensor& bias) {
+    std::vector<double> y(bias.values.begin(), bias.values.end());
+    for (std::size_t o = 0; o < y.size(); ++o)
+      for (std::size_t i = 0; i < x.size(); ++i) y[o] += x[i] * weight.values[o * x.size() + i];
+    return y;
+  };
+  const auto per_layer = static_cast<std::size_t>(model.octaves) / (model.hidden.size() - 1);
+  for (std::size_t l = 0; l < model.hidden.size(); ++l) {
+    const auto& layer = model.hidden[l];
+    std::vector<double> y = product(layer.weight, layer.bias);
+    for (std::size_t o = 0; o < y.size() && l + 1 < model.hidden.size(); ++o)
+      for (std::size_t i = 0; i < per_layer; ++i)
+        y[o] += octave(static_cast<int>(l * per_layer + i)) * layer.noise.values[o * per_layer + i];
+    for (double& v : y) v = v > 0 ? v : model.slope * v;
+    x = y;
+  }
+  return product(model.output_weight, model.output_bias);
+}
+
+}  // namespace
+
+TEST_CASE("the sampler is equation 2 of GramGAN", "[sampler]") {
+  for (const SamplerModel& model :
+       {example::sampler(), example::sampler(3, 2, 5, 4), example::sampler(4, 3, 33, 1)}) {
+    const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
+    const std::vector<double> positions = random_positions(100, -20);
+    const std::vector<float> values = evaluate(sampler, positions);
+    const auto channels = static_cast<std::size_t>(sampler.channels());
+    for (std::size_t p = 0; p < 100; ++p) {
+      const std::vector<double> expected = by_definition(model, &positions[3 * p]);
+      for (std::size_t c = 0; c < channels; ++c)
+        CHECK(values[p * channels + c] == Approx(expected[c]).margin(2e-5));
+    }
+  }
+}
+
+TEST_CASE("a point's bits do not depend on its neighbours", "[sampler]") {
+  const Sampler sampler(example::sampler(), NoiseScheme::solidtex_1, kSeed);
+  for (const double centre : {0.0, -0x1p30, 0x1p30}) {
+    const std::vector<double> positions = random_positions(301, centre);
+    const std::vector<float> together = evaluate(sampler, positions);
+    for (const std::size_t first : {0, 1, 95, 96, 97, 250}) {
+      for (const std::size_t count : {1, 2, 17, 51}) {
+        const std::vector<float> part = evaluate(
+            sampler, {positions.begin() + static_cast<std::ptrdiff_t>(3 * first),
+                      positions.begin() + static_cast<std::ptrdiff_t>(3 * (first + count))});
+        CAPTURE(centre, first, count);
+        CHECK(std::equal(part.begin(), part.end(), together.begin() + 3 * first));
+      }
+    }
+  }
+}
+
+TEST_CASE("far positions are distinct and finite", "[sampler]") {
+  const Sampler sampler(example::sampler(), NoiseScheme::solidtex_1, kSeed);
+  const std::vector<float> values =
+      evaluate(sampler, {0x1p30, 0, 0, 0x1p30 + 1, 0, 0, 1e300, -1e300, 1e200,
+                         std::numeric_limits<double>::infinity(), 0, 0});
+  CHECK(values[0] != values[3]);
+  for (std::size_t i = 0; i < 9; ++i) CHECK(std::isfinite(values[i]));
+}
+
+TEST_CASE("the sampler refuses a scheme without normal noise", "[sampler]") {
+  CHECK_THROWS(Sampler(example::sampler(), NoiseScheme::solidtexturenets, 0));
+}
