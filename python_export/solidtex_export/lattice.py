@@ -14,7 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor, nn
+
+Axes = tuple[int, int, int]
+XYZ: Axes = (0, 1, 2)
 
 BLOCK_MARGIN = 2  # two 3^3 convolutions without padding
 
@@ -28,14 +32,25 @@ class Box:
 
     @property
     def size(self) -> tuple[int, ...]:
-        return tuple(h - l for l, h in zip(self.lo, self.hi, strict=True))
+        return tuple(b - a for a, b in zip(self.lo, self.hi, strict=True))
 
     def grown(self, margin: int) -> Box:
-        return Box(tuple(l - margin for l in self.lo), tuple(h + margin for h in self.hi))
+        return Box(tuple(v - margin for v in self.lo), tuple(v + margin for v in self.hi))
 
     def coarser(self) -> Box:
         """The smallest region of the next level whose upsampling covers this one."""
-        return Box(tuple(l // 2 for l in self.lo), tuple((h - 1) // 2 + 1 for h in self.hi))
+        return Box(tuple(v // 2 for v in self.lo), tuple((v - 1) // 2 + 1 for v in self.hi))
+
+    def permuted(self, axes: Axes) -> Box:
+        return Box(tuple(self.lo[a] for a in axes), tuple(self.hi[a] for a in axes))
+
+
+class Convolution(nn.Conv3d):
+    """A convolution whose input may have its spatial axes in another order, as its output then."""
+
+    def forward(self, x: Tensor, axes: Axes = XYZ) -> Tensor:
+        weight = self.weight.permute(0, 1, *(a + 2 for a in axes)).contiguous()
+        return F.conv3d(x, weight, self.bias)
 
 
 class ConvBlock(nn.Module):
@@ -43,18 +58,18 @@ class ConvBlock(nn.Module):
 
     def __init__(self, in_channels: int, out_channels: int, slope: float) -> None:
         super().__init__()
-        self.conv1 = nn.Conv3d(in_channels, out_channels, 3)
+        self.conv1 = Convolution(in_channels, out_channels, 3)
         self.bn1 = nn.BatchNorm3d(out_channels)
-        self.conv2 = nn.Conv3d(out_channels, out_channels, 3)
+        self.conv2 = Convolution(out_channels, out_channels, 3)
         self.bn2 = nn.BatchNorm3d(out_channels)
-        self.conv3 = nn.Conv3d(out_channels, out_channels, 1)
+        self.conv3 = Convolution(out_channels, out_channels, 1)
         self.bn3 = nn.BatchNorm3d(out_channels)
         self.act = nn.LeakyReLU(slope)
 
-    def forward(self, x: Tensor) -> Tensor:
-        x = self.act(self.bn1(self.conv1(x)))
-        x = self.act(self.bn2(self.conv2(x)))
-        return self.act(self.bn3(self.conv3(x)))
+    def forward(self, x: Tensor, axes: Axes) -> Tensor:
+        x = self.act(self.bn1(self.conv1(x, axes)))
+        x = self.act(self.bn2(self.conv2(x, axes)))
+        return self.act(self.bn3(self.conv3(x, axes)))
 
 
 class Upsampling(nn.Module):
@@ -94,7 +109,7 @@ class LatticeGenerator(nn.Module):
                 self.add_module(f"cb{stage}_2", ConvBlock(width, width, slope))
             if stage < levels:
                 self.add_module(f"up{stage}", Upsampling(width))
-        self.last_conv = nn.Conv3d(levels * step_channels, out_channels, 1)
+        self.last_conv = Convolution(levels * step_channels, out_channels, 1)
         self.register_buffer("color_mean", torch.zeros(out_channels))
         self.register_buffer("color_basis", torch.eye(out_channels))
 
@@ -111,17 +126,21 @@ class LatticeGenerator(nn.Module):
         fine = [b.grown(2 * BLOCK_MARGIN) for b in boxes[:-1]]
         return [*fine, boxes[-1].grown(BLOCK_MARGIN)]
 
-    def forward(self, noise: Sequence[Tensor], box: Box) -> Tensor:
-        """The whitened colours y [batch, channel, x, y, z] of `box`; noise[k] fills noise_boxes[k]."""
+    def forward(self, noise: Sequence[Tensor], box: Box, axes: Axes = XYZ) -> Tensor:
+        """The whitened colours y [batch, channel, x, y, z] of `box`; noise[k] fills noise_boxes[k].
+
+        Noise, box and result have their spatial axes in the order `axes`: on a CPU a slice is
+        evaluated up to three times faster with its thin axis first.
+        """
         boxes = self.feature_boxes(box)
-        y = self.get_submodule("cb1_1")(noise[-1])
+        y = self.get_submodule("cb1_1")(noise[-1], axes)
         for stage in range(2, self.levels + 1):
             level = self.levels - stage
             joint = boxes[level].grown(BLOCK_MARGIN)
             coarse = self.get_submodule(f"up{stage - 1}")(y, boxes[level + 1], joint)
-            fine = self.get_submodule(f"cb{stage}_1")(noise[level])
-            y = self.get_submodule(f"cb{stage}_2")(torch.cat([coarse, fine], dim=1))
-        return self.last_conv(y)
+            fine = self.get_submodule(f"cb{stage}_1")(noise[level], axes)
+            y = self.get_submodule(f"cb{stage}_2")(torch.cat([coarse, fine], dim=1), axes)
+        return self.last_conv(y, axes)
 
     def colors(self, y: Tensor) -> Tensor:
         """Colours of whitened values y [batch, channel, ...]."""

@@ -76,7 +76,10 @@ class HiddenLayer(nn.Module):
 
     def effective(self, dtype: torch.dtype | None = None) -> dict[str, Tensor]:
         """The tensors that the model file stores, learning-rate equalisation multiplied in."""
-        tensors = {"weight": _equalized(self.weight, self.gain, dtype), "bias": self.bias.to(dtype or self.bias.dtype)}
+        tensors = {
+            "weight": _equalized(self.weight, self.gain, dtype),
+            "bias": self.bias.to(dtype or self.bias.dtype),
+        }
         if self.noise is not None:
             tensors["noise"] = _equalized(self.noise, self.gain, dtype)
         return tensors
@@ -109,12 +112,13 @@ class OctaveSampler(nn.Module):
                 f"octaves: found {octaves}, expected a multiple of hidden_layers - 1"
                 f" = {hidden_layers - 1}"
             )
+        self.octaves = octaves
         self.bin_size = octaves // (hidden_layers - 1)
         self.linear = nn.Parameter(_rotations(octaves))
         self.constant = nn.Parameter(torch.randn(width))
         self.hidden = nn.ModuleList(
-            HiddenLayer(width, self.bin_size if l < hidden_layers - 1 else 0, slope)
-            for l in range(hidden_layers)
+            HiddenLayer(width, self.bin_size if i < hidden_layers - 1 else 0, slope)
+            for i in range(hidden_layers)
         )
         self.output_weight = nn.Parameter(torch.randn(out_channels, width))
         self.output_bias = nn.Parameter(torch.zeros(out_channels))
@@ -134,8 +138,8 @@ class OctaveSampler(nn.Module):
             positions = torch.einsum("nij,pj->npi", self.transforms, points)
             eta = trilinear(lattice, positions).T
         x = self.constant[None]
-        for l, layer in enumerate(self.hidden):
-            octaves = eta[:, l * self.bin_size : (l + 1) * self.bin_size]
+        for i, layer in enumerate(self.hidden):
+            octaves = eta[:, i * self.bin_size : (i + 1) * self.bin_size]
             x = layer(x, octaves if layer.noise is not None else None)
         return F.linear(x, _equalized(self.output_weight), self.output_bias)
 
@@ -156,9 +160,9 @@ class OctaveSampler(nn.Module):
             "output.weight": basis @ _equalized(self.output_weight, dtype=f64),
             "output.bias": basis @ self.output_bias.to(f64) + self.color_mean.to(f64),
         }
-        for l, layer in enumerate(self.hidden):
+        for i, layer in enumerate(self.hidden):
             for name, tensor in layer.effective(f64).items():
-                tensors[f"hidden.{l}.{name}"] = tensor
+                tensors[f"hidden.{i}.{name}"] = tensor
         return tensors
 
 
