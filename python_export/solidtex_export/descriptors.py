@@ -1,9 +1,9 @@
 """Gram matrices of a random network that is drawn anew for every iteration.
 
 The style loss of Gutierrez et al. 2020 (equations 2 and 3; after Gatys et al. 2015) with VGG-19
-replaced: no pretrained weights are needed, and since the network never repeats, the generator cannot
-adapt to the blind spots of any single one. The statistics that normalise each layer come from the
-exemplar, seen through the same weights.
+replaced: no pretrained weights are needed, and since the network never repeats, the generator
+cannot adapt to the blind spots of any single one. The statistics that normalise each layer come
+from the exemplar, seen through the same weights.
 """
 
 from __future__ import annotations

@@ -42,7 +42,9 @@ def load_exemplar(path: Path, resolution: int, needed: int) -> Exemplar:
         with Image.open(path) as opened:
             photo = opened.convert("RGB")
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
-        raise ExemplarError(f"{path}: found no readable picture ({error}), expected PNG, JPEG ...")
+        raise ExemplarError(
+            f"{path}: found no readable picture ({error}), expected PNG, JPEG ..."
+        ) from error
     if min(photo.size) < needed:
         raise ExemplarError(
             f"{path}: found {photo.width} x {photo.height} pixels, expected at least"
@@ -64,7 +66,7 @@ def save_image(image: Tensor, path: Path) -> None:
 
 
 def color_axes(exemplars: list[Exemplar]) -> tuple[Tensor, Tensor]:
-    """Mean m [3] and principal axes B [3, 3] of all colours; colour = m + B y, y of unit variance."""
+    """Mean m [3] and axes B [3, 3] of all colours; colour = m + B y with y of unit variance."""
     colors = torch.cat([e.image.flatten(1) for e in exemplars], dim=1).double()
     mean = colors.mean(1)
     values, vectors = torch.linalg.eigh(torch.cov(colors))
@@ -88,7 +90,7 @@ def grain_ratio(exemplar: Exemplar) -> float:
 
 
 def random_symmetry(images: Tensor, symmetry: str) -> Tensor:
-    """Each image [batch, channel, rows, columns] in a random orientation of the group `symmetry`."""
+    """Images [batch, channel, rows, columns], all in a random orientation of `symmetry`."""
     if symmetry == "none":
         return images
     dims = [d for d in (2, 3) if torch.rand(()) < 0.5]
@@ -99,7 +101,7 @@ def random_symmetry(images: Tensor, symmetry: str) -> Tensor:
 
 
 def random_crops(image: Tensor, count: int, rows: int, columns: int) -> Tensor:
-    """`count` random crops [count, channel, rows, columns], reduced to the image where it is less."""
+    """`count` random crops [count, channel, rows, columns], smaller where the image is."""
     rows, columns = min(rows, image.shape[1]), min(columns, image.shape[2])
     crops = []
     for _ in range(count):

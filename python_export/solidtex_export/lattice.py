@@ -114,7 +114,7 @@ class LatticeGenerator(nn.Module):
         self.register_buffer("color_basis", torch.eye(out_channels))
 
     def feature_boxes(self, box: Box) -> list[Box]:
-        """Per level, finest first, the region of the features that are passed on to finer levels."""
+        """Per level, finest first, the region of the features that finer levels receive."""
         boxes = [box]
         for _ in range(1, self.levels):
             boxes.append(boxes[-1].grown(BLOCK_MARGIN).coarser())

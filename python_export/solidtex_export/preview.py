@@ -17,7 +17,7 @@ DIAGONAL = (torch.tensor([0.5**0.5, 0.5**0.5, 0.0]), torch.tensor([0.0, 0.0, -1.
 
 @torch.no_grad()
 def preview_sheet(generator: nn.Module, exemplars: list[Tensor], size: int) -> Tensor:
-    """An image [3, rows, columns] in colours: exemplars, slices normal to x, y, z, the 45 degree slice."""
+    """Colours [3, rows, columns]: exemplars, slices normal to x, y and z, the 45 degree slice."""
     was_training = generator.training
     generator.eval()
     if isinstance(generator, LatticeGenerator):

@@ -69,7 +69,8 @@ class ResultFolder:
             return torch.load(self.checkpoint, map_location="cpu", weights_only=True)
         except Exception as error:  # torch raises many kinds for a damaged file
             raise ResultError(
-                f"{self.checkpoint}: found no readable checkpoint ({error}); delete it to start over"
+                f"{self.checkpoint}: found no readable checkpoint ({error}), expected one of"
+                " solidtex-train; delete it to start over"
             ) from error
 
     def save_checkpoint(self, state: dict[str, Any]) -> None:

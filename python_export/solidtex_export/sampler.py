@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import ClassVar
 
 import torch
 import torch.nn.functional as F
@@ -28,12 +29,12 @@ class HashedLattice:
 
     SIZE = 1 << 20
     FACTORS = (73856093, 19349663, 83492791)
-    _table: dict[torch.device, Tensor] = {}
+    _tables: ClassVar[dict[torch.device, Tensor]] = {}
 
     def __init__(self, octaves: int, device: torch.device) -> None:
-        if device not in self._table:
-            self._table[device] = torch.randn(self.SIZE, device=device)
-        self.table = self._table[device]
+        if device not in self._tables:
+            self._tables[device] = torch.randn(self.SIZE, device=device)
+        self.table = self._tables[device]
         self.salt = torch.randint(1 << 30, (octaves, 1), device=device)
 
     def __call__(self, cells: Tensor) -> Tensor:

@@ -1,8 +1,8 @@
 """Random slices of a solid, as images that are compared with an exemplar.
 
 Texture space is x, y, z with z upwards in a photograph of an upright surface. A slice normal to x
-shows (columns, rows downwards) = (y, -z), normal to y: (x, -z), normal to z: (x, -y). Vertical grain
-in one photograph used for x and y therefore runs along z in both.
+shows (columns, rows downwards) = (y, -z), normal to y: (x, -z), normal to z: (x, -y). So vertical
+grain in one photograph that is used for x and y runs along z in both.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ class LatticeSlices:
 class SamplerSlices:
     """Planes through the point family, each through its own realisation of the noise.
 
-    GramGAN, section 4: completely random planes for an isotropic material ("any"), rotation about one
-    axis for grain along it ("about-z"). With a photograph per direction: axis slices ("axes").
+    GramGAN, section 4: completely random planes for an isotropic material ("any"), rotation about
+    one axis for grain along it ("about-z"). With a photograph per direction: axis slices ("axes").
     """
 
     def __init__(self, generator: OctaveSampler, planes: str) -> None:
