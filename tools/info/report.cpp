@@ -1,0 +1,140 @@
+#include "tools/info/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <stdexcept>
+
+#include "tools/info/graph.h"
+
+namespace solidtex::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr int label_width = 14;
+
+std::vector<float> evaluate_voxel(const solidtex::texture& texture) {
+  std::vector<float> values(texture.channel_count());
+  texture.eval_box({0, 0, 0}, {1, 1, 1}, values);
+  for (std::size_t channel = 0; channel < values.size(); ++channel)
+    if (!std::isfinite(values[channel]))
+      throw std::runtime_error(texture.path() + ": voxel (0, 0, 0), channel " +
+                               texture.channel_name(channel) + ": found " +
+                               std::to_string(values[channel]) + ", expected a finite value");
+  return values;
+}
+
+ordered_json describe_nodes(const nlohmann::json& field) {
+  const std::vector<GraphNode> nodes = describe_graph(field);
+  ordered_json result = ordered_json::array();
+  for (const GraphNode& node : nodes) {
+    ordered_json inputs = ordered_json::array();
+    for (const std::size_t input : node.inputs) inputs.push_back(nodes[input].name);
+    result.push_back({{"name", node.name},
+                      {"op", node.op},
+                      {"inputs", inputs},
+                      {"level", node.level},
+                      {"channels", node.channels},
+                      {"voxel_region", {node.region_low, node.region_high}}});
+  }
+  return result;
+}
+
+std::string text_of(const ordered_json& value) {
+  return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+std::string join(const ordered_json& strings) {
+  std::string result;
+  for (const ordered_json& string : strings) {
+    if (!result.empty()) result += ' ';
+    result += string.get_ref<const std::string&>();
+  }
+  return result;
+}
+
+void print_line(std::ostream& out, const std::string& label, const std::string& text) {
+  out << "  " << std::left << std::setw(label_width) << label << text << '\n';
+}
+
+// One line per entry, the first beside the label.
+void print_object(std::ostream& out, const std::string& label, const ordered_json& object) {
+  std::string beside = label;
+  for (const auto& [key, value] : object.items()) {
+    print_line(out, beside, key + ": " + text_of(value));
+    beside.clear();
+  }
+}
+
+void print_exemplar(std::ostream& out, const ordered_json& exemplar) {
+  if (!exemplar.is_array()) return print_object(out, "exemplar", exemplar);
+  for (const ordered_json& one : exemplar) print_object(out, "exemplar", one);
+}
+
+void print_nodes(std::ostream& out, const ordered_json& nodes) {
+  std::size_t width = 4;
+  for (const ordered_json& node : nodes)
+    width = std::max(width, node["name"].get_ref<const std::string&>().size());
+  const auto row = [&](const auto& name, const auto& op, const auto& level, const auto& channels,
+                       const auto& region, const std::string& inputs) {
+    out << "  " << std::left << std::setw(static_cast<int>(width)) << name << "  " << std::setw(16)
+        << op << std::right << std::setw(5) << level << std::setw(10) << channels << std::setw(8)
+        << region << "  " << inputs << '\n';
+  };
+  out << "\n  What one voxel needs of each node, at most, along each axis:\n";
+  row("node", "op", "level", "channels", "voxels", "inputs");
+  for (const ordered_json& node : nodes) {
+    const ordered_json& region = node["voxel_region"];
+    row(text_of(node["name"]), text_of(node["op"]), text_of(node["level"]),
+        text_of(node["channels"]), region[1].get<int>() - region[0].get<int>() + 1,
+        join(node["inputs"]));
+  }
+}
+
+}  // namespace
+
+ordered_json describe(const solidtex::texture& texture) {
+  const auto document = ordered_json::parse(texture.metadata_json());
+  const std::string family = document.at("family");
+  ordered_json report = {{"file", texture.path()},
+                         {"version", document.at("version")},
+                         {"name", texture.name()},
+                         {"family", family},
+                         {"parameters", texture.parameter_count()},
+                         {"channels", document.at("channels")},
+                         {"color_space", texture.color_space()},
+                         {"noise_scheme", document.at("noise").at("scheme")}};
+  for (const char* key : {"license", "exemplar", "training"})
+    if (document.contains(key)) report[key] = document[key];
+  if (family == "field")
+    report["nodes"] = describe_nodes(document.at("field"));
+  else
+    report["sampler"] = document.at("sampler");
+  report["voxel"] = {
+      {"position", {0, 0, 0}}, {"seed", texture.seed()}, {"values", evaluate_voxel(texture)}};
+  report["verified"] = true;
+  return report;
+}
+
+void print(const ordered_json& report, std::ostream& out) {
+  out << text_of(report["name"]) << '\n';
+  print_line(out, "file", text_of(report["file"]));
+  print_line(out, "family",
+             text_of(report["family"]) + ", format version " + text_of(report["version"]));
+  print_line(out, "parameters", text_of(report["parameters"]));
+  print_line(out, "channels", join(report["channels"]));
+  print_line(out, "colour space", text_of(report["color_space"]));
+  print_line(out, "noise", text_of(report["noise_scheme"]));
+  print_line(out, "licence",
+             report.contains("license") ? text_of(report["license"]) : "not stated");
+  if (report.contains("exemplar")) print_exemplar(out, report["exemplar"]);
+  if (report.contains("training")) print_object(out, "training", report["training"]);
+  if (report.contains("sampler")) print_object(out, "sampler", report["sampler"]);
+  if (report.contains("nodes")) print_nodes(out, report["nodes"]);
+  out << "\nVerified. Voxel (0, 0, 0) of seed " << text_of(report["voxel"]["seed"]) << ":";
+  for (const ordered_json& value : report["voxel"]["values"]) out << ' ' << value.get<float>();
+  out << '\n';
+}
+
+}  // namespace solidtex::tools

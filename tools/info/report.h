@@ -1,0 +1,16 @@
+// What solidtex-info says about a model, as JSON and as text.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <solidtex/solidtex.hpp>
+
+namespace solidtex::tools {
+
+// Everything known about an open model; evaluates one voxel and throws when it is not finite.
+nlohmann::ordered_json describe(const solidtex::texture& texture);
+
+// The same for people.
+void print(const nlohmann::ordered_json& report, std::ostream& out);
+
+}  // namespace solidtex::tools
