@@ -13,6 +13,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr int label_width = 14;
+constexpr std::size_t max_text = 160;
 
 std::vector<float> evaluate_voxel(const solidtex::texture& texture) {
   std::vector<float> values(texture.channel_count());
@@ -41,8 +42,12 @@ ordered_json describe_nodes(const nlohmann::json& field) {
   return result;
 }
 
+// One short line; control characters stay escaped, so that a file cannot play with the terminal.
 std::string text_of(const ordered_json& value) {
-  return value.is_string() ? value.get<std::string>() : value.dump();
+  std::string text = value.dump();
+  if (value.is_string()) text = text.substr(1, text.size() - 2);
+  if (text.size() > max_text) text = text.substr(0, max_text - 3) + "...";
+  return text;
 }
 
 std::string join(const ordered_json& strings) {
