@@ -55,70 +55,71 @@ typedef enum solidtex_family {
 } solidtex_family;
 
 /* Library version as "major.minor.patch". Never fails. */
-SOLIDTEX_API const char *solidtex_version(void);
+SOLIDTEX_API const char* solidtex_version(void);
 
 /* Message of the first error on this thread since the last solidtex_clear_error, "" if none. The
  * pointer stays valid until this thread's next call into the library. */
-SOLIDTEX_API const char *solidtex_error_message(void);
+SOLIDTEX_API const char* solidtex_error_message(void);
 SOLIDTEX_API solidtex_status solidtex_error_status(void);
 SOLIDTEX_API void solidtex_clear_error(void);
 
 /* Fills the options with their defaults. */
-SOLIDTEX_API void solidtex_options_init(solidtex_options *options);
+SOLIDTEX_API void solidtex_options_init(solidtex_options* options);
 
 /* Opens a model. `model` is a path to a .solidtex file or the bare name of a shipped one
  * ("granite-grey"), looked up in SOLIDTEX_MODEL_PATH (colon-separated folders), then in
  * share/solidtex/models of the installation. `options` may be NULL. On failure *texture is NULL. */
-SOLIDTEX_API solidtex_status solidtex_open(const char *model, const solidtex_options *options,
-                                           solidtex_texture **texture);
+SOLIDTEX_API solidtex_status solidtex_open(const char* model, const solidtex_options* options,
+                                           solidtex_texture** texture);
 
 /* Opens a model that is already in memory (the bytes of a .solidtex file); they are copied. */
-SOLIDTEX_API solidtex_status solidtex_open_memory(const void *bytes, size_t byte_size,
-                                                  const solidtex_options *options,
-                                                  solidtex_texture **texture);
+SOLIDTEX_API solidtex_status solidtex_open_memory(const void* bytes, size_t byte_size,
+                                                  const solidtex_options* options,
+                                                  solidtex_texture** texture);
 
 /* Closes a texture; NULL is allowed. No query on it may be running. */
-SOLIDTEX_API void solidtex_close(solidtex_texture *texture);
+SOLIDTEX_API void solidtex_close(solidtex_texture* texture);
 
 /* Facts about a texture. The strings live as long as it does; NULL or 0 on bad arguments. */
-SOLIDTEX_API solidtex_family solidtex_get_family(const solidtex_texture *texture);
-SOLIDTEX_API size_t solidtex_channel_count(const solidtex_texture *texture);
-SOLIDTEX_API const char *solidtex_channel_name(const solidtex_texture *texture, size_t channel);
-SOLIDTEX_API const char *solidtex_color_space(const solidtex_texture *texture); /* srgb|linear|data */
-SOLIDTEX_API const char *solidtex_name(const solidtex_texture *texture);
-SOLIDTEX_API uint64_t solidtex_get_seed(const solidtex_texture *texture);
+SOLIDTEX_API solidtex_family solidtex_get_family(const solidtex_texture* texture);
+SOLIDTEX_API size_t solidtex_channel_count(const solidtex_texture* texture);
+SOLIDTEX_API const char* solidtex_channel_name(const solidtex_texture* texture, size_t channel);
+SOLIDTEX_API const char* solidtex_color_space(
+    const solidtex_texture* texture); /* srgb|linear|data */
+SOLIDTEX_API const char* solidtex_name(const solidtex_texture* texture);
+SOLIDTEX_API uint64_t solidtex_get_seed(const solidtex_texture* texture);
 /* The model's whole metadata document (docs/file-format.md) as JSON text. */
-SOLIDTEX_API const char *solidtex_metadata_json(const solidtex_texture *texture);
+SOLIDTEX_API const char* solidtex_metadata_json(const solidtex_texture* texture);
 /* Number of float parameters stored in the file. */
-SOLIDTEX_API uint64_t solidtex_parameter_count(const solidtex_texture *texture);
+SOLIDTEX_API uint64_t solidtex_parameter_count(const solidtex_texture* texture);
 /* Path the model was opened from, "" for one opened from memory. */
-SOLIDTEX_API const char *solidtex_path(const solidtex_texture *texture);
+SOLIDTEX_API const char* solidtex_path(const solidtex_texture* texture);
 
 /* Evaluates `count` points. Point p is origin + (points[3p], points[3p+1], points[3p+2]), added in
  * double precision; `origin` (3 doubles) may be NULL for zero. Writes count x channels floats, in
  * the file's own colour space, not clamped. The field family is reconstructed trilinearly between
  * voxel centres, through the brick cache. */
-SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture *texture,
-                                                  const double *origin, const float *points,
-                                                  size_t count, float *values);
+SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* texture,
+                                                  const double* origin, const float* points,
+                                                  size_t count, float* values);
 
 /* Evaluates the voxels [origin, origin + size) at their centres: size[0] x size[1] x size[2] x
- * channels floats, index order [x][y][z][channel], the channel fastest. Large boxes are evaluated in
- * parallel blocks. */
-SOLIDTEX_API solidtex_status solidtex_eval_box(const solidtex_texture *texture,
+ * channels floats, index order [x][y][z][channel], the channel fastest. Large boxes are evaluated
+ * in parallel blocks. */
+SOLIDTEX_API solidtex_status solidtex_eval_box(const solidtex_texture* texture,
                                                const int64_t origin[3], const int64_t size[3],
-                                               float *values);
+                                               float* values);
 
 /* What the brick cache has done so far (zeros for the sampler family). */
 typedef struct solidtex_cache_stats {
-  size_t struct_size;       /* set to sizeof(solidtex_cache_stats) before the call */
-  uint64_t hit_count;       /* bricks found */
-  uint64_t miss_count;      /* bricks computed */
-  uint64_t resident_bytes;  /* now held */
-  uint64_t peak_bytes;      /* most ever held */
+  size_t struct_size;      /* set to sizeof(solidtex_cache_stats) before the call */
+  uint64_t hit_count;      /* bricks found */
+  uint64_t miss_count;     /* bricks computed */
+  uint64_t resident_bytes; /* now held */
+  uint64_t peak_bytes;     /* most ever held */
 } solidtex_cache_stats;
-SOLIDTEX_API solidtex_status solidtex_get_cache_stats(const solidtex_texture *texture,
-                                                      solidtex_cache_stats *stats);
+SOLIDTEX_API solidtex_status solidtex_get_cache_stats(const solidtex_texture* texture,
+                                                      solidtex_cache_stats* stats);
 
 #ifdef __cplusplus
 }

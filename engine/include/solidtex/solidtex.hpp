@@ -4,6 +4,7 @@
 #include <solidtex/solidtex.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -52,14 +53,13 @@ class texture {
   solidtex_family family() const { return solidtex_get_family(handle_.get()); }
   std::size_t channel_count() const { return solidtex_channel_count(handle_.get()); }
   std::string channel_name(std::size_t channel) const {
-    const char* name = solidtex_channel_name(handle_.get(), channel);
-    return name ? name : "";
+    return text(solidtex_channel_name(handle_.get(), channel));
   }
-  std::string color_space() const { return solidtex_color_space(handle_.get()); }
-  std::string name() const { return solidtex_name(handle_.get()); }
-  std::string path() const { return solidtex_path(handle_.get()); }
+  std::string color_space() const { return text(solidtex_color_space(handle_.get())); }
+  std::string name() const { return text(solidtex_name(handle_.get())); }
+  std::string path() const { return text(solidtex_path(handle_.get())); }
   std::uint64_t seed() const { return solidtex_get_seed(handle_.get()); }
-  std::string metadata_json() const { return solidtex_metadata_json(handle_.get()); }
+  std::string metadata_json() const { return text(solidtex_metadata_json(handle_.get())); }
   std::uint64_t parameter_count() const { return solidtex_parameter_count(handle_.get()); }
 
   // points: n x 3 floats relative to origin. values: n x channel_count() floats.
@@ -106,6 +106,8 @@ class texture {
     result.cache_limit_bytes = chosen.cache_limit_bytes;
     return result;
   }
+
+  static std::string text(const char* found) { return found ? found : ""; }
 
   static void require(bool condition, const char* message) {
     if (!condition) throw error(SOLIDTEX_INVALID_ARGUMENT, message);

@@ -1,0 +1,212 @@
+// What a host does wrong: every call answers with a code and a message that names it.
+#include <solidtex/solidtex.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <string>
+#include <thread>
+
+#include "catch.hpp"
+#include "tiny_model.h"
+
+namespace {
+
+bool error_has(const std::string& part) {
+  const std::string message = solidtex_error_message();
+  INFO(message);
+  return message.find(part) != std::string::npos;
+}
+
+struct Opened {
+  solidtex_texture* texture = nullptr;
+  explicit Opened(const std::vector<std::byte>& bytes) {
+    REQUIRE(solidtex_open_memory(bytes.data(), bytes.size(), nullptr, &texture) == SOLIDTEX_OK);
+    solidtex_clear_error();
+  }
+  ~Opened() { solidtex_close(texture); }
+};
+
+}  // namespace
+
+TEST_CASE("misuse: null arguments are named", "[misuse]") {
+  const Opened opened(tiny_field_file());
+  solidtex_texture* texture = opened.texture;
+  float values[8] = {};
+  const float point[3] = {};
+  const int64_t origin[3] = {}, size[3] = {1, 1, 1};
+  solidtex_cache_stats stats = {sizeof(solidtex_cache_stats), 0, 0, 0, 0};
+  const auto refused = [](solidtex_status status, const char* part) {
+    const bool named = error_has(part);
+    solidtex_clear_error();
+    return status == SOLIDTEX_INVALID_ARGUMENT && named;
+  };
+  CHECK(refused(solidtex_open(nullptr, nullptr, &texture), "model is null"));
+  CHECK(texture == nullptr);
+  texture = opened.texture;
+  CHECK(refused(solidtex_open("granite-grey", nullptr, nullptr), "texture is null"));
+  CHECK(refused(solidtex_open_memory(nullptr, 8, nullptr, &texture), "bytes is null"));
+  texture = opened.texture;
+  CHECK(refused(solidtex_open_memory("12345678", 8, nullptr, nullptr), "texture is null"));
+  CHECK(refused(solidtex_eval_points(nullptr, nullptr, point, 1, values), "texture is null"));
+  CHECK(refused(solidtex_eval_points(texture, nullptr, nullptr, 1, values), "points is null"));
+  CHECK(refused(solidtex_eval_points(texture, nullptr, point, 1, nullptr), "values is null"));
+  CHECK(refused(solidtex_eval_box(nullptr, origin, size, values), "texture is null"));
+  CHECK(refused(solidtex_eval_box(texture, nullptr, size, values), "origin is null"));
+  CHECK(refused(solidtex_eval_box(texture, origin, nullptr, values), "size is null"));
+  CHECK(refused(solidtex_eval_box(texture, origin, size, nullptr), "values is null"));
+  CHECK(refused(solidtex_get_cache_stats(nullptr, &stats), "texture is null"));
+  CHECK(refused(solidtex_get_cache_stats(texture, nullptr), "stats is null"));
+  solidtex_close(nullptr);
+  solidtex_options_init(nullptr);
+  CHECK(solidtex_error_status() == SOLIDTEX_OK);
+}
+
+TEST_CASE("misuse: facts of a null texture are empty and leave an error", "[misuse]") {
+  const auto failed = [] {
+    const bool result = solidtex_error_status() == SOLIDTEX_INVALID_ARGUMENT;
+    solidtex_clear_error();
+    return result;
+  };
+  CHECK((solidtex_channel_count(nullptr) == 0 && failed()));
+  CHECK((solidtex_channel_name(nullptr, 0) == nullptr && failed()));
+  CHECK((solidtex_color_space(nullptr) == nullptr && failed()));
+  CHECK((solidtex_name(nullptr) == nullptr && failed()));
+  CHECK((solidtex_get_seed(nullptr) == 0 && failed()));
+  CHECK((solidtex_metadata_json(nullptr) == nullptr && failed()));
+  CHECK((solidtex_parameter_count(nullptr) == 0 && failed()));
+  CHECK((solidtex_path(nullptr) == nullptr && failed()));
+  CHECK((solidtex_get_family(nullptr) == SOLIDTEX_FAMILY_FIELD && failed()));
+  const Opened opened(tiny_field_file());
+  CHECK(solidtex_channel_name(opened.texture, 2) == nullptr);
+  CHECK(error_has("channel is 2, expected less than 2"));
+  solidtex_clear_error();
+}
+
+TEST_CASE("misuse: wrong struct sizes", "[misuse]") {
+  const auto bytes = tiny_field_file();
+  solidtex_options options = {0, 0, 0};
+  solidtex_texture* texture = nullptr;
+  CHECK(solidtex_open_memory(bytes.data(), bytes.size(), &options, &texture) ==
+        SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(error_has("solidtex_options.struct_size is 0, expected 24"));
+  CHECK(texture == nullptr);
+  solidtex_clear_error();
+  const Opened opened(bytes);
+  solidtex_cache_stats stats = {7, 0, 0, 0, 0};
+  CHECK(solidtex_get_cache_stats(opened.texture, &stats) == SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(error_has("solidtex_cache_stats.struct_size is 7, expected 40"));
+  solidtex_clear_error();
+}
+
+TEST_CASE("misuse: nothing to do is no error and touches nothing", "[misuse]") {
+  const Opened opened(tiny_sampler_file());
+  CHECK(solidtex_eval_points(opened.texture, nullptr, nullptr, 0, nullptr) == SOLIDTEX_OK);
+  const int64_t origin[3] = {1, 2, 3}, flat[3] = {4, 0, 4};
+  CHECK(solidtex_eval_box(opened.texture, origin, flat, nullptr) == SOLIDTEX_OK);
+}
+
+TEST_CASE("misuse: sizes and coordinates out of range", "[misuse]") {
+  for (const auto& bytes : {tiny_field_file(), tiny_sampler_file()}) {
+    const Opened opened(bytes);
+    float values[3] = {7, 7, 7};
+    const auto refused = [&](solidtex_status status, const char* part) {
+      const bool named = error_has(part);
+      solidtex_clear_error();
+      return status == SOLIDTEX_INVALID_ARGUMENT && named && values[0] == 7;
+    };
+    const auto box = [&](std::array<int64_t, 3> origin, std::array<int64_t, 3> size) {
+      return solidtex_eval_box(opened.texture, origin.data(), size.data(), values);
+    };
+    const auto point = [&](float x, float y, float z, double far = 0) {
+      const float at[3] = {x, y, z};
+      const double origin[3] = {0, 0, far};
+      return solidtex_eval_points(opened.texture, origin, at, 1, values);
+    };
+    CHECK(refused(box({0, 0, 0}, {-1, 1, 1}), "size along x is -1"));
+    CHECK(refused(box({0, 0, 0}, {INT64_MIN, 1, 1}), "size along x is -9223372036854775808"));
+    CHECK(refused(box({0, INT64_MAX, 0}, {1, 1, 1}), "along y has origin 9223372036854775807"));
+    CHECK(refused(box({0, 0, 0}, {1, 1, INT64_MAX}), "size 9223372036854775807"));
+    CHECK(refused(box({0, 0, 0}, {1 << 30, 1 << 30, 1 << 30}), "more than memory can hold"));
+    CHECK(refused(point(NAN, 0, 0), "point 0: x is nan"));
+    CHECK(refused(point(0, -INFINITY, 0), "point 0: y is -inf"));
+    CHECK(refused(point(0, 0, 3e9f), "point 0: z is 3000000000"));
+    CHECK(refused(point(0, 0, 5, 1e300), "z is 1.0000000000000001e+300"));
+    const float one[3] = {};
+    CHECK(refused(solidtex_eval_points(opened.texture, nullptr, one, SIZE_MAX, values),
+                  "count is 18446744073709551615"));
+    CHECK(refused(solidtex_eval_points(opened.texture, nullptr, one, SIZE_MAX / 12 + 1, values),
+                  "more points than memory can hold"));
+  }
+}
+
+TEST_CASE("misuse: random and damaged bytes are no model", "[misuse]") {
+  std::mt19937 random(1);
+  for (int attempt = 0; attempt < 300; ++attempt) {
+    std::vector<std::byte> bytes(random() % 600);
+    for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
+    solidtex_texture* texture = nullptr;
+    const char empty = 0;
+    const void* start = bytes.empty() ? static_cast<const void*>(&empty) : bytes.data();
+    REQUIRE(solidtex_open_memory(start, bytes.size(), nullptr, &texture) == SOLIDTEX_INVALID_MODEL);
+    REQUIRE(texture == nullptr);
+    REQUIRE(error_has("model in memory"));
+    solidtex_clear_error();
+  }
+  const auto valid = tiny_field_file();
+  for (std::size_t size = 0; size < valid.size(); size += 5) {
+    solidtex_texture* texture = nullptr;
+    REQUIRE(solidtex_open_memory(valid.data(), size, nullptr, &texture) == SOLIDTEX_INVALID_MODEL);
+    solidtex_clear_error();
+  }
+}
+
+TEST_CASE("misuse: the first error of a thread is kept, and is its own", "[misuse]") {
+  solidtex_texture* texture = nullptr;
+  CHECK(solidtex_open(nullptr, nullptr, &texture) == SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(solidtex_open("no/such/file.solidtex", nullptr, &texture) == SOLIDTEX_IO_ERROR);
+  CHECK(error_has("model is null"));
+  CHECK(solidtex_error_status() == SOLIDTEX_INVALID_ARGUMENT);
+  std::string elsewhere = "unset";
+  std::thread([&] { elsewhere = solidtex_error_message(); }).join();
+  CHECK(elsewhere.empty());
+  solidtex_clear_error();
+  CHECK(std::string(solidtex_error_message()).empty());
+  CHECK(solidtex_open("no/such/file.solidtex", nullptr, &texture) == SOLIDTEX_IO_ERROR);
+  CHECK(error_has("no/such/file.solidtex"));
+  solidtex_clear_error();
+}
+
+TEST_CASE("lookup: a bare name is searched for, an unknown one lists what there is", "[lookup]") {
+  namespace fs = std::filesystem;
+  const fs::path folder =
+      fs::temp_directory_path() / ("solidtex-lookup-" + std::to_string(getpid()));
+  fs::create_directories(folder / "b");
+  const auto bytes = tiny_field_file();
+  std::ofstream(folder / "b" / "pebbles.solidtex", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  setenv("SOLIDTEX_MODEL_PATH", ((folder / "a").string() + ":" + (folder / "b").string()).c_str(),
+         1);
+
+  solidtex_texture* texture = nullptr;
+  REQUIRE(solidtex_open("pebbles", nullptr, &texture) == SOLIDTEX_OK);
+  CHECK(solidtex_path(texture) == (folder / "b" / "pebbles.solidtex").string());
+  CHECK(std::string(solidtex_name(texture)) == "tiny-field");
+  solidtex_close(texture);
+
+  CHECK(solidtex_open("marzipan", nullptr, &texture) == SOLIDTEX_IO_ERROR);
+  CHECK(error_has("\"marzipan\""));
+  CHECK(error_has("pebbles"));
+  CHECK(error_has((folder / "a").string()));
+  CHECK(error_has("share/solidtex/models"));
+  solidtex_clear_error();
+  CHECK(solidtex_open("", nullptr, &texture) == SOLIDTEX_INVALID_ARGUMENT);
+  solidtex_clear_error();
+  unsetenv("SOLIDTEX_MODEL_PATH");
+  fs::remove_all(folder);
+}

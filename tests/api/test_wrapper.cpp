@@ -1,0 +1,104 @@
+// solidtex.hpp over the shared library: what it reports, and that it answers as solidtex.h does.
+#include <algorithm>
+#include <cmath>
+#include <solidtex/solidtex.hpp>
+#include <thread>
+#include <vector>
+
+#include "catch.hpp"
+#include "tiny_model.h"
+
+namespace {
+
+std::vector<float> box_of(const solidtex::texture& texture,
+                          const std::array<std::int64_t, 3>& origin, std::int64_t edge) {
+  std::vector<float> values(static_cast<std::size_t>(edge * edge * edge) * texture.channel_count());
+  texture.eval_box(origin, {edge, edge, edge}, values);
+  return values;
+}
+
+}  // namespace
+
+TEST_CASE("wrapper: facts of both families", "[api]") {
+  const auto field = solidtex::texture::from_memory(tiny_field_file(), {.seed = 5});
+  CHECK(field.family() == SOLIDTEX_FAMILY_FIELD);
+  CHECK(field.channel_count() == 2);
+  CHECK(field.channel_name(0) == "albedo.r");
+  CHECK(field.channel_name(1) == "rough");
+  CHECK(field.color_space() == "srgb");
+  CHECK(field.name() == "tiny-field");
+  CHECK(field.path().empty());
+  CHECK(field.seed() == 5);
+  CHECK(field.parameter_count() == 164);
+  CHECK(field.metadata_json().find("tiny-field") != std::string::npos);
+  const auto sampler = solidtex::texture::from_memory(tiny_sampler_file());
+  CHECK(sampler.family() == SOLIDTEX_FAMILY_SAMPLER);
+  CHECK(sampler.channel_count() == 3);
+  CHECK(sampler.color_space() == "linear");
+  CHECK(sampler.seed() == 0);
+}
+
+TEST_CASE("wrapper: points at voxel centres are the voxels, bit for bit", "[api]") {
+  for (const auto& bytes : {tiny_field_file(), tiny_sampler_file()}) {
+    const auto texture = solidtex::texture::from_memory(bytes, {.seed = 3});
+    const std::array<std::int64_t, 3> origin{-3, 1 << 30, -(1 << 30)};
+    const auto box = box_of(texture, origin, 6);
+    std::vector<float> points;
+    for (int i = 0; i < 216; ++i) {
+      for (const int index : {i / 36, i / 6 % 6, i % 6}) points.push_back(float(index) + 0.5f);
+    }
+    std::vector<float> values(box.size());
+    texture.eval_points({double(origin[0]), double(origin[1]), double(origin[2])}, points, values);
+    CHECK(values == box);
+    const auto [low, high] = std::minmax_element(box.begin(), box.end());
+    CHECK(*low < *high);
+  }
+}
+
+TEST_CASE("wrapper: a moved texture is the same, its cache reports what it did", "[api]") {
+  auto first = solidtex::texture::from_memory(tiny_field_file(), {.cache_limit_bytes = 1 << 20});
+  const auto expected = box_of(first, {0, 0, 0}, 4);
+  const solidtex::texture second = std::move(first);
+  CHECK(box_of(second, {0, 0, 0}, 4) == expected);
+  CHECK(second.cache_stats().miss_count == 0);
+  const std::vector<float> points(30, 1.5f);
+  std::vector<float> values(20);
+  second.eval_points({0, 0, 0}, points, values);
+  second.eval_points({0, 0, 0}, points, values);
+  const solidtex_cache_stats stats = second.cache_stats();
+  CHECK(stats.miss_count == 1);
+  CHECK(stats.hit_count == 1);
+  CHECK(stats.resident_bytes > 0);
+  CHECK(stats.peak_bytes <= 1 << 20);
+}
+
+TEST_CASE("wrapper: errors are exceptions with the engine's message", "[api]") {
+  const auto texture = solidtex::texture::from_memory(tiny_field_file());
+  std::vector<float> values(2);
+  try {
+    texture.eval_points({0, 0, 0}, std::vector<float>{0, NAN, 0}, values);
+    FAIL("no exception");
+  } catch (const solidtex::error& error) {
+    CHECK(error.status() == SOLIDTEX_INVALID_ARGUMENT);
+    CHECK(std::string(error.what()).find("point 0: y is nan") != std::string::npos);
+  }
+  CHECK_THROWS_AS(texture.eval_points({0, 0, 0}, std::vector<float>(4), values), solidtex::error);
+  CHECK_THROWS_AS(texture.eval_box({0, 0, 0}, {1, 1, 2}, values), solidtex::error);
+  CHECK_THROWS_AS(texture.eval_box({0, 0, 0}, {-1, 1, -2}, values), solidtex::error);
+  CHECK_THROWS_AS(solidtex::texture("no/such.solidtex"), solidtex::error);
+}
+
+TEST_CASE("wrapper: threads share a texture", "[api][threads]") {
+  const auto texture = solidtex::texture::from_memory(tiny_field_file());
+  std::vector<float> points;
+  for (int i = 0; i < 3000; ++i) points.push_back(static_cast<float>(i * 37 % 101) * 0.7f);
+  std::vector<float> expected(2000);
+  solidtex::texture::from_memory(tiny_field_file()).eval_points({0, 0, 0}, points, expected);
+  std::vector<std::vector<float>> found(6, std::vector<float>(2000));
+  std::vector<std::thread> threads;
+  for (auto& values : found) {
+    threads.emplace_back([&] { texture.eval_points({0, 0, 0}, points, values); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& values : found) CHECK(values == expected);
+}
