@@ -76,7 +76,10 @@ def validate(model: ModelFile, label: str = "model") -> None:
 def serialize(model: ModelFile, label: str = "model") -> bytes:
     """The bytes of the file, proven readable by reading them back."""
     validate(model, label)
-    document = json.dumps(model.document, allow_nan=False, separators=(",", ":"))
+    try:
+        document = json.dumps(model.document, allow_nan=False, separators=(",", ":"))
+    except (TypeError, ValueError) as error:
+        raise ModelFileError(f"{label}: document: cannot be written as JSON: {error}") from error
     tensors = {name: np.ascontiguousarray(values) for name, values in model.tensors.items()}
     data = safetensors.numpy.save(tensors, metadata={METADATA_KEY: document})
     parse(data, label)
