@@ -1,0 +1,148 @@
+#include "plugins/pathtracer/bsdf.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "plugins/pathtracer/sampling.h"
+
+namespace solidtex::pathtracer {
+namespace {
+
+float square(float x) { return x * x; }
+
+// GGX density of microfacet normals.
+float ggx(const glm::vec3& h, float alpha) {
+  const float a2 = alpha * alpha;
+  // 1 - z^2 from x and y: the difference would cancel near the peak of a smooth coat.
+  const float denominator = (h.x * h.x + h.y * h.y) + a2 * h.z * h.z;
+  return a2 / (glm::pi<float>() * square(denominator));
+}
+
+// Smith's Lambda of GGX.
+float lambda(const glm::vec3& w, float alpha) {
+  const float tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
+  return 0.5f * (std::sqrt(1 + alpha * alpha * tan2) - 1);
+}
+
+float masking(const glm::vec3& w, float alpha) { return 1 / (1 + lambda(w, alpha)); }
+
+float masking_shadowing(const glm::vec3& out, const glm::vec3& in, float alpha) {
+  return 1 / (1 + lambda(out, alpha) + lambda(in, alpha));
+}
+
+// A normal as visible from `out`: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical
+// Caps", 2023.
+glm::vec3 sample_visible_normal(const glm::vec3& out, float alpha, const glm::vec2& u) {
+  const glm::vec3 standard = glm::normalize(glm::vec3(out.x * alpha, out.y * alpha, out.z));
+  const float angle = glm::two_pi<float>() * u.x;
+  const float z = (1 - u.y) * (1 + standard.z) - standard.z;
+  const float radius = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
+  const glm::vec3 h = standard + glm::vec3(radius * std::cos(angle), radius * std::sin(angle), z);
+  return glm::normalize(glm::vec3(h.x * alpha, h.y * alpha, std::max(h.z, 1e-7f)));
+}
+
+float visible_normal_pdf(const glm::vec3& out, const glm::vec3& h, float alpha) {
+  return masking(out, alpha) * ggx(h, alpha) / (4 * out.z);
+}
+
+// Reflected share for one direction, by a regular grid over the visible normals.
+float integrate_albedo(const glm::vec3& out, float alpha, float ior) {
+  constexpr int kGrid = 32;
+  float sum = 0;
+  for (int i = 0; i < kGrid; ++i) {
+    for (int j = 0; j < kGrid; ++j) {
+      const glm::vec2 u((static_cast<float>(i) + 0.5f) / kGrid,
+                        (static_cast<float>(j) + 0.5f) / kGrid);
+      const glm::vec3 h = sample_visible_normal(out, alpha, u);
+      const glm::vec3 in = glm::reflect(-out, h);
+      if (in.z <= 0) continue;
+      sum += fresnel_dielectric(glm::dot(out, h), ior) * masking_shadowing(out, in, alpha) /
+             masking(out, alpha);
+    }
+  }
+  return sum / (kGrid * kGrid);
+}
+
+}  // namespace
+
+float fresnel_dielectric(float cosine, float ior) {
+  cosine = std::clamp(cosine, 0.0f, 1.0f);
+  const float inner = std::sqrt(1 - (1 - cosine * cosine) / (ior * ior));
+  const float s = (cosine - ior * inner) / (cosine + ior * inner);
+  const float p = (ior * cosine - inner) / (ior * cosine + inner);
+  return 0.5f * (s * s + p * p);
+}
+
+Coat::Coat(float roughness, float ior) : alpha_(square(roughness)), ior_(ior) {
+  for (int i = 0; i < kEntries; ++i) {
+    const float cosine = std::max(static_cast<float>(i) / (kEntries - 1), 1e-3f);
+    table_[static_cast<std::size_t>(i)] =
+        integrate_albedo(glm::vec3(std::sqrt(1 - cosine * cosine), 0, cosine), alpha_, ior_);
+  }
+  // 2 * integral of albedo(x) x dx, exact for the piecewise linear table.
+  const float step = 1.0f / (kEntries - 1);
+  for (int i = 0; i + 1 < kEntries; ++i) {
+    const float x0 = static_cast<float>(i) * step, x1 = x0 + step;
+    const float a = table_[static_cast<std::size_t>(i)],
+                b = table_[static_cast<std::size_t>(i) + 1];
+    average_ += step * (a * (2 * x0 + x1) + b * (x0 + 2 * x1)) / 3;
+  }
+}
+
+float Coat::albedo(float cosine) const {
+  const float x = std::clamp(cosine, 0.0f, 1.0f) * (kEntries - 1);
+  const auto i = std::min(static_cast<std::size_t>(x), static_cast<std::size_t>(kEntries - 2));
+  const float t = x - static_cast<float>(i);
+  return table_[i] + t * (table_[i + 1] - table_[i]);
+}
+
+float Coat::internal_reflectance() const {
+  // Reciprocity: flux through the interface is the same both ways, but the solid angle inside is
+  // smaller by the square of the index.
+  return 1 - (1 - average_) / (ior_ * ior_);
+}
+
+glm::vec3 Bsdf::eval(const glm::vec3& out, const glm::vec3& in) const {
+  if (out.z <= 0 || in.z <= 0) return glm::vec3(0);
+  if (!coat) return albedo * (in.z * glm::one_over_pi<float>());
+  const glm::vec3 h = glm::normalize(out + in);
+  const float specular = fresnel_dielectric(glm::dot(out, h), coat->ior()) * ggx(h, coat->alpha()) *
+                         masking_shadowing(out, in, coat->alpha()) / (4 * out.z);
+  // Light that entered bounces between base and coat: a geometric series.
+  const float r = coat->internal_reflectance();
+  const glm::vec3 base = albedo * (1 - r) / (1.0f - albedo * r);
+  const float through = (1 - coat->albedo(out.z)) * (1 - coat->albedo(in.z)) /
+                        (glm::pi<float>() * (1 - coat->average_albedo()));
+  return base * (through * in.z) + glm::vec3(specular);
+}
+
+float Bsdf::coat_probability(float cosine) const {
+  if (!coat) return 0;
+  const float reflected = coat->albedo(cosine);
+  const float below = (1 - reflected) * luminance(albedo);
+  return std::clamp(reflected / (reflected + below), 0.1f, 0.9f);
+}
+
+float Bsdf::pdf(const glm::vec3& out, const glm::vec3& in) const {
+  if (out.z <= 0 || in.z <= 0) return 0;
+  const float base = in.z * glm::one_over_pi<float>();
+  if (!coat) return base;
+  const float p = coat_probability(out.z);
+  const glm::vec3 h = glm::normalize(out + in);
+  return p * visible_normal_pdf(out, h, coat->alpha()) + (1 - p) * base;
+}
+
+BsdfSample Bsdf::sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
+  if (out.z <= 0) return {};
+  BsdfSample result;
+  if (lobe < coat_probability(out.z)) {
+    result.direction = glm::reflect(-out, sample_visible_normal(out, coat->alpha(), u));
+  } else {
+    result.direction = sample_cosine_hemisphere(u);
+  }
+  result.pdf = pdf(out, result.direction);
+  if (result.pdf > 0) result.weight = eval(out, result.direction) / result.pdf;
+  return result;
+}
+
+}  // namespace solidtex::pathtracer

@@ -1,0 +1,162 @@
+#include "plugins/pathtracer/embree_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <stdexcept>
+
+namespace solidtex::pathtracer {
+namespace {
+
+void check(RTCDevice device, const char* what) {
+  if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE) {
+    throw std::runtime_error(std::string("Embree failed to ") + what + ", error code " +
+                             std::to_string(static_cast<int>(error)));
+  }
+}
+
+// Copies values into a buffer that Embree owns and pads.
+template <class T>
+void fill_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format,
+                 const std::vector<T>& values) {
+  auto* buffer =
+      static_cast<T*>(rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), values.size()));
+  if (!buffer) throw std::bad_alloc();
+  std::copy(values.begin(), values.end(), buffer);
+}
+
+void commit_and_attach(RTCScene scene, RTCGeometry geometry, unsigned id) {
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
+RTCRay to_embree(const Ray& ray, float distance) {
+  RTCRay result{};
+  result.org_x = ray.origin.x, result.org_y = ray.origin.y, result.org_z = ray.origin.z;
+  result.dir_x = ray.direction.x, result.dir_y = ray.direction.y, result.dir_z = ray.direction.z;
+  result.tfar = distance;
+  result.mask = 0xffffffffu;
+  return result;
+}
+
+template <class T>
+T interpolate(const std::vector<T>& values, const glm::uvec3& corner, const glm::vec2& b) {
+  return (1 - b.x - b.y) * values[corner.x] + b.x * values[corner.y] + b.y * values[corner.z];
+}
+
+glm::vec3 on_side_of(const glm::vec3& normal, const glm::vec3& reference) {
+  return glm::dot(normal, reference) < 0 ? -normal : normal;
+}
+
+}  // namespace
+
+EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevice(nullptr)) {
+  if (!device_) throw std::runtime_error("Embree cannot start on this machine");
+  for (const Mesh& mesh : scene.meshes) meshes_.push_back(build_mesh(mesh));
+  root_.reset(rtcNewScene(device_.get()));
+  rtcSetSceneFlags(root_.get(), RTC_SCENE_FLAG_ROBUST);
+  unsigned id = 0;
+  for (const Object& object : scene.objects) attach_instance(object, id++);
+  for (const RectangleLight& light : scene.lights) attach_rectangle(light, id++);
+  rtcCommitScene(root_.get());
+  check(device_.get(), "build the scene");
+}
+
+EmbreeScene::Owned<RTCScene> EmbreeScene::build_mesh(const Mesh& mesh) const {
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions);
+  fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles);
+  Owned<RTCScene> result(rtcNewScene(device_.get()));
+  rtcSetSceneFlags(result.get(), RTC_SCENE_FLAG_ROBUST);
+  commit_and_attach(result.get(), geometry, 0);
+  rtcCommitScene(result.get());
+  check(device_.get(), ("build " + mesh.file).c_str());
+  return result;
+}
+
+void EmbreeScene::attach_instance(const Object& object, unsigned id) {
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, meshes_[object.mesh].get());
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                          glm::value_ptr(object.to_world));
+  commit_and_attach(root_.get(), geometry, id);
+  normal_matrices_.push_back(glm::inverseTranspose(glm::mat3(object.to_world)));
+}
+
+void EmbreeScene::attach_rectangle(const RectangleLight& light, unsigned id) {
+  const std::vector<glm::vec3> corners = {light.corner, light.corner + light.edge_u,
+                                          light.corner + light.edge_u + light.edge_v,
+                                          light.corner + light.edge_v};
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_QUAD);
+  fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, corners);
+  fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4,
+              std::vector<glm::uvec4>{{0, 1, 2, 3}});
+  commit_and_attach(root_.get(), geometry, id);
+}
+
+Hit EmbreeScene::intersect(const Ray& ray) const {
+  RTCRayHit query{};
+  query.ray = to_embree(ray, std::numeric_limits<float>::infinity());
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree_intersect(root_.get(), query);
+  Hit hit;
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
+  hit.distance = query.ray.tfar;
+  if (query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID) {
+    hit.kind = Hit::Kind::object;
+    hit.index = query.hit.instID[0];
+    hit.triangle = query.hit.primID;
+    hit.barycentric = {query.hit.u, query.hit.v};
+  } else {
+    hit.kind = Hit::Kind::light;
+    hit.index = query.hit.geomID - static_cast<std::uint32_t>(scene_.objects.size());
+  }
+  return hit;
+}
+
+bool EmbreeScene::occluded(const Ray& ray, float distance) const {
+  RTCRay query = to_embree(ray, distance);
+  embree_occluded(root_.get(), query);
+  return query.tfar < 0;
+}
+
+Surface EmbreeScene::surface(const Ray& ray, const Hit& hit) const {
+  const Object& object = scene_.objects[hit.index];
+  const Mesh& mesh = scene_.meshes[object.mesh];
+  const glm::uvec3 corner = mesh.triangles[hit.triangle];
+  const glm::mat3& to_world_normal = normal_matrices_[hit.index];
+  const auto& p = mesh.positions;
+
+  Surface surface;
+  surface.material = static_cast<std::uint32_t>(object.material);
+  surface.object_position = interpolate(p, corner, hit.barycentric);
+  surface.position = glm::vec3(object.to_world * glm::vec4(surface.object_position, 1));
+  const glm::vec3 face = glm::cross(p[corner.y] - p[corner.x], p[corner.z] - p[corner.x]);
+  surface.geometric_normal =
+      on_side_of(glm::normalize(to_world_normal * glm::normalize(face)), -ray.direction);
+  surface.normal = surface.geometric_normal;
+  if (!mesh.normals.empty()) {
+    const glm::vec3 smooth = to_world_normal * interpolate(mesh.normals, corner, hit.barycentric);
+    const float length = glm::length(smooth);
+    const glm::vec3 normal =
+        on_side_of(length > 0 ? smooth / length : surface.normal, surface.geometric_normal);
+    // A smooth normal may turn away from the viewer near a silhouette; the face never does.
+    if (glm::dot(normal, ray.direction) < 0) surface.normal = normal;
+  }
+  if (!mesh.uvs.empty()) surface.uv = interpolate(mesh.uvs, corner, hit.barycentric);
+  return surface;
+}
+
+glm::vec3 EmbreeScene::leave(const Surface& surface, const glm::vec3& direction) const {
+  // Some tens of units in the last place of the largest coordinate: more than the rounding errors
+  // of the position, less than anything one can see.
+  const glm::vec3 size = glm::abs(surface.position);
+  const float extent = std::max({size.x, size.y, size.z, 1e-3f});
+  const float offset = extent * 0x1p-18f;
+  return surface.position + on_side_of(surface.geometric_normal, direction) * offset;
+}
+
+}  // namespace solidtex::pathtracer

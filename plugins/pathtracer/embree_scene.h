@@ -1,0 +1,69 @@
+// Ray queries on a scene: one Embree scene per mesh, instanced once per object.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <limits>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "plugins/pathtracer/embree.h"
+#include "plugins/pathtracer/scene.h"
+
+namespace solidtex::pathtracer {
+
+struct Ray {
+  glm::vec3 origin{0}, direction{0, 0, 1};  // direction has unit length
+};
+
+struct Hit {
+  enum class Kind { nothing, object, light };
+  Kind kind = Kind::nothing;
+  std::uint32_t index = 0;     // of the object or light
+  std::uint32_t triangle = 0;  // of the object's mesh
+  glm::vec2 barycentric{0};
+  float distance = std::numeric_limits<float>::infinity();
+};
+
+// What shading needs to know of a point on an object. Normals are of unit length and on the side
+// that the ray came from.
+struct Surface {
+  glm::vec3 position{0}, object_position{0};
+  glm::vec3 geometric_normal{0}, normal{0};
+  glm::vec2 uv{0};
+  std::uint32_t material = 0;
+};
+
+class EmbreeScene {
+ public:
+  // Keeps a reference to `scene`.
+  explicit EmbreeScene(const Scene& scene);
+
+  Hit intersect(const Ray& ray) const;
+  bool occluded(const Ray& ray, float distance) const;
+  Surface surface(const Ray& ray, const Hit& hit) const;
+
+  // A point just above the surface, on the side of `direction`, from which rays can start.
+  glm::vec3 leave(const Surface& surface, const glm::vec3& direction) const;
+
+ private:
+  struct Release {
+    void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+    void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+  };
+  template <class Handle>
+  using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
+
+  Owned<RTCScene> build_mesh(const Mesh& mesh) const;
+  void attach_instance(const Object& object, unsigned id);
+  void attach_rectangle(const RectangleLight& light, unsigned id);
+
+  const Scene& scene_;
+  Owned<RTCDevice> device_;
+  std::vector<Owned<RTCScene>> meshes_;
+  Owned<RTCScene> root_;
+  std::vector<glm::mat3> normal_matrices_;  // per object
+};
+
+}  // namespace solidtex::pathtracer

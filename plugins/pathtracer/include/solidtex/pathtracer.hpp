@@ -1,0 +1,75 @@
+// The path tracer as a library: read a scene, render it, write the picture.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace solidtex::pathtracer {
+
+// A scene or a file it refers to is wrong. what() names the file, the place in it, what was found
+// and what was expected.
+struct SceneError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Thrown by render when its stop token asks for it.
+struct Interrupted : std::runtime_error {
+  Interrupted() : std::runtime_error("rendering was interrupted") {}
+};
+
+// How direct light is found. All three converge to the same picture.
+enum class LightSampling { mis, lights, bsdf };
+
+struct RenderSettings {
+  int width = 960, height = 540;
+  int samples = 64;        // per pixel
+  std::uint64_t seed = 0;  // same seed, same bits, whatever the number of threads
+  int threads = 0;         // 0: as many as the machine has
+  int max_depth = 12;      // longest path, in segments
+  LightSampling light_sampling = LightSampling::mis;
+};
+
+// Linear RGB, row 0 on top, 3 floats a pixel.
+struct Image {
+  int width = 0, height = 0;
+  std::vector<float> rgb;
+};
+
+struct RenderStatistics {
+  std::uint64_t ray_count = 0;
+  std::uint64_t texture_point_count = 0;   // points asked of solid textures
+  std::uint64_t invalid_sample_count = 0;  // samples that were not finite, counted as black
+};
+
+struct Scene;
+
+// Reads and checks a scene file (docs/scene-format.md) and all it refers to.
+std::shared_ptr<const Scene> load_scene(const std::filesystem::path& file);
+
+// The settings and the exposure that the scene file asks for.
+RenderSettings settings_of(const Scene& scene);
+float exposure_of(const Scene& scene);
+
+// What loading found worth saying (repaired meshes, for example), one line each.
+std::vector<std::string> notes_of(const Scene& scene);
+
+// Called with the finished share, 0 to 1, from any thread but never from two at once.
+using Progress = std::function<void(double)>;
+
+Image render(const Scene& scene, const RenderSettings& settings, const Progress& progress = {},
+             std::stop_token stop = {}, RenderStatistics* statistics = nullptr);
+
+// Linear EXR with 32-bit float channels R, G, B.
+void write_exr(const Image& image, const std::filesystem::path& file);
+
+// 8-bit PNG: colours times 2^exposure, clamped to [0, 1], encoded as sRGB.
+void write_png(const Image& image, float exposure, const std::filesystem::path& file);
+
+}  // namespace solidtex::pathtracer

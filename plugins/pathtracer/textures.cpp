@@ -1,0 +1,107 @@
+#include "plugins/pathtracer/textures.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+
+namespace solidtex::pathtracer {
+namespace {
+
+float decode(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
+
+float encode(float x) {
+  return x <= 0.0031308f ? x * 12.92f : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
+}
+
+glm::vec3 clamp_albedo(const glm::vec3& color) {
+  return glm::clamp(color, 0.0f, kMaxTextureAlbedo);
+}
+
+}  // namespace
+
+glm::vec3 srgb_to_linear(const glm::vec3& c) { return {decode(c.x), decode(c.y), decode(c.z)}; }
+glm::vec3 linear_to_srgb(const glm::vec3& c) { return {encode(c.x), encode(c.y), encode(c.z)}; }
+
+glm::vec3 lookup_image(const ColorImage& image, const glm::vec2& uv) {
+  const float x = (uv.x - std::floor(uv.x)) * static_cast<float>(image.width) - 0.5f;
+  const float y = (1 - (uv.y - std::floor(uv.y))) * static_cast<float>(image.height) - 0.5f;
+  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  const float tx = x - static_cast<float>(x0), ty = y - static_cast<float>(y0);
+  const auto pixel = [&](int px, int py) {
+    return image.at((px + image.width) % image.width, (py + image.height) % image.height);
+  };
+  return glm::mix(glm::mix(pixel(x0, y0), pixel(x0 + 1, y0), tx),
+                  glm::mix(pixel(x0, y0 + 1), pixel(x0 + 1, y0 + 1), tx), ty);
+}
+
+glm::uvec3 albedo_channels(const solidtex::texture& texture) {
+  glm::uvec3 result;
+  const std::array<std::string, 3> names = {"albedo.r", "albedo.g", "albedo.b"};
+  for (int i = 0; i < 3; ++i) {
+    std::size_t c = 0;
+    while (c < texture.channel_count() &&
+           texture.channel_name(c) != names[static_cast<std::size_t>(i)]) {
+      ++c;
+    }
+    if (c == texture.channel_count()) {
+      throw SceneError(texture.path() + ": found no channel \"" +
+                       names[static_cast<std::size_t>(i)] +
+                       "\", expected channels albedo.r, albedo.g and albedo.b");
+    }
+    result[i] = static_cast<unsigned>(c);
+  }
+  return result;
+}
+
+ColorLookup::ColorLookup(const Scene& scene) : scene_(scene), waiting_(scene.materials.size()) {}
+
+std::size_t ColorLookup::operator()(std::span<const Surface> surfaces,
+                                    std::span<glm::vec3> colors) {
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const Color& color = scene_.materials[surfaces[i].material].color;
+    if (const auto* constant = std::get_if<glm::vec3>(&color)) {
+      colors[i] = *constant;
+    } else if (const auto* image = std::get_if<ImageColor>(&color)) {
+      colors[i] = clamp_albedo(lookup_image(scene_.images[image->image], surfaces[i].uv));
+    } else {
+      waiting_[surfaces[i].material].push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  std::size_t point_count = 0;
+  for (std::size_t material = 0; material < waiting_.size(); ++material) {
+    auto& which = waiting_[material];
+    if (which.empty()) continue;
+    query(std::get<SolidColor>(scene_.materials[material].color), which, surfaces, colors);
+    point_count += which.size();
+    which.clear();
+  }
+  return point_count;
+}
+
+void ColorLookup::query(const SolidColor& color, std::span<const std::uint32_t> which,
+                        std::span<const Surface> surfaces, std::span<glm::vec3> colors) {
+  const solidtex::texture& texture = scene_.textures[color.texture];
+  // The translation stays in double precision: textures may be looked up far from their origin.
+  const glm::dvec3 origin(color.to_texels[3]);
+  const glm::dmat3 linear(color.to_texels);
+  points_.clear();
+  for (const std::uint32_t i : which) {
+    const glm::vec3& p = color.world_space ? surfaces[i].position : surfaces[i].object_position;
+    const glm::vec3 texels(linear * glm::dvec3(p));
+    points_.insert(points_.end(), {texels.x, texels.y, texels.z});
+  }
+  const std::size_t channel_count = texture.channel_count();
+  values_.resize(which.size() * channel_count);
+  texture.eval_points({origin.x, origin.y, origin.z}, points_, values_);
+
+  const glm::uvec3 channel = albedo_channels(texture);
+  const bool encoded = texture.color_space() == "srgb";
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    const float* value = &values_[k * channel_count];
+    const glm::vec3 found =
+        glm::clamp(glm::vec3(value[channel.x], value[channel.y], value[channel.z]), 0.0f, 1.0f);
+    colors[which[k]] = clamp_albedo(encoded ? srgb_to_linear(found) : found);
+  }
+}
+
+}  // namespace solidtex::pathtracer
