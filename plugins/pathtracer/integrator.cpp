@@ -24,28 +24,11 @@ std::vector<Tile> make_tiles(int width, int height) {
   return tiles;
 }
 
-// What the tiles report, under one lock.
-class Report {
- public:
-  Report(std::size_t tile_count, const Progress& progress)
-      : tile_count_(tile_count), progress_(progress) {}
-
-  void add(const RenderStatistics& tile) {
-    const std::lock_guard lock(mutex_);
-    total_.ray_count += tile.ray_count;
-    total_.texture_point_count += tile.texture_point_count;
-    total_.invalid_sample_count += tile.invalid_sample_count;
-    ++finished_;
-    if (progress_) progress_(static_cast<double>(finished_) / static_cast<double>(tile_count_));
-  }
-  const RenderStatistics& total() const { return total_; }
-
- private:
-  std::mutex mutex_;
-  std::size_t tile_count_, finished_ = 0;
-  const Progress& progress_;
-  RenderStatistics total_;
-};
+void add(RenderStatistics& total, const RenderStatistics& tile) {
+  total.ray_count += tile.ray_count;
+  total.texture_point_count += tile.texture_point_count;
+  total.invalid_sample_count += tile.invalid_sample_count;
+}
 
 void check(const RenderSettings& settings) {
   if (settings.width < 1 || settings.height < 1 || settings.samples < 1 || settings.max_depth < 1 ||
@@ -57,8 +40,8 @@ void check(const RenderSettings& settings) {
 
 }  // namespace
 
-Image render(const Scene& scene, const RenderSettings& settings, const Progress& progress,
-             std::stop_token stop, RenderStatistics* statistics) {
+Image render(const Scene& scene, const RenderSettings& settings, const Hooks& hooks,
+             RenderStatistics* statistics) {
   check(settings);
   const int threads = settings.threads > 0
                           ? settings.threads
@@ -71,7 +54,8 @@ Image render(const Scene& scene, const RenderSettings& settings, const Progress&
   image.rgb.resize(static_cast<std::size_t>(settings.width) *
                    static_cast<std::size_t>(settings.height) * 3);
   const std::vector<Tile> tiles = make_tiles(settings.width, settings.height);
-  Report report(tiles.size(), progress);
+  RenderStatistics total;
+  std::mutex total_mutex;
   arena.execute([&] {
     const RenderContext context(scene, settings);
     tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) {
@@ -79,12 +63,13 @@ Image render(const Scene& scene, const RenderSettings& settings, const Progress&
       // start another tile on top of this one.
       tbb::this_task_arena::isolate([&] {
         TileRenderer tile(context, tiles[i]);
-        tile.render(image, stop);
-        report.add(tile.statistics());
+        tile.render(image, hooks);
+        const std::lock_guard lock(total_mutex);
+        add(total, tile.statistics());
       });
     });
   });
-  if (statistics) *statistics = report.total();
+  if (statistics) *statistics = total;
   return image;
 }
 

@@ -38,17 +38,19 @@ RenderContext::RenderContext(const Scene& scene_, const RenderSettings& settings
   }
 }
 
-void TileRenderer::render(Image& image, std::stop_token stop) {
+void TileRenderer::render(Image& image, const Hooks& hooks) {
   const int pixel_count = tile_.width * tile_.height;
   const int samples = context_.settings.samples;
   const int batch = std::clamp(kBatchPaths / pixel_count, 1, samples);
   pixel_sums_.assign(static_cast<std::size_t>(pixel_count), glm::dvec3(0));
   for (int first = 0; first < samples; first += batch) {
-    if (stop.stop_requested()) throw Interrupted();
+    if (hooks.should_stop && hooks.should_stop()) throw Stopped();
     const int count = std::min(batch, samples - first);
     start_paths(first, count);
     trace();
     accumulate(count);
+    if (hooks.on_samples)
+      hooks.on_samples(static_cast<std::uint64_t>(pixel_count) * static_cast<std::uint64_t>(count));
   }
   for (int i = 0; i < pixel_count; ++i) {
     const int x = tile_.x + i % tile_.width, y = tile_.y + i / tile_.width;

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
-#include <stop_token>
 #include <vector>
 
 #include "plugins/pathtracer/bsdf.h"
@@ -38,8 +37,8 @@ class TileRenderer {
   TileRenderer(const RenderContext& context, const Tile& tile)
       : context_(context), tile_(tile), lookup_(context.scene) {}
 
-  // Writes the mean of all samples of the tile's pixels. Throws Interrupted when asked to stop.
-  void render(Image& image, std::stop_token stop);
+  // Writes the mean of all samples of the tile's pixels. Throws Stopped when asked to stop.
+  void render(Image& image, const Hooks& hooks);
   const RenderStatistics& statistics() const { return statistics_; }
 
  private:

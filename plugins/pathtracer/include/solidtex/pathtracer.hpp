@@ -7,7 +7,6 @@
 #include <functional>
 #include <memory>
 #include <stdexcept>
-#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -19,9 +18,9 @@ struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Thrown by render when its stop token asks for it.
-struct Interrupted : std::runtime_error {
-  Interrupted() : std::runtime_error("rendering was interrupted") {}
+// Thrown by render when Hooks::should_stop asks for it.
+struct Stopped : std::runtime_error {
+  Stopped() : std::runtime_error("rendering was stopped") {}
 };
 
 // How direct light is found. All three converge to the same picture.
@@ -60,11 +59,14 @@ float exposure_of(const Scene& scene);
 // What loading found worth saying (repaired meshes, for example), one line each.
 std::vector<std::string> notes_of(const Scene& scene);
 
-// Called with the finished share, 0 to 1, from any thread but never from two at once.
-using Progress = std::function<void(double)>;
+// How a host watches a render. Both may be called from any thread, and from several at once.
+struct Hooks {
+  std::function<void(std::uint64_t)> on_samples;  // so many more samples are finished
+  std::function<bool()> should_stop;
+};
 
-Image render(const Scene& scene, const RenderSettings& settings, const Progress& progress = {},
-             std::stop_token stop = {}, RenderStatistics* statistics = nullptr);
+Image render(const Scene& scene, const RenderSettings& settings, const Hooks& hooks = {},
+             RenderStatistics* statistics = nullptr);
 
 // Linear EXR with 32-bit float channels R, G, B.
 void write_exr(const Image& image, const std::filesystem::path& file);
