@@ -7,10 +7,12 @@
 
 namespace solidtex::engine::kernels {
 
+// Inputs must be readable kReadSlack floats past their end.
+void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out);
+void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out);
+
 using reference::affine;
-using reference::conv3d;
 using reference::conv_transpose3d;
-using reference::dense;
 using reference::leaky_relu;
 using reference::sigmoid;
 using reference::tanh;

@@ -7,17 +7,20 @@
 #include "engine/kernels/linear_layer.h"
 #include "engine/kernels/volume.h"
 
-namespace solidtex::engine::reference {
+namespace solidtex::engine {
 
-// Unpadded: out.size = in.size - (kernel - 1), out[i] = layer of in[i + t].
-void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out);
-
-// Stride 2: out[o] = layer over the taps t and inputs i with o = 2 i + t - padding, coordinates
-// absolute: in_lo and out_lo are where the volumes begin.
+// A transposed convolution of stride 2 on absolute coordinates: the volumes begin at in_lo, out_lo.
 struct TransposedShape {
   int kernel = 2, padding = 0;
   std::array<std::int64_t, 3> in_lo{}, out_lo{};
 };
+
+namespace reference {
+
+// Unpadded: out.size = in.size - (kernel - 1), out[i] = layer of in[i + t].
+void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out);
+
+// Stride 2: out[o] = layer over the taps t and inputs i with o = 2 i + t - padding.
 void conv_transpose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,
                       const Volume& out);
 
@@ -30,4 +33,5 @@ void leaky_relu(float slope, const ConstVolume& in, const Volume& out);
 void tanh(const ConstVolume& in, const Volume& out);
 void sigmoid(const ConstVolume& in, const Volume& out);
 
-}  // namespace solidtex::engine::reference
+}  // namespace reference
+}  // namespace solidtex::engine

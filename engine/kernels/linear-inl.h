@@ -1,0 +1,111 @@
+// The inner loop of every convolution and dense layer: weighted sums of shifted runs.
+// Included once per Highway target.
+#include <hwy/highway.h>
+
+#include <algorithm>
+
+#include "engine/kernels/linear_layer.h"
+
+#if defined(SOLIDTEX_LINEAR_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SOLIDTEX_LINEAR_INL_H
+#undef SOLIDTEX_LINEAR_INL_H
+#else
+#define SOLIDTEX_LINEAR_INL_H
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace solidtex::engine::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if HWY_NATIVE_FMA
+
+// A run of outputs: out[o * pitch + j] = layer of in[offsets[t] + j], for 0 <= j < count. Reads up
+// to one vector past the end of the input.
+struct Run {
+  const LinearLayer& layer;
+  const std::ptrdiff_t* offsets;
+  std::ptrdiff_t pitch;
+};
+
+// Half the registers of the target hold sums: packs x 4 outputs times kVectors vectors.
+inline constexpr int kTilePacks = HWY_TARGET == HWY_AVX2 ? 1 : 2;
+inline constexpr int kTileVectors = 3;
+
+using Float = hn::ScalableTag<float>;
+using FloatVector = hn::Vec<Float>;
+
+// Writes `lanes` of the first vectors' worth of sums; the last vector may be partial.
+HWY_INLINE void StoreLanes(FloatVector v, float* to, std::ptrdiff_t lanes) {
+  const Float d;
+  if (lanes >= static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
+    hn::StoreU(v, d, to);
+  } else {
+    HWY_ALIGN float buffer[hn::MaxLanes(d)];
+    hn::Store(v, d, buffer);
+    std::copy_n(buffer, lanes, to);
+  }
+}
+
+// One register tile: kPacks x 4 outputs from `first` on, kVectors vectors of the run.
+template <int kPacks, int kVectors>
+HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
+                     float* HWY_RESTRICT out, std::ptrdiff_t count) {
+  constexpr int kPack = LinearLayer::kPack, kOutputs = kPacks * kPack;
+  const Float d;
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const LinearLayer& layer = run.layer;
+  const int used = std::min(kOutputs, layer.outputs - first);
+  FloatVector sum[kOutputs][kVectors];
+  for (int o = 0; o < kOutputs; ++o)
+    for (int v = 0; v < kVectors; ++v)
+      sum[o][v] = hn::Set(d, layer.bias[first + std::min(o, used - 1)]);
+
+  const float* HWY_RESTRICT weights = &layer.packed[layer.index(first, 0)];
+  const std::ptrdiff_t pack_stride = static_cast<std::ptrdiff_t>(layer.terms) * kPack;
+  for (int t = 0; t < layer.terms; ++t, weights += kPack) {
+    const float* from = in + run.offsets[t];
+    FloatVector x[kVectors];
+    for (int v = 0; v < kVectors; ++v) x[v] = hn::LoadU(d, from + v * lanes);
+    for (int o = 0; o < kOutputs; ++o) {
+      const FloatVector w = hn::Set(d, weights[o / kPack * pack_stride + o % kPack]);
+      for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
+    }
+  }
+
+  const FloatVector slope = hn::Set(d, layer.slope), zero = hn::Zero(d);
+  for (int o = 0; o < kOutputs; ++o) {
+    if (o >= used) break;
+    float* to = out + (first + o) * run.pitch;
+    for (int v = 0; v < kVectors; ++v) {
+      const FloatVector s = sum[o][v];
+      const FloatVector activated = hn::IfThenElse(hn::Gt(s, zero), s, hn::Mul(slope, s));
+      StoreLanes(activated, to + v * lanes, count - v * lanes);
+    }
+  }
+}
+
+template <int kVectors>
+HWY_INLINE void AllOutputs(const Run& run, const float* in, float* out, std::ptrdiff_t count) {
+  constexpr int kStep = kTilePacks * LinearLayer::kPack;
+  int first = 0;
+  for (; first + kStep <= run.layer.outputs; first += kStep)
+    Tile<kTilePacks, kVectors>(run, first, in, out, count);
+  for (; first < run.layer.outputs; first += LinearLayer::kPack)
+    Tile<1, kVectors>(run, first, in, out, count);
+}
+
+HWY_INLINE void EvaluateRun(const Run& run, const float* in, float* out, std::ptrdiff_t count) {
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(Float()));
+  const std::ptrdiff_t step = kTileVectors * lanes;
+  std::ptrdiff_t j = 0;
+  for (; j + step <= count; j += step) AllOutputs<kTileVectors>(run, in + j, out + j, step);
+  for (; j < count; j += lanes) AllOutputs<1>(run, in + j, out + j, std::min(lanes, count - j));
+}
+
+#endif  // HWY_NATIVE_FMA
+
+}  // namespace solidtex::engine::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
