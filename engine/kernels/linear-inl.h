@@ -35,18 +35,6 @@ inline constexpr int kTileVectors = 3;
 using Float = hn::ScalableTag<float>;
 using FloatVector = hn::Vec<Float>;
 
-// Writes `lanes` of the first vectors' worth of sums; the last vector may be partial.
-HWY_INLINE void StoreLanes(FloatVector v, float* to, std::ptrdiff_t lanes) {
-  const Float d;
-  if (lanes >= static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
-    hn::StoreU(v, d, to);
-  } else {
-    HWY_ALIGN float buffer[hn::MaxLanes(d)];
-    hn::Store(v, d, buffer);
-    std::copy_n(buffer, lanes, to);
-  }
-}
-
 // One register tile: kPacks x 4 outputs from `first` on, kVectors vectors of the run.
 template <int kPacks, int kVectors>
 HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
@@ -55,11 +43,9 @@ HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
   const Float d;
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   const LinearLayer& layer = run.layer;
-  const int used = std::min(kOutputs, layer.outputs - first);
   FloatVector sum[kOutputs][kVectors];
   for (int o = 0; o < kOutputs; ++o)
-    for (int v = 0; v < kVectors; ++v)
-      sum[o][v] = hn::Set(d, layer.bias[first + std::min(o, used - 1)]);
+    for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::Set(d, layer.bias[first + o]);
 
   const float* HWY_RESTRICT weights = &layer.packed[layer.index(first, 0)];
   const std::ptrdiff_t pack_stride = static_cast<std::ptrdiff_t>(layer.terms) * kPack;
@@ -73,16 +59,16 @@ HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
     }
   }
 
+  // By way of memory, so that every index of `sum` is a constant: it must stay in registers.
   const FloatVector slope = hn::Set(d, layer.slope), zero = hn::Zero(d);
-  for (int o = 0; o < kOutputs; ++o) {
-    if (o >= used) break;
-    float* to = out + (first + o) * run.pitch;
+  HWY_ALIGN float results[kOutputs][kVectors * hn::MaxLanes(d)];
+  for (int o = 0; o < kOutputs; ++o)
     for (int v = 0; v < kVectors; ++v) {
       const FloatVector s = sum[o][v];
-      const FloatVector activated = hn::IfThenElse(hn::Gt(s, zero), s, hn::Mul(slope, s));
-      StoreLanes(activated, to + v * lanes, count - v * lanes);
+      hn::Store(hn::IfThenElse(hn::Gt(s, zero), s, hn::Mul(slope, s)), d, results[o] + v * lanes);
     }
-  }
+  const int used = std::min(kOutputs, layer.outputs - first);
+  for (int o = 0; o < used; ++o) std::copy_n(results[o], count, out + (first + o) * run.pitch);
 }
 
 template <int kVectors>

@@ -14,7 +14,7 @@ struct LinearLayer {
 
   int outputs = 0, terms = 0;
   std::vector<float> packed;  // [ceil(outputs / kPack)][term][kPack], zeros behind the last output
-  std::vector<float> bias;
+  std::vector<float> bias;    // the same number of packs
   float slope = 1;
 
   LinearLayer() = default;
@@ -24,6 +24,7 @@ struct LinearLayer {
   LinearLayer(int output_count, int term_count, std::vector<float> biases, WeightOf weight_of)
       : outputs(output_count), terms(term_count), bias(std::move(biases)) {
     const int packs = (outputs + kPack - 1) / kPack;
+    bias.resize(static_cast<std::size_t>(packs) * kPack);
     packed.resize(static_cast<std::size_t>(packs) * terms * kPack);
     for (int o = 0; o < outputs; ++o)
       for (int t = 0; t < terms; ++t) packed[index(o, t)] = weight_of(o, t);
