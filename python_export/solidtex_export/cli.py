@@ -1,0 +1,41 @@
+"""What the commands do alike: --version, examples, exit codes 0, 1 (failed) and 2 (usage)."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+
+from . import __version__
+from .engine import EngineError
+from .lattice_state import StateError
+from .model_checks import ModelFileError
+from .model_output import OutputError
+
+FAILURES = (EngineError, ModelFileError, OutputError, StateError, OSError)
+
+
+def parser(program: str, description: str, examples: str) -> argparse.ArgumentParser:
+    """An argument parser with --version, and with examples below its help."""
+    p = argparse.ArgumentParser(
+        prog=program,
+        description=description,
+        epilog="examples:\n" + examples,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    return p
+
+
+def run(p: argparse.ArgumentParser, arguments: list[str] | None, work: Callable[..., None]) -> int:
+    """Calls work(args); an error that has a message for the user ends with exit code 1."""
+    args = p.parse_args(arguments)
+    try:
+        work(args)
+    except FAILURES as error:
+        print(f"{p.prog}: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"{p.prog}: interrupted, nothing was written", file=sys.stderr)
+        return 130
+    return 0
