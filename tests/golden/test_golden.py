@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+
 from solidtex_export import measure_numerics, model_file, verify
 
 REPOSITORY = Path(__file__).resolve().parents[2]

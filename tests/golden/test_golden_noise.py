@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from solidtex_export import engine, model_file, noise, random_models
 from solidtex_export.model_file import ModelFile
 

@@ -1,4 +1,4 @@
-"""Shared by the Python tests: a training result without the training, and corrupted folds."""
+"""Shared by the Python tests: a training result without the training."""
 
 import json
 from pathlib import Path
@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 import torch
+
 from solidtex_export import random_models
 
 SHA256 = "0" * 63 + "1"

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+
 from solidtex_export import export, fold, model_file, verify
 from solidtex_export.engine import Texture
 from solidtex_export.networks import lattice_network

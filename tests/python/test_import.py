@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 import torch.nn.functional as F
+
 from solidtex_export import import_solidtexturenets, model_file, noise, random_models
 from solidtex_export.engine import Texture
 
