@@ -24,6 +24,7 @@ BOXES = (
 )
 POINT_ORIGINS = ((0.0, 0.0, 0.0), (-1000.25, 77.5, -3.0), (FAR - 20.0, 20.0 - FAR, 0.5))
 POINTS_PER_ORIGIN = 12
+POINT_SPREAD = 3.0  # texels: few bricks of the cache, yet some on all sides of the origin
 SEEDS = (0, 20260101)
 
 
@@ -64,7 +65,7 @@ def _point_difference(texture: engine.Texture, model: model_file.ModelFile, seed
     rng = np.random.default_rng(seed)
     values = []
     for origin in POINT_ORIGINS:
-        points = rng.uniform(-20, 20, (POINTS_PER_ORIGIN, 3)).astype(np.float32)
+        points = rng.uniform(-POINT_SPREAD, POINT_SPREAD, (POINTS_PER_ORIGIN, 3)).astype(np.float32)
         positions = np.array(origin) + points.astype(np.float64)
         expected = reference.evaluate_points(model, positions, seed)
         values.append(distance(texture.eval_points(points, origin), expected))
