@@ -20,7 +20,7 @@ from solidtex_export.train import Trainer
 
 GENERATORS = {
     "field": {"levels": 6, "noise_channels": 3, "step_channels": 4},
-    "sampler": {"octaves": 16, "hidden_layers": 5, "width": 128},
+    "sampler": {"octaves": 16, "hidden_layers": 5, "width": 128, "coarsest": 48.0, "finest": 1.0},
 }
 DEFAULT_MINUTES = {"field": 15.0, "sampler": 40.0}
 INTERRUPTED = 130
@@ -57,6 +57,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--resolution", type=int, metavar="N",
                    help="reduce photographs whose shorter side is longer than N pixels; one pixel"
                    " is then one texel (default: 1.5 times --size)")  # fmt: skip
+    p.add_argument("--crop", type=rectangle, metavar="X,Y,W,H",
+                   help="use only this rectangle of each photograph, in its pixels")  # fmt: skip
     p.add_argument("--directions", choices=("xyz", "xy", "xz", "yz", "x", "y", "z"),
                    help="normals of the slices that must look like a photograph"
                    " (default: xyz, with two photographs xy)")  # fmt: skip
@@ -76,6 +78,13 @@ def parser() -> argparse.ArgumentParser:
                    help="where the photographs come from, stored with the model")  # fmt: skip
     p.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     return p
+
+
+def rectangle(text: str) -> tuple[int, ...]:
+    values = tuple(int(v) for v in text.split(","))
+    if len(values) != 4 or min(values[2:]) < 1:
+        raise argparse.ArgumentTypeError(f"found {text}, expected X,Y,W,H, for example 0,0,256,256")
+    return values
 
 
 def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
@@ -112,11 +121,12 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
 
 
 def make_trainer(args: argparse.Namespace) -> Trainer:
-    exemplars = [load_exemplar(path, args.resolution, args.size) for path in args.photos]
+    exemplars = [load_exemplar(path, args.resolution, args.size, args.crop) for path in args.photos]
     config = Config(
         family=args.model,
         size=args.size,
         resolution=args.resolution,
+        crop=args.crop,
         directions=args.directions,
         symmetry=args.symmetry,
         seed=args.seed,

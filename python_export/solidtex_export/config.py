@@ -17,14 +17,15 @@ class Recipe:
     batch: int
     critic_start: float  # fraction of the training after which the critic joins
     descriptor_weight: float = 1.0  # weights of unit gradients, once both are on
-    critic_weight: float = 0.5
+    style_weight: float = 0.5
+    adversarial_weight: float = 0.2
     critic_rate: float = 1e-3
     warmup_steps: int = 20
 
 
 RECIPES = {
-    "field": Recipe(0.02, 0.03, batch=1, critic_start=0.4),
-    "sampler": Recipe(4e-3, 0.03, batch=1, critic_start=0.3, critic_weight=1.0),
+    "field": Recipe(0.006, 0.03, batch=1, critic_start=0.4),
+    "sampler": Recipe(4e-3, 0.03, batch=1, critic_start=0.3),
 }
 
 
@@ -35,6 +36,7 @@ class Config:
     family: str
     size: int
     resolution: int
+    crop: tuple[int, ...] | None
     directions: str
     symmetry: str
     seed: int

@@ -1,7 +1,9 @@
 """GramGAN's critic: WGAN-GP (equation 3) whose features also serve a style loss (equation 4).
 
-Portenier et al. 2020, section 3.1. Differs in size (a CPU trains it) and in a small drift term that
-keeps the critic's output near zero, as in Karras et al. 2018.
+Portenier et al. 2020, section 3.1. Differs in size (a CPU trains it), in a small drift term that
+keeps the critic's output near zero (as in Karras et al. 2018), and in the balance of the terms: the
+distance of each layer's Gram matrices is relative to the exemplar's, and training normalises the
+gradients of style and adversarial term before it weights them.
 """
 
 from __future__ import annotations
@@ -14,8 +16,6 @@ from solidtex_export.descriptors import gram
 
 PENALTY_WEIGHT = 10.0  # lambda
 DRIFT_WEIGHT = 1e-3
-ADVERSARIAL_WEIGHT = 0.1  # alpha
-STYLE_WEIGHT = 1.0  # beta
 SLOPE = 0.2
 FIELD_OF_VIEW = 42  # pixels; no smaller image can be judged
 
@@ -57,12 +57,13 @@ def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor) -> Tensor:
     return on_fakes.mean() - on_reals.mean() + PENALTY_WEIGHT * penalty + DRIFT_WEIGHT * drift
 
 
-def generator_loss(critic: Critic, fakes: Tensor, reals: Tensor) -> Tensor:
-    """Equation 4, Gram matrices taken per pixel."""
+def generator_losses(critic: Critic, fakes: Tensor, reals: Tensor) -> tuple[Tensor, Tensor]:
+    """The two terms of equation 4: style (Gram matrices taken per pixel) and adversarial."""
     features = critic.features(fakes)
     with torch.no_grad():
         targets = [gram(f) for f in critic.features(reals)]
-    style = torch.stack(
-        [(gram(f) - g).abs().mean() for f, g in zip(features, targets, strict=True)]
-    ).mean()
-    return STYLE_WEIGHT * style - ADVERSARIAL_WEIGHT * critic.judge(features).mean()
+    distances = [
+        (gram(f) - target).abs().mean() / (target.abs().mean() + 1e-6)
+        for f, target in zip(features, targets, strict=True)
+    ]
+    return torch.stack(distances).mean(), -critic.judge(features).mean()

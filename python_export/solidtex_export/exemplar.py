@@ -31,10 +31,12 @@ class Exemplar:
         return min(self.image.shape[1:])
 
 
-def load_exemplar(path: Path, resolution: int, needed: int) -> Exemplar:
+def load_exemplar(
+    path: Path, resolution: int, needed: int, crop: tuple[int, ...] | None = None
+) -> Exemplar:
     """Read `path`, reduced so that its shorter side has at most `resolution` pixels.
 
-    `needed` is the shortest side that training can use.
+    `needed` is the shortest side that training can use; `crop` is (x, y, width, height).
     """
     if not path.is_file():
         raise ExemplarError(f"{path}: found no such file, expected a photograph (PNG, JPEG ...)")
@@ -45,6 +47,8 @@ def load_exemplar(path: Path, resolution: int, needed: int) -> Exemplar:
         raise ExemplarError(
             f"{path}: found no readable picture ({error}), expected PNG, JPEG ..."
         ) from error
+    if crop:
+        photo = _cropped(photo, crop, path)
     if min(photo.size) < needed:
         raise ExemplarError(
             f"{path}: found {photo.width} x {photo.height} pixels, expected at least"
@@ -57,6 +61,16 @@ def load_exemplar(path: Path, resolution: int, needed: int) -> Exemplar:
     pixels = np.asarray(photo, dtype=np.float32) / 255
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     return Exemplar(path.name, digest, torch.from_numpy(pixels.copy()).permute(2, 0, 1))
+
+
+def _cropped(photo: Image.Image, crop: tuple[int, ...], path: Path) -> Image.Image:
+    x, y, width, height = crop
+    if x < 0 or y < 0 or x + width > photo.width or y + height > photo.height:
+        raise ExemplarError(
+            f"{path}: --crop: found {x},{y},{width},{height}, expected a region of"
+            f" {photo.width} x {photo.height} pixels"
+        )
+    return photo.crop((x, y, x + width, y + height))
 
 
 def save_image(image: Tensor, path: Path) -> None:
@@ -82,11 +96,21 @@ def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
 
 
 def grain_ratio(exemplar: Exemplar) -> float:
-    """How much longer structures are along the columns than across them: a ratio of gradients."""
-    image = exemplar.image
-    across = float((image[:, :, 1:] - image[:, :, :-1]).square().mean())
-    along = float((image[:, 1:] - image[:, :-1]).square().mean())
-    return (across / max(along, 1e-12)) ** 0.5
+    """How much longer structures are along the columns of pixels than across them."""
+    across = _correlation_length(exemplar.image)
+    return _correlation_length(exemplar.image.transpose(1, 2)) / across
+
+
+def _correlation_length(image: Tensor) -> float:
+    """The distance, along rows, where the mean squared difference is half that of strangers."""
+    half = float(image.var((1, 2)).mean())
+    previous = 0.0
+    for lag in range(1, image.shape[2] // 2):
+        difference = float((image[:, :, lag:] - image[:, :, :-lag]).square().mean())
+        if difference >= half:
+            return lag - 1 + (half - previous) / max(difference - previous, 1e-12)
+        previous = difference
+    return image.shape[2] / 2
 
 
 def random_symmetry(images: Tensor, symmetry: str) -> Tensor:

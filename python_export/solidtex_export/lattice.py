@@ -48,6 +48,11 @@ class Box:
 class Convolution(nn.Conv3d):
     """A convolution whose input may have its spatial axes in another order, as its output then."""
 
+    def reset_parameters(self) -> None:
+        nn.init.kaiming_normal_(self.weight, a=1.0)  # keeps the variance
+        assert self.bias is not None
+        nn.init.zeros_(self.bias)
+
     def forward(self, x: Tensor, axes: Axes = XYZ) -> Tensor:
         weight = self.weight.permute(0, 1, *(a + 2 for a in axes)).contiguous()
         return F.conv3d(x, weight, self.bias)

@@ -6,7 +6,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from solidtex_export.lattice import Box, LatticeGenerator
+from solidtex_export.lattice import XYZ, Axes, Box, LatticeGenerator
 from solidtex_export.sampler import HashedLattice, OctaveSampler
 from solidtex_export.slices import SLICE_AXES, axis_frame, plane_points
 
@@ -32,7 +32,9 @@ def preview_sheet(generator: nn.Module, exemplars: list[Tensor], size: int) -> T
     return torch.cat(images, dim=2)[:, :, :-GAP]
 
 
-def evaluate(generator: LatticeGenerator, noise: list[Tensor], whole: Box, box: Box) -> Tensor:
+def evaluate(
+    generator: LatticeGenerator, noise: list[Tensor], whole: Box, box: Box, axes: Axes = XYZ
+) -> Tensor:
     """Whitened values of `box`, from the noise of the larger box `whole`."""
     parts = []
     boxes = zip(noise, generator.noise_boxes(whole), generator.noise_boxes(box), strict=True)
@@ -41,7 +43,7 @@ def evaluate(generator: LatticeGenerator, noise: list[Tensor], whole: Box, box: 
             start = needed.lo[axis] - available.lo[axis]
             values = values.narrow(axis + 2, start, needed.size[axis])
         parts.append(values)
-    return generator(parts, box)
+    return generator(parts, box, axes)
 
 
 def _lattice_slices(generator: LatticeGenerator, size: int) -> list[Tensor]:

@@ -33,7 +33,8 @@ class HashedLattice:
 
     def __init__(self, octaves: int, device: torch.device) -> None:
         if device not in self._tables:
-            self._tables[device] = torch.randn(self.SIZE, device=device)
+            fixed = torch.Generator().manual_seed(0)
+            self._tables[device] = torch.randn(self.SIZE, generator=fixed).to(device)
         self.table = self._tables[device]
         self.salt = torch.randint(1 << 30, (octaves, 1), device=device)
 
@@ -60,7 +61,7 @@ def trilinear(lattice: Lattice, positions: Tensor) -> Tensor:
         ]
     )
     for axis in (2, 1, 0):
-        corners = torch.lerp(corners[0::2], corners[1::2], t[..., axis])
+        corners = torch.lerp(corners[0::2], corners[1::2], t[..., axis].to(corners.dtype))
     return corners[0]
 
 
@@ -103,8 +104,8 @@ class OctaveSampler(nn.Module):
         width: int = 128,
         slope: float = 0.2,
         out_channels: int = 3,
-        coarsest: float = 64.0,
-        finest: float = 1.25,
+        coarsest: float = 48.0,
+        finest: float = 1.0,
     ) -> None:
         """`coarsest` and `finest`: the lattice spacings, in texels, that the octaves start with."""
         super().__init__()

@@ -20,7 +20,7 @@ from torch import Tensor, nn
 from torch.optim import Adam
 
 from solidtex_export.config import Config
-from solidtex_export.critic import FIELD_OF_VIEW, Critic, critic_loss, generator_loss
+from solidtex_export.critic import Critic, critic_loss, generator_losses
 from solidtex_export.descriptors import RandomDescriptor
 from solidtex_export.exemplar import (
     Exemplar,
@@ -37,11 +37,13 @@ from solidtex_export.sampler import OctaveSampler
 from solidtex_export.slices import LatticeSlices, SamplerSlices, SliceSource
 
 CHECKPOINT_SECONDS = 60.0
-PREVIEW_SECONDS = 120.0
+PREVIEW_SECONDS = 60.0
 LOG_STEPS = 20
 BUFFERED_SLICES = 12
-STATISTICS_SLICES = 32
-MAX_GRAIN = 24.0
+STATISTICS_SLICES = 12
+GRAIN_START = 2.0  # long grain is easily cut shorter, short grain hardly ever grows together
+MAX_GRAIN = 64.0
+CRITIC_CROP = 64
 
 
 @dataclass
@@ -70,10 +72,10 @@ class Trainer:
         self.generator.color_basis.copy_(basis)
         self.generator.to(device)
         self.exemplars = [whiten(e.image, mean, basis).to(device) for e in exemplars]
-        recipe = config.recipe
-        self.optimizer = Adam(self.generator.parameters(), recipe.learning_rate, (0.9, 0.99))
+        self.optimizer = Adam(_equalized_groups(self.generator), betas=(0.9, 0.99))
         self.opponents = [self._opponent() for _ in exemplars]
         self.descriptor = RandomDescriptor()
+        self._measure_statistics()
         self.step = 0
         self.seconds = 0.0
         self.finished = False
@@ -108,7 +110,6 @@ class Trainer:
                 self._save_preview()
                 previewed = time.monotonic()
         if self.progress >= 1 and not self.finished:
-            self._measure_statistics()
             self.finished = True
             self._save_preview()
         self.save()
@@ -119,9 +120,9 @@ class Trainer:
         index = self.config.exemplar_index(direction)
         rate = recipe.learning_rate * _schedule(self.step, progress, recipe)
         critic_on = progress >= recipe.critic_start
-        if critic_on and self.config.family == "field":
-            self.optimizer.param_groups[0]["betas"] = (0.5, 0.99)
-        self.optimizer.param_groups[0]["lr"] = rate
+        for group in self.optimizer.param_groups:
+            group["lr"] = rate * group["scale"]
+            group["betas"] = (0.5 if critic_on else 0.9, 0.99)
         with self._autocast():
             drawn = self.slices.draw(direction, self.config.size, recipe.batch)
         slices = drawn.detach().float().requires_grad_()
@@ -137,7 +138,7 @@ class Trainer:
     def _slice_gradient(
         self, slices: Tensor, index: int, critic_on: bool
     ) -> tuple[Tensor, dict[str, float]]:
-        """The sum of both losses' unit gradients with respect to the slices."""
+        """The weighted sum of the losses' unit gradients with respect to the slices."""
         recipe, size = self.config.recipe, self.config.size
         reals = self._reals(index, 1, size + size // 2)
         with self._autocast():
@@ -147,16 +148,18 @@ class Trainer:
         if critic_on:
             reals = self._reals(index, len(slices), size)
             with self._autocast():
-                loss = generator_loss(self.opponents[index].critic, self._turned(slices), reals)
-            gradient = gradient + recipe.critic_weight * _unit_gradient(loss, slices)
-            row["style"] = loss.item()
+                critic = self.opponents[index].critic
+                style, adversarial = generator_losses(critic, self._turned(slices), reals)
+            gradient = gradient + recipe.style_weight * _unit_gradient(style, slices, keep=True)
+            gradient = gradient + recipe.adversarial_weight * _unit_gradient(adversarial, slices)
+            row["style"] = style.item()
         return gradient, row
 
     def _train_critic(self, slices: Tensor, index: int) -> float:
         """One step of the critic on crops of recent slices."""
         opponent = self.opponents[index]
         opponent.buffer.extend(slices)
-        side = max(self.config.size // 2, FIELD_OF_VIEW)
+        side = min(self.config.size, CRITIC_CROP)
         picks = torch.randint(len(opponent.buffer), (4,)).tolist()
         fakes = torch.cat([random_crops(opponent.buffer[p], 1, side, side) for p in picks])
         reals = self._reals(index, len(picks), side)
@@ -180,7 +183,7 @@ class Trainer:
 
     @torch.no_grad()
     def _measure_statistics(self) -> None:
-        """Replace the running batch-norm statistics by averages over many slices, in float32."""
+        """Set the running batch-norm statistics to averages over several slices."""
         norms = [m for m in self.generator.modules() if isinstance(m, nn.BatchNorm3d)]
         if not norms:
             return
@@ -190,6 +193,7 @@ class Trainer:
         for i in range(STATISTICS_SLICES):
             direction = self.config.directions[i % len(self.config.directions)]
             self.slices.draw(direction, self.config.size, 1)
+        self.generator.eval()
 
     def _save_preview(self) -> None:
         with torch.random.fork_rng(devices=[]):
@@ -206,6 +210,7 @@ class Trainer:
             "optimizer": self.optimizer.state_dict(),
             "critics": [o.critic.state_dict() for o in self.opponents],
             "critic_optimizers": [o.optimizer.state_dict() for o in self.opponents],
+            "buffers": [list(o.buffer) for o in self.opponents],
             "step": self.step,
             "seconds": self.seconds,
             "finished": self.finished,
@@ -218,6 +223,7 @@ class Trainer:
         for i, opponent in enumerate(self.opponents):
             opponent.critic.load_state_dict(state["critics"][i])
             opponent.optimizer.load_state_dict(state["critic_optimizers"][i])
+            opponent.buffer.extend(image.to(self.device) for image in state["buffers"][i])
         self.step = state["step"]
         self.seconds = state["seconds"]
         self.finished = state["finished"]
@@ -235,8 +241,20 @@ def build(config: Config, exemplars: list[Exemplar]) -> tuple[nn.Module, SliceSo
         planes = "any"
     elif len(exemplars) == 1 and config.directions == "xy":
         planes = "about-z"
-        sampler.scales[:, :, 2] /= min(max(grain_ratio(exemplars[0]), 1.0), MAX_GRAIN)
+        sampler.scales[:, :, 2] /= min(max(GRAIN_START * grain_ratio(exemplars[0]), 1.0), MAX_GRAIN)
     return sampler, SamplerSlices(sampler, planes)
+
+
+def _equalized_groups(generator: nn.Module) -> list[dict[str, Any]]:
+    """Parameter groups whose steps are proportional to the size that their weights start with."""
+    groups = []
+    for module in generator.modules():
+        scale = 1.0
+        if isinstance(module, nn.Conv3d):
+            scale = module.weight[0].numel() ** -0.5
+        if parameters := list(module.parameters(recurse=False)):
+            groups.append({"params": parameters, "scale": scale})
+    return groups
 
 
 def _schedule(step: int, progress: float, recipe: Any) -> float:
@@ -246,6 +264,6 @@ def _schedule(step: int, progress: float, recipe: Any) -> float:
     return warmup * (recipe.final_rate + (1 - recipe.final_rate) * cosine)
 
 
-def _unit_gradient(loss: Tensor, slices: Tensor) -> Tensor:
-    (gradient,) = torch.autograd.grad(loss, slices)
+def _unit_gradient(loss: Tensor, slices: Tensor, keep: bool = False) -> Tensor:
+    (gradient,) = torch.autograd.grad(loss, slices, retain_graph=keep)
     return gradient / (gradient.norm() + 1e-12)

@@ -1,0 +1,272 @@
+"""Training: generators, result folder, resuming, interruption, refusals."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+from solidtex_export import cli_train
+from solidtex_export.exemplar import color_axes, load_exemplar, whiten
+from solidtex_export.lattice import Box, LatticeGenerator
+from solidtex_export.preview import evaluate
+from solidtex_export.sampler import HashedLattice, OctaveSampler, trilinear
+from solidtex_export.slices import LatticeSlices
+from solidtex_export.train import Trainer
+
+torch.set_num_threads(1)
+SIZE = 44
+FILES = {"config.json", "checkpoint.pt", "log.csv", "exemplar-0.png", "preview.png"}
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    """Two-coloured stripes and specks."""
+    random = np.random.default_rng(1)
+    pixels = random.integers(90, 140, (56, 64, 3))
+    pixels[:, ::5] = (200, 120, 60)
+    path = tmp_path / "photo.png"
+    Image.fromarray(pixels.astype(np.uint8)).save(path)
+    return path
+
+
+def arguments(photo: Path, result: Path, *more: str) -> list[str]:
+    return [str(photo), "-o", str(result), "--size", str(SIZE), "--device", "cpu", *more]
+
+
+def test_lattice_generator_has_the_papers_size() -> None:
+    generator = LatticeGenerator()
+    assert sum(p.numel() for p in generator.parameters()) == 84963
+
+
+def test_one_voxel_needs_at_most_the_papers_noise() -> None:
+    generator = LatticeGenerator()
+    bound = (9, 11, 13, 13, 13, 9)
+    for x in range(-40, 40):
+        boxes = generator.noise_boxes(Box((x, x, x), (x + 1, x + 1, x + 1)))
+        assert all(b.size[0] <= most for b, most in zip(boxes, bound, strict=True))
+
+
+@pytest.mark.parametrize("axes", [(0, 1, 2), (1, 2, 0), (2, 1, 0)])
+def test_slice_equals_the_same_region_of_a_block(axes: tuple[int, int, int]) -> None:
+    torch.manual_seed(2)
+    generator = LatticeGenerator().double().eval()
+    whole = Box((-7, 3, 20), (6, 14, 33))
+    part = Box((-2, 5, 21), (-1, 12, 30))
+    noise = generator.draw_noise(whole)
+    block = generator(noise, whole)[:, :, 5:6, 2:9, 1:10]
+    turned = [n.permute(0, 1, *(a + 2 for a in axes)) for n in noise]
+    y = evaluate(generator, turned, whole.permuted(axes), part.permuted(axes), axes)
+    assert (y - block.permute(0, 1, *(a + 2 for a in axes))).abs().max() < 1e-12
+
+
+def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> None:
+    generator = LatticeGenerator().eval()
+    captured: list[tuple[int, ...]] = []
+
+    def forward(noise: list[torch.Tensor], box: Box, axes: tuple[int, ...]) -> torch.Tensor:
+        captured.append(axes)
+        rows = torch.arange(box.size[1], dtype=torch.float32)
+        return rows.view(1, 1, 1, -1, 1).expand(1, 3, 1, -1, box.size[2])
+
+    monkeypatch.setattr(generator, "forward", forward)
+    images = [LatticeSlices(generator).draw(d, 8, 1) for d in "xyz"]
+    assert captured == [(0, 2, 1), (1, 2, 0), (2, 1, 0)]  # normal, rows, columns
+    assert all(i[0, 0, 0, 0] == 7 and i[0, 0, 7, 0] == 0 for i in images)  # rows run downwards
+
+
+def test_effective_tensors_are_what_the_sampler_computes() -> None:
+    torch.manual_seed(3)
+    sampler = OctaveSampler(octaves=8, hidden_layers=3, width=16)
+    sampler.color_mean.uniform_()
+    sampler.color_basis.normal_()
+    points = torch.rand(50, 3) * 100 - 50
+    lattice = HashedLattice(8, points.device)
+    colors = sampler.colors(sampler(points, lattice).T[None])[0].T
+    t = sampler.effective_tensors()
+    eta = trilinear(lattice, torch.einsum("nij,pj->npi", t["transforms"], points.double())).T.double()
+    x = t["constant"]
+    for i in range(3):
+        x = x @ t[f"hidden.{i}.weight"].T + t[f"hidden.{i}.bias"]
+        if i < 2:
+            x = x + eta[:, 4 * i : 4 * i + 4] @ t[f"hidden.{i}.noise"].T
+        x = torch.where(x > 0, x, 0.2 * x)
+    expected = x @ t["output.weight"].T + t["output.bias"]
+    assert (colors - expected).abs().max() < 1e-3
+
+
+def test_hashed_lattice_is_white_and_normal() -> None:
+    grid = torch.stack(torch.meshgrid(*[torch.arange(-32, 32)] * 3, indexing="ij"), -1)
+    values = HashedLattice(2, torch.device("cpu"))(grid.view(1, -1, 3).expand(2, -1, -1))
+    assert abs(float(values.mean())) < 0.01 and abs(float(values.std()) - 1) < 0.01
+    cube = values.view(2, 64, 64, 64)
+    for axis in (0, 1, 2, 3):
+        assert abs(float((cube * cube.roll(1, axis)).mean())) < 0.01
+
+
+def test_whitening_inverts_the_color_affine(photo: Path) -> None:
+    exemplar = load_exemplar(photo, 64, SIZE)
+    mean, basis = color_axes([exemplar])
+    y = whiten(exemplar.image, mean, basis)
+    back = torch.einsum("ij,jrc->irc", basis, y) + mean[:, None, None]
+    assert (back - exemplar.image).abs().max() < 1e-5
+    assert abs(float(y[-1].std()) - 1) < 0.01  # the largest axis has unit variance
+
+
+@pytest.mark.parametrize("family", ["field", "sampler"])
+def test_training_leaves_a_complete_result(family: str, photo: Path, tmp_path: Path) -> None:
+    result = tmp_path / "result"
+    args = arguments(photo, result, "--model", family, "--steps", "4", "--license", "CC0-1.0")
+    assert cli_train.main(args) == 0
+    assert {p.name for p in result.iterdir()} == FILES
+    config = json.loads((result / "config.json").read_text())
+    assert config["family"] == family and config["license"] == "CC0-1.0"
+    assert config["exemplars"][0]["file"] == "photo.png"
+    assert len(config["exemplars"][0]["sha256"]) == 64
+    checkpoint = torch.load(result / "checkpoint.pt", weights_only=True)
+    assert checkpoint["step"] == 4 and checkpoint["finished"]
+    assert all(v.isfinite().all() for v in checkpoint["generator"].values())
+    with Image.open(result / "preview.png") as sheet:
+        assert sheet.size == (5 * SIZE + 4 * 4, SIZE)
+    assert cli_train.main(args) == 0  # nothing left to do
+
+
+@pytest.mark.parametrize("family", ["field", "sampler"])
+def test_resumed_training_equals_an_uninterrupted_one(
+    family: str, photo: Path, tmp_path: Path
+) -> None:
+    def trainer(name: str) -> Trainer:
+        p = cli_train.parser()
+        more = ("--model", family, "--steps", "6", "--directions", "xy")
+        args = p.parse_args(arguments(photo, tmp_path / name, *more))
+        cli_train.check(p, args)
+        return cli_train.make_trainer(args)
+
+    whole = trainer("whole")
+    whole.run(lambda: False, lambda t: None)
+    first = trainer("parts")
+    first.run(lambda: first.step == 4, lambda t: None)
+    assert not first.finished
+    second = trainer("parts")
+    assert second.step == 4
+    second.run(lambda: False, lambda t: None)
+    assert whole.finished and second.finished
+    expected = whole.state()["generator"]
+    for key, value in second.state()["generator"].items():
+        assert torch.equal(value, expected[key]), key
+
+
+def test_training_changes_the_generator_and_its_statistics(photo: Path, tmp_path: Path) -> None:
+    p = cli_train.parser()
+    args = p.parse_args(arguments(photo, tmp_path / "r", "--steps", "2"))
+    cli_train.check(p, args)
+    trainer = cli_train.make_trainer(args)
+    before = {k: v.clone() for k, v in trainer.generator.state_dict().items()}
+    trainer.run(lambda: False, lambda t: None)
+    after = trainer.generator.state_dict()
+    for key in ("last_conv.weight", "cb1_1.conv1.weight", "cb6_2.bn3.running_var"):
+        assert not torch.equal(before[key], after[key]), key
+
+
+def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Path) -> None:
+    result = tmp_path / "result"
+    command = [sys.executable, "-m", "solidtex_export.cli_train"]
+    command += arguments(photo, result, "--steps", "100000", "--threads", "1")
+    steps = []
+    for _ in range(2):
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        lines = len(log_lines(result))
+        deadline = time.monotonic() + 120
+        while len(log_lines(result)) <= lines + 1 and time.monotonic() < deadline:
+            assert process.poll() is None, process.stdout.read()
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=60)
+        assert process.returncode == 130, output
+        steps.append(torch.load(result / "checkpoint.pt", weights_only=True)["step"])
+    assert 0 < steps[0] < steps[1]
+    assert b"resuming at step %d" % steps[0] in output
+
+
+def log_lines(result: Path) -> list[str]:
+    log = result / "log.csv"
+    return log.read_text().splitlines() if log.exists() else []
+
+
+def test_a_photograph_per_direction(photo: Path, tmp_path: Path) -> None:
+    result = tmp_path / "result"
+    args = [str(photo), *arguments(photo, result, "--model", "sampler", "--steps", "3")]
+    assert cli_train.main(args) == 0
+    assert json.loads((result / "config.json").read_text())["directions"] == "xy"
+    assert (result / "exemplar-1.png").exists()
+
+
+def test_missing_small_and_broken_photographs(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = tmp_path / "broken.png"
+    broken.write_bytes(photo.read_bytes()[:300])
+    text = tmp_path / "text.jpg"
+    text.write_text("not a picture")
+    cases = [
+        (tmp_path / "none.png", "no such file"),
+        (broken, "no readable picture"),
+        (text, "no readable picture"),
+    ]
+    for path, message in cases:
+        assert cli_train.main(arguments(path, tmp_path / "result")) == 1
+        error = capsys.readouterr().err
+        assert str(path) in error and message in error and "expected" in error
+    assert cli_train.main([str(photo), "-o", str(tmp_path / "result")]) == 1
+    assert "found 64 x 56 pixels, expected at least 128 x 128" in capsys.readouterr().err
+    assert not (tmp_path / "result").exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--size", "20"], "--size: found 20"),
+        (["--directions", "xyz", "PHOTO"], "--directions: found 3 (xyz) for 2 photographs"),
+        (["PHOTO", "PHOTO", "PHOTO"], "PHOTO: found 4"),
+        (["--steps", "0"], "--steps: found 0"),
+        (["--steps", "5", "--minutes", "1"], "--steps: found together with --minutes"),
+        (["--minutes", "nan"], "--minutes: found nan"),
+        (["--resolution", "30"], "--resolution: found 30"),
+    ],
+)
+def test_options_that_cannot_work(
+    more: list[str], message: str, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    photos = [str(photo) for m in more if m == "PHOTO"]
+    options = [m for m in more if m != "PHOTO"]
+    with pytest.raises(SystemExit) as exit:
+        cli_train.main([*photos, *arguments(photo, tmp_path / "result", *options)])
+    assert exit.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+def test_foreign_folders_and_other_trainings_are_refused(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    foreign = tmp_path / "foreign"
+    foreign.mkdir()
+    (foreign / "thesis.txt").write_text("precious")
+    assert cli_train.main(arguments(photo, foreign, "--steps", "1")) == 1
+    assert "without config.json" in capsys.readouterr().err
+    assert [p.name for p in foreign.iterdir()] == ["thesis.txt"]
+
+    result = tmp_path / "result"
+    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
+    assert cli_train.main(arguments(photo, result, "--steps", "1", "--seed", "7")) == 1
+    error = capsys.readouterr().err
+    assert "seed: found 0, expected 7" in error
+    (result / "checkpoint.pt").write_bytes(b"damaged")
+    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
+    assert "checkpoint.pt" in capsys.readouterr().err
