@@ -38,7 +38,16 @@ def photo(tmp_path: Path) -> Path:
 
 
 def arguments(photo: Path, result: Path, *more: str) -> list[str]:
-    return [str(photo), "-o", str(result), "--size", str(SIZE), "--device", "cpu", *more]
+    return [
+        str(photo),
+        "-o",
+        str(result),
+        "--size",
+        str(SIZE),
+        "--device",
+        "cpu",
+        *more,
+    ]
 
 
 def test_lattice_generator_has_the_papers_size() -> None:
@@ -71,7 +80,9 @@ def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> Non
     generator = LatticeGenerator().eval()
     captured: list[tuple[int, ...]] = []
 
-    def forward(noise: list[torch.Tensor], box: Box, axes: tuple[int, ...]) -> torch.Tensor:
+    def forward(
+        noise: list[torch.Tensor], box: Box, axes: tuple[int, ...]
+    ) -> torch.Tensor:
         captured.append(axes)
         rows = torch.arange(box.size[1], dtype=torch.float32)
         return rows.view(1, 1, 1, -1, 1).expand(1, 3, 1, -1, box.size[2])
@@ -79,7 +90,9 @@ def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(generator, "forward", forward)
     images = [LatticeSlices(generator).draw(d, 8, 1) for d in "xyz"]
     assert captured == [(0, 2, 1), (1, 2, 0), (2, 1, 0)]  # normal, rows, columns
-    assert all(i[0, 0, 0, 0] == 7 and i[0, 0, 7, 0] == 0 for i in images)  # rows run downwards
+    assert all(
+        i[0, 0, 0, 0] == 7 and i[0, 0, 7, 0] == 0 for i in images
+    )  # rows run downwards
 
 
 def test_effective_tensors_are_what_the_sampler_computes() -> None:
@@ -91,7 +104,9 @@ def test_effective_tensors_are_what_the_sampler_computes() -> None:
     lattice = HashedLattice(8, points.device)
     colors = sampler.colors(sampler(points, lattice).T[None])[0].T
     t = sampler.effective_tensors()
-    eta = trilinear(lattice, torch.einsum("nij,pj->npi", t["transforms"], points.double())).T.double()
+    eta = trilinear(
+        lattice, torch.einsum("nij,pj->npi", t["transforms"], points.double())
+    ).T.double()
     x = t["constant"]
     for i in range(3):
         x = x @ t[f"hidden.{i}.weight"].T + t[f"hidden.{i}.bias"]
@@ -104,7 +119,9 @@ def test_effective_tensors_are_what_the_sampler_computes() -> None:
 
 def test_hashed_lattice_is_white_and_normal() -> None:
     grid = torch.stack(torch.meshgrid(*[torch.arange(-32, 32)] * 3, indexing="ij"), -1)
-    values = HashedLattice(2, torch.device("cpu"))(grid.view(1, -1, 3).expand(2, -1, -1))
+    values = HashedLattice(2, torch.device("cpu"))(
+        grid.view(1, -1, 3).expand(2, -1, -1)
+    )
     assert abs(float(values.mean())) < 0.01 and abs(float(values.std()) - 1) < 0.01
     cube = values.view(2, 64, 64, 64)
     for axis in (0, 1, 2, 3):
@@ -121,9 +138,13 @@ def test_whitening_inverts_the_color_affine(photo: Path) -> None:
 
 
 @pytest.mark.parametrize("family", ["field", "sampler"])
-def test_training_leaves_a_complete_result(family: str, photo: Path, tmp_path: Path) -> None:
+def test_training_leaves_a_complete_result(
+    family: str, photo: Path, tmp_path: Path
+) -> None:
     result = tmp_path / "result"
-    args = arguments(photo, result, "--model", family, "--steps", "4", "--license", "CC0-1.0")
+    args = arguments(
+        photo, result, "--model", family, "--steps", "4", "--license", "CC0-1.0"
+    )
     assert cli_train.main(args) == 0
     assert {p.name for p in result.iterdir()} == FILES
     config = json.loads((result / "config.json").read_text())
@@ -163,7 +184,9 @@ def test_resumed_training_equals_an_uninterrupted_one(
         assert torch.equal(value, expected[key]), key
 
 
-def test_training_changes_the_generator_and_its_statistics(photo: Path, tmp_path: Path) -> None:
+def test_training_moves_the_weights_and_keeps_the_measured_statistics(
+    photo: Path, tmp_path: Path
+) -> None:
     p = cli_train.parser()
     args = p.parse_args(arguments(photo, tmp_path / "r", "--steps", "2"))
     cli_train.check(p, args)
@@ -171,17 +194,24 @@ def test_training_changes_the_generator_and_its_statistics(photo: Path, tmp_path
     before = {k: v.clone() for k, v in trainer.generator.state_dict().items()}
     trainer.run(lambda: False, lambda t: None)
     after = trainer.generator.state_dict()
-    for key in ("last_conv.weight", "cb1_1.conv1.weight", "cb6_2.bn3.running_var"):
+    for key in ("last_conv.weight", "cb1_1.conv1.weight", "up3.bn.bias"):
         assert not torch.equal(before[key], after[key]), key
+    statistics = "cb6_2.bn3.running_var"
+    assert torch.equal(before[statistics], after[statistics])
+    assert not torch.equal(after[statistics], torch.ones(24))
 
 
-def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Path) -> None:
+def test_interrupt_saves_and_the_same_command_resumes(
+    photo: Path, tmp_path: Path
+) -> None:
     result = tmp_path / "result"
     command = [sys.executable, "-m", "solidtex_export.cli_train"]
     command += arguments(photo, result, "--steps", "100000", "--threads", "1")
     steps = []
     for _ in range(2):
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
         lines = len(log_lines(result))
         deadline = time.monotonic() + 120
         while len(log_lines(result)) <= lines + 1 and time.monotonic() < deadline:
@@ -225,7 +255,15 @@ def test_missing_small_and_broken_photographs(
         error = capsys.readouterr().err
         assert str(path) in error and message in error and "expected" in error
     assert cli_train.main([str(photo), "-o", str(tmp_path / "result")]) == 1
-    assert "found 64 x 56 pixels, expected at least 128 x 128" in capsys.readouterr().err
+    assert (
+        "found 64 x 56 pixels, expected at least 128 x 128" in capsys.readouterr().err
+    )
+    outside = arguments(photo, tmp_path / "result", "--crop", "10,0,60,50")
+    assert cli_train.main(outside) == 1
+    assert (
+        "--crop: found 10,0,60,50, expected a region of 64 x 56"
+        in capsys.readouterr().err
+    )
     assert not (tmp_path / "result").exists()
 
 
@@ -233,16 +271,24 @@ def test_missing_small_and_broken_photographs(
     ("more", "message"),
     [
         (["--size", "20"], "--size: found 20"),
-        (["--directions", "xyz", "PHOTO"], "--directions: found 3 (xyz) for 2 photographs"),
+        (
+            ["--directions", "xyz", "PHOTO"],
+            "--directions: found 3 (xyz) for 2 photographs",
+        ),
         (["PHOTO", "PHOTO", "PHOTO"], "PHOTO: found 4"),
         (["--steps", "0"], "--steps: found 0"),
         (["--steps", "5", "--minutes", "1"], "--steps: found together with --minutes"),
         (["--minutes", "nan"], "--minutes: found nan"),
         (["--resolution", "30"], "--resolution: found 30"),
+        (["--crop", "0,0,50"], "--crop: found 0,0,50, expected X,Y,W,H"),
     ],
 )
 def test_options_that_cannot_work(
-    more: list[str], message: str, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    more: list[str],
+    message: str,
+    photo: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     photos = [str(photo) for m in more if m == "PHOTO"]
     options = [m for m in more if m != "PHOTO"]
