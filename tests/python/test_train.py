@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import torch
 from PIL import Image
+
 from solidtex_export import cli_train
 from solidtex_export.exemplar import color_axes, load_exemplar, whiten
 from solidtex_export.lattice import Box, LatticeGenerator
