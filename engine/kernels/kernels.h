@@ -9,12 +9,13 @@ namespace solidtex::engine::kernels {
 
 // Inputs must be readable kReadSlack floats past their end.
 void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out);
+void conv_transpose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,
+                      const Volume& out);
 void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out);
 
-using reference::affine;
-using reference::conv_transpose3d;
-using reference::leaky_relu;
-using reference::sigmoid;
-using reference::tanh;
+void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out);
+void leaky_relu(float slope, const ConstVolume& in, const Volume& out);
+void tanh(const ConstVolume& in, const Volume& out);
+void sigmoid(const ConstVolume& in, const Volume& out);
 
 }  // namespace solidtex::engine::kernels

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "engine/kernels/linear_layer.h"
+#include "engine/kernels/vector-inl.h"
 
 #if defined(SOLIDTEX_LINEAR_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SOLIDTEX_LINEAR_INL_H
@@ -15,8 +16,6 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 #if HWY_NATIVE_FMA
 
@@ -32,18 +31,15 @@ struct Run {
 inline constexpr int kTilePacks = HWY_TARGET == HWY_AVX2 ? 1 : 2;
 inline constexpr int kTileVectors = 3;
 
-using Float = hn::ScalableTag<float>;
-using FloatVector = hn::Vec<Float>;
-
 // One register tile: kPacks x 4 outputs from `first` on, kVectors vectors of the run.
 template <int kPacks, int kVectors>
 HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
                      float* HWY_RESTRICT out, std::ptrdiff_t count) {
   constexpr int kPack = LinearLayer::kPack, kOutputs = kPacks * kPack;
   const Float d;
-  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const std::ptrdiff_t lanes = FloatLanes();
   const LinearLayer& layer = run.layer;
-  FloatVector sum[kOutputs][kVectors];
+  Floats sum[kOutputs][kVectors];
   for (int o = 0; o < kOutputs; ++o)
     for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::Set(d, layer.bias[first + o]);
 
@@ -51,20 +47,20 @@ HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
   const std::ptrdiff_t pack_stride = static_cast<std::ptrdiff_t>(layer.terms) * kPack;
   for (int t = 0; t < layer.terms; ++t, weights += kPack) {
     const float* from = in + run.offsets[t];
-    FloatVector x[kVectors];
+    Floats x[kVectors];
     for (int v = 0; v < kVectors; ++v) x[v] = hn::LoadU(d, from + v * lanes);
     for (int o = 0; o < kOutputs; ++o) {
-      const FloatVector w = hn::Set(d, weights[o / kPack * pack_stride + o % kPack]);
+      const Floats w = hn::Set(d, weights[o / kPack * pack_stride + o % kPack]);
       for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
     }
   }
 
   // By way of memory, so that every index of `sum` is a constant: it must stay in registers.
-  const FloatVector slope = hn::Set(d, layer.slope), zero = hn::Zero(d);
+  const Floats slope = hn::Set(d, layer.slope), zero = hn::Zero(d);
   HWY_ALIGN float results[kOutputs][kVectors * hn::MaxLanes(d)];
   for (int o = 0; o < kOutputs; ++o)
     for (int v = 0; v < kVectors; ++v) {
-      const FloatVector s = sum[o][v];
+      const Floats s = sum[o][v];
       hn::Store(hn::IfThenElse(hn::Gt(s, zero), s, hn::Mul(slope, s)), d, results[o] + v * lanes);
     }
   const int used = std::min(kOutputs, layer.outputs - first);
@@ -82,7 +78,7 @@ HWY_INLINE void AllOutputs(const Run& run, const float* in, float* out, std::ptr
 }
 
 HWY_INLINE void EvaluateRun(const Run& run, const float* in, float* out, std::ptrdiff_t count) {
-  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(Float()));
+  const std::ptrdiff_t lanes = FloatLanes();
   const std::ptrdiff_t step = kTileVectors * lanes;
   std::ptrdiff_t j = 0;
   for (; j + step <= count; j += step) AllOutputs<kTileVectors>(run, in + j, out + j, step);

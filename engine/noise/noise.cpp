@@ -1,9 +1,8 @@
 #include "engine/noise/noise.h"
 
-#include <cmath>
-
 #include "engine/model/error.h"
 #include "engine/noise/normal.h"
+#include "engine/noise/solidtex_1.h"
 
 namespace solidtex::engine {
 
@@ -32,28 +31,18 @@ float NoiseStream::normal(std::int32_t x, std::int32_t y, std::int32_t z) const 
 
 void NoiseStream::row(Distribution distribution, std::int32_t x, std::int32_t y, std::int32_t z,
                       int count, float* values) const {
-  for (int i = 0; i < count; ++i) {
-    const auto zi = static_cast<std::int32_t>(static_cast<std::uint32_t>(z) + i);
-    values[i] = distribution == Distribution::normal ? normal(x, y, zi) : uniform(x, y, zi);
-  }
+  if (distribution == Distribution::normal) require_normal(scheme_);
+  const auto ux = static_cast<std::uint32_t>(x), uy = static_cast<std::uint32_t>(y),
+             uz = static_cast<std::uint32_t>(z);
+  if (scheme_ == NoiseScheme::solidtex_1)
+    return solidtex_1::row(key_, distribution, ux, uy, uz, count, values);
+  for (int i = 0; i < count; ++i)
+    values[i] = uniform(x, y, static_cast<std::int32_t>(uz + static_cast<std::uint32_t>(i)));
 }
 
-void NoiseStream::trilinear_normal(const std::int32_t* x, const std::int32_t* y,
-                                   const std::int32_t* z, const float* fx, const float* fy,
-                                   const float* fz, int count, float* values) const {
-  const auto next = [](std::int32_t i) {
-    return static_cast<std::int32_t>(static_cast<std::uint32_t>(i) + 1);
-  };
-  const auto lerp = [](float t, float a, float b) { return std::fma(t, b - a, a); };
-  for (int i = 0; i < count; ++i) {
-    const auto along_z = [&](std::int32_t xi, std::int32_t yi) {
-      return lerp(fz[i], normal(xi, yi, z[i]), normal(xi, yi, next(z[i])));
-    };
-    const auto along_y = [&](std::int32_t xi) {
-      return lerp(fy[i], along_z(xi, y[i]), along_z(xi, next(y[i])));
-    };
-    values[i] = lerp(fx[i], along_y(x[i]), along_y(next(x[i])));
-  }
+void NoiseStream::trilinear_normal(const LatticeCells& cells, int count, float* values) const {
+  require_normal(scheme_);
+  solidtex_1::trilinear_normal(key_, cells, count, values);
 }
 
 void require_normal(NoiseScheme scheme) {

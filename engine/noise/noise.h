@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "engine/model/model.h"
-#include "engine/noise/hash.h"
+#include "engine/noise/reference.h"
 
 namespace solidtex::engine {
 
@@ -21,11 +21,9 @@ class NoiseStream {
   void row(Distribution distribution, std::int32_t x, std::int32_t y, std::int32_t z, int count,
            float* values) const;
 
-  // values[i] = trilinear interpolation of normal lattice noise, cell corner (x[i], y[i], z[i]),
-  // fractions f in [0, 1]: the octave lookup of the point family.
-  void trilinear_normal(const std::int32_t* x, const std::int32_t* y, const std::int32_t* z,
-                        const float* fx, const float* fy, const float* fz, int count,
-                        float* values) const;
+  // values[i] = trilinear interpolation of normal lattice noise at point i: the octave lookup of
+  // the point family.
+  void trilinear_normal(const LatticeCells& cells, int count, float* values) const;
 
  private:
   NoiseScheme scheme_;

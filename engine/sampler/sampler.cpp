@@ -103,9 +103,10 @@ void Sampler::evaluate_block(const double* positions, int count, Buffers& buffer
 void Sampler::octave_noise(std::size_t octave, int count, Buffers& buffers, float* values) const {
   const OctaveCells& cells = buffers.cells;
   find_octave_cells(octaves_[octave].transform, buffers.positions, count, buffers.cells);
-  octaves_[octave].noise.trilinear_normal(cells.index[0], cells.index[1], cells.index[2],
-                                          cells.fraction[0], cells.fraction[1], cells.fraction[2],
-                                          count, values);
+  octaves_[octave].noise.trilinear_normal(
+      {{cells.corner[0], cells.corner[1], cells.corner[2]},
+       {cells.fraction[0], cells.fraction[1], cells.fraction[2]}},
+      count, values);
 }
 
 }  // namespace solidtex::engine

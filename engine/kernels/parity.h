@@ -1,0 +1,25 @@
+// A transposed convolution of stride 2 is eight plain ones, one for each parity of the output.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "engine/kernels/reference.h"
+
+namespace solidtex::engine {
+
+// The outputs first + 2 (i, j, k), with the taps that reach them. Term t of output (i, j, k) reads
+// input[i * plane_pitch + j * row_pitch + k + offsets[t]].
+struct ParityClass {
+  std::array<std::int64_t, 3> first{}, count{};
+  LinearLayer layer;
+  const float* input = nullptr;
+  std::vector<std::ptrdiff_t> offsets;
+};
+
+// The classes that have any output.
+std::vector<ParityClass> split_by_parity(const LinearLayer& layer, const TransposedShape& shape,
+                                         const ConstVolume& in, const Volume& out);
+
+}  // namespace solidtex::engine

@@ -1,0 +1,36 @@
+#include "engine/noise/reference.h"
+
+#include <cmath>
+
+#include "engine/noise/normal.h"
+
+namespace solidtex::engine::reference {
+
+void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
+         std::uint32_t z, int count, float* values) {
+  const auto from_bits =
+      distribution == Distribution::normal ? normal_from_bits : uniform_from_bits;
+  for (int i = 0; i < count; ++i)
+    values[i] = from_bits(solidtex_1_bits(key, x, y, z + static_cast<std::uint32_t>(i)));
+}
+
+void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {
+  const auto lerp = [](float t, float a, float b) { return std::fma(t, b - a, a); };
+  for (int i = 0; i < count; ++i) {
+    const auto x = static_cast<std::uint32_t>(cells.corner[0][i]);
+    const auto y = static_cast<std::uint32_t>(cells.corner[1][i]);
+    const auto z = static_cast<std::uint32_t>(cells.corner[2][i]);
+    const auto normal = [&](std::uint32_t dx, std::uint32_t dy, std::uint32_t dz) {
+      return normal_from_bits(solidtex_1_bits(key, x + dx, y + dy, z + dz));
+    };
+    const auto along_z = [&](std::uint32_t dx, std::uint32_t dy) {
+      return lerp(cells.fraction[2][i], normal(dx, dy, 0), normal(dx, dy, 1));
+    };
+    const auto along_y = [&](std::uint32_t dx) {
+      return lerp(cells.fraction[1][i], along_z(dx, 0), along_z(dx, 1));
+    };
+    values[i] = lerp(cells.fraction[0][i], along_y(0), along_y(1));
+  }
+}
+
+}  // namespace solidtex::engine::reference

@@ -1,0 +1,29 @@
+// Rows and lookups of the scheme solidtex-1 as plain loops: the definition of correct.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/model/model.h"
+#include "engine/noise/hash.h"
+
+namespace solidtex::engine {
+
+// Where points fall on a lattice, planar: the lower corner of the cell (modulo 2^32) and the
+// fractions in [0, 1]. Readable to a multiple of 16 points, whatever the count.
+struct LatticeCells {
+  const std::int32_t* corner[3];
+  const float* fraction[3];
+};
+
+namespace reference {
+
+// values[i] = the value at (x, y, z + i).
+void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
+         std::uint32_t z, int count, float* values);
+
+// values[i] = normal noise interpolated at point i, along z, then y, then x; one lerp is
+// fma(t, b - a, a).
+void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values);
+
+}  // namespace reference
+}  // namespace solidtex::engine

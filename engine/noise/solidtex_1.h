@@ -1,0 +1,12 @@
+// The scheme solidtex-1 on the machine's best target: bit for bit the loops of reference.h.
+#pragma once
+
+#include "engine/noise/reference.h"
+
+namespace solidtex::engine::solidtex_1 {
+
+void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
+         std::uint32_t z, int count, float* values);
+void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values);
+
+}  // namespace solidtex::engine::solidtex_1
