@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 #include "engine/field/field.h"
+#include "tests/unit/every_target.h"
 #include "tests/unit/example_models.h"
 
 using namespace solidtex::engine;
@@ -40,6 +41,7 @@ void check_partitions(const FieldModel& model, std::array<std::int64_t, 3> lo) {
   const Box whole = box_at(lo, {9, 7, 11});
   const std::vector<float> values = evaluate(field, whole);
   REQUIRE(std::set<float>(values.begin(), values.end()).size() > values.size() / 2);
+  testing::on_every_target([&] { CHECK(evaluate(field, whole) == values); });
   for (const auto& [offset, size] :
        std::vector<std::pair<std::array<std::int64_t, 3>, std::array<std::int64_t, 3>>>{
            {{0, 0, 0}, {1, 1, 1}},
@@ -56,7 +58,7 @@ void check_partitions(const FieldModel& model, std::array<std::int64_t, 3> lo) {
 
 }  // namespace
 
-TEST_CASE("any partition into boxes gives the same bits", "[field]") {
+TEST_CASE("any partition into boxes and any target give the same bits", "[field]") {
   constexpr std::int64_t far = std::int64_t{1} << 30;
   for (const std::array<std::int64_t, 3> lo :
        {std::array<std::int64_t, 3>{0, 0, 0}, {-5, -3, -6}, {far - 4, -far, 17}, {-far, far, -1}}) {

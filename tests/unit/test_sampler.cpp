@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 #include "engine/sampler/sampler.h"
+#include "tests/unit/every_target.h"
 #include "tests/unit/example_models.h"
 
 using namespace solidtex::engine;
@@ -88,11 +89,12 @@ TEST_CASE("the sampler is equation 2 of GramGAN", "[sampler]") {
   }
 }
 
-TEST_CASE("a point's bits do not depend on its neighbours", "[sampler]") {
+TEST_CASE("a point's bits depend neither on its neighbours nor on the target", "[sampler]") {
   const Sampler sampler(example::sampler(), NoiseScheme::solidtex_1, kSeed);
   for (const double centre : {0.0, -0x1p30, 0x1p30}) {
     const std::vector<double> positions = random_positions(301, centre);
     const std::vector<float> together = evaluate(sampler, positions);
+    testing::on_every_target([&] { CHECK(evaluate(sampler, positions) == together); });
     for (const std::size_t first : {0, 1, 95, 96, 97, 250}) {
       for (const std::size_t count : {1, 2, 17, 51}) {
         const std::vector<float> part = evaluate(

@@ -1,0 +1,152 @@
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "catch.hpp"
+#include "engine/noise/noise.h"
+#include "engine/noise/normal.h"
+#include "tests/unit/every_target.h"
+
+using namespace solidtex::engine;
+
+namespace {
+
+std::int32_t random_coordinate(std::mt19937& random) {
+  constexpr std::int32_t edges[] = {0, -1, 1 << 30, -(1 << 30), INT32_MAX, INT32_MIN};
+  const std::uint32_t bits = random();
+  return bits % 4 == 0 ? edges[bits / 4 % 6] : static_cast<std::int32_t>(random());
+}
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+std::int32_t next(std::int32_t i) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(i) + 1);
+}
+
+}  // namespace
+
+TEST_CASE("solidtex-1 gives the numbers of docs/noise.md", "[noise]") {
+  // Worked out by hand from that page, in Python integers (tests/battery/noise_vectors.py).
+  const StreamKey key = make_stream_key(1, 2, 3);
+  CHECK(key.word[0] == 0x5E29B091u);
+  CHECK(key.word[3] == 0x3C6585C2u);
+  CHECK(solidtex_1_bits(key, 4, 5, 6) == 0x14DFAC15u);
+  CHECK(solidtex_1_bits(make_stream_key(0, 0, 0), 0xFFFFFFFFu, 0x80000000u, 7) == 0x1D2E1971u);
+  CHECK(solidtexturenets_bits(0, 6, 4, 70000, 0xFFFFFFFFu, 3) == 0x70A6D133BC71BAE7u);
+  CHECK(solidtexturenets_bits(0, 0, 0, 0, 0, 0) == 0x107AE22413063053u);
+  CHECK(solidtexturenets_bits(9, 1, 2, 3, 4, 5) == 0x9F5B9914E0CE6F1Du);
+}
+
+TEST_CASE("uniform noise is in range, and its ends are exact", "[noise]") {
+  CHECK(uniform_from_bits(0) == 0.0f);
+  CHECK(uniform_from_bits(0xFFu) == 0.0f);
+  CHECK(uniform_from_bits(0x100u) == 0x1p-24f);
+  CHECK(uniform_from_bits(0xFFFFFFFFu) == 1.0f - 0x1p-24f);
+}
+
+TEST_CASE("normal noise is symmetric and monotonic", "[noise]") {
+  float previous = normal_from_bits(0x80000000u);
+  CHECK(previous == Approx(6.33795));
+  std::uint32_t decreases = 0;
+  for (std::uint32_t low = 0; low < 0x80000000u - 40499u; low += 40499u) {
+    const float value = normal_from_bits(0x80000000u | low);
+    CHECK(normal_from_bits(low) == -value);
+    // Neighbours may be equal or one rounding apart; over 40499 steps the order is plain.
+    decreases += value > previous;
+    previous = value;
+  }
+  CHECK(decreases == 0);
+  CHECK(std::fabs(normal_from_bits(0xFFFFFFFFu)) < 1e-6f);
+}
+
+TEST_CASE("rows are single values, on every target", "[noise]") {
+  std::mt19937 random(3);
+  for (int round = 0; round < 40; ++round) {
+    const std::uint64_t seed = random() % 3 * 0x123456789ABCDEFu;
+    const NoiseStream noise(NoiseScheme::solidtex_1, seed, random() % 21, random() % 8);
+    const auto x = random_coordinate(random), y = random_coordinate(random);
+    const auto z = random_coordinate(random);
+    const int count = 1 + static_cast<int>(random() % 70);
+    std::vector<float> uniform, normal;
+    for (int i = 0, at = z; i < count; ++i, at = next(at)) {
+      uniform.push_back(noise.uniform(x, y, at));
+      normal.push_back(noise.normal(x, y, at));
+    }
+    testing::on_every_target([&] {
+      std::vector<float> row(static_cast<std::size_t>(count));
+      noise.row(Distribution::uniform, x, y, z, count, row.data());
+      CHECK(same_bits(row, uniform));
+      noise.row(Distribution::normal, x, y, z, count, row.data());
+      CHECK(same_bits(row, normal));
+    });
+  }
+}
+
+TEST_CASE("trilinear lookups are lerps of single values, on every target", "[noise]") {
+  constexpr int kPoints = 96;
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> unit(0, 1);
+  std::int32_t corner[3][kPoints];
+  float fraction[3][kPoints];
+  for (int axis = 0; axis < 3; ++axis)
+    for (int p = 0; p < kPoints; ++p) {
+      corner[axis][p] = random_coordinate(random);
+      fraction[axis][p] = p < 2 ? static_cast<float>(p) : unit(random);
+    }
+  const LatticeCells cells{{corner[0], corner[1], corner[2]},
+                           {fraction[0], fraction[1], fraction[2]}};
+  const NoiseStream noise(NoiseScheme::solidtex_1, 5, 6, 0);
+  const auto lerp = [](float t, float a, float b) { return std::fma(t, b - a, a); };
+  std::vector<float> expected;
+  for (int p = 0; p < kPoints; ++p) {
+    const auto x = corner[0][p], y = corner[1][p], z = corner[2][p];
+    const auto along_z = [&](std::int32_t i, std::int32_t j) {
+      return lerp(fraction[2][p], noise.normal(i, j, z), noise.normal(i, j, next(z)));
+    };
+    const auto along_y = [&](std::int32_t i) {
+      return lerp(fraction[1][p], along_z(i, y), along_z(i, next(y)));
+    };
+    expected.push_back(lerp(fraction[0][p], along_y(x), along_y(next(x))));
+  }
+  CHECK(expected[0] == noise.normal(corner[0][0], corner[1][0], corner[2][0]));
+  for (const std::size_t count : {1, 15, 16, 17, 96})
+    testing::on_every_target([&] {
+      std::vector<float> values(count);
+      noise.trilinear_normal(cells, static_cast<int>(count), values.data());
+      CHECK(same_bits(values, {expected.begin(), expected.begin() + static_cast<long>(count)}));
+    });
+}
+
+TEST_CASE("solidtexturenets is uniform only and repeats as published", "[noise]") {
+  const auto stream = [](std::uint32_t level, std::uint32_t channel) {
+    return NoiseStream(NoiseScheme::solidtexturenets, 0, level, channel);
+  };
+  CHECK_THROWS(stream(0, 0).normal(1, 2, 3));
+  float row[4];
+  CHECK_THROWS(stream(0, 0).row(Distribution::normal, 0, 0, 0, 4, row));
+  CHECK(stream(0, 0).uniform(1, 2, 3) == stream(0, 0).uniform(1 + 65536, 2 - 65536, 3));
+  CHECK(stream(0, 0).uniform(1, 2, 3) == stream(5, 3).uniform(1, 2, 3));  // its known flaws
+  CHECK(stream(0, 1).uniform(1, 2, 3) == stream(0, 0).uniform(1, 2, 6));
+  CHECK(NoiseStream(NoiseScheme::solidtexturenets, 1, 0, 0).uniform(1, 2, 3) !=
+        stream(0, 0).uniform(1, 2, 3));
+  stream(2, 1).row(Distribution::uniform, 7, -8, 65534, 4, row);
+  for (int i = 0; i < 4; ++i) CHECK(row[i] == stream(2, 1).uniform(7, -8, 65534 + i));
+}
+
+TEST_CASE("every argument of solidtex-1 matters", "[noise]") {
+  std::set<float> values;
+  for (std::uint64_t seed : {0, 1}) {
+    for (std::uint32_t level : {0, 1})
+      for (std::uint32_t channel : {0, 1})
+        for (std::int32_t x : {0, 1})
+          for (std::int32_t y : {0, 1})
+            for (std::int32_t z : {0, 1})
+              values.insert(
+                  NoiseStream(NoiseScheme::solidtex_1, seed, level, channel).normal(x, y, z));
+  }
+  CHECK(values.size() == 64);
+}
