@@ -99,6 +99,15 @@ def test_info_prints_for_people(tmp_path: Path) -> None:
     assert "\x1b" not in text
 
 
+def test_info_takes_paths_that_are_no_utf8(tmp_path: Path) -> None:
+    path = os.fsencode(tmp_path) + b"/\xff.solidtex"
+    Path(os.fsdecode(path)).write_bytes(serialize(small_model()))
+    for arguments in ([path], [path, "--json"]):
+        result = subprocess.run([INFO, *arguments], capture_output=True, timeout=60)
+        assert result.returncode == 0, result.stderr
+        assert "\N{REPLACEMENT CHARACTER}.solidtex" in result.stdout.decode()
+
+
 def test_info_exit_codes(tmp_path: Path) -> None:
     assert run_info("--help").returncode == 0
     assert re.fullmatch(r"solidtex-info \d+\.\d+\.\d+\n", run_info("--version").stdout)

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   return solidtex::tools::run_tool(app, argc, argv, [&] {
     const auto report = solidtex::tools::describe(solidtex::texture(model));
     if (as_json)
-      std::cout << report.dump(2) << '\n';
+      std::cout << solidtex::tools::to_text(report, 2) << '\n';
     else
       solidtex::tools::print(report, std::cout);
   });

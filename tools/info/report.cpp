@@ -44,7 +44,7 @@ ordered_json describe_nodes(const nlohmann::json& field) {
 
 // One short line; control characters stay escaped, so that a file cannot play with the terminal.
 std::string text_of(const ordered_json& value) {
-  std::string text = value.dump();
+  std::string text = to_text(value, -1);
   if (value.is_string()) text = text.substr(1, text.size() - 2);
   if (text.size() > max_text) text = text.substr(0, max_text - 3) + "...";
   return text;
@@ -98,6 +98,10 @@ void print_nodes(std::ostream& out, const ordered_json& nodes) {
 }
 
 }  // namespace
+
+std::string to_text(const ordered_json& value, int indent) {
+  return value.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
+}
 
 ordered_json describe(const solidtex::texture& texture) {
   const auto document = ordered_json::parse(texture.metadata_json());
