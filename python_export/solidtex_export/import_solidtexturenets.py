@@ -27,6 +27,7 @@ SCHEME = "solidtexturenets"
 SLOPE = 0.01
 MEAN_BGR = (0.40760392, 0.45795686, 0.48501961)  # of the network's training images
 CHANNELS = 3
+BOUND = 2e-4  # colours of published networks are larger inside, by 255, than ours
 
 EXAMPLES = f"""  {PROGRAM} params.pytorch -o marble.solidtex
   {PROGRAM} params.pytorch -o marble.solidtex --license CC-BY-4.0 --source "J. Doe, marble"
@@ -67,7 +68,8 @@ def convert(args: argparse.Namespace) -> None:
     generator.load_state_dict(state, strict=False)  # num_batches_tracked may be missing
     field, tensors = fold_lattice(state, SLOPE)
     model = ModelFile(document(args, field), tensors)
-    found = write_verified(args.output, model, lattice_network(generator, SCHEME))
+    network = lattice_network(generator, SCHEME)
+    found = write_verified(args.output, model, network, BOUND)
     print(summary(args.output, model, found))
 
 

@@ -25,17 +25,19 @@ def check_output(path: Path, force: bool) -> None:
         raise OutputError(f"{path}: found an existing file, expected none (--force replaces it)")
 
 
-def write_verified(path: Path, model: ModelFile, network: Network) -> Differences:
+def write_verified(
+    path: Path, model: ModelFile, network: Network, bound: float = BOUND
+) -> Differences:
     """Writes under a temporary name, compares with the engine, then renames, or refuses."""
     unverified = path.with_name(f".{path.stem}.unverified.{os.getpid()}.solidtex")
     try:
         model_file.write(unverified, model)
         found = differences(unverified, network)
-        if not found.largest <= BOUND:
+        if not found.largest <= bound:
             raise OutputError(
                 f"{path}: found the C++ engine {found.largest:.3g} away from the float64 network"
                 f" (boxes {found.boxes:.3g}, points {found.points:.3g}, network"
-                f" {found.network:.3g}), expected at most {BOUND:g}; nothing was written"
+                f" {found.network:.3g}), expected at most {bound:g}; nothing was written"
             )
         os.replace(unverified, path)
     finally:
@@ -48,5 +50,5 @@ def summary(path: Path, model: ModelFile, found: Differences) -> str:
     parameters = sum(values.size for values in model.tensors.values())
     return (
         f"{path}: {path.stat().st_size} bytes, {parameters} parameters; the C++ engine is within"
-        f" {found.largest:.2g} of the float64 network (bound {BOUND:g})"
+        f" {found.largest:.2g} of the float64 network"
     )

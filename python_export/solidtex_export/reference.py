@@ -17,6 +17,8 @@ from torch import Tensor
 from . import noise
 from .model_file import ModelFile
 
+MAX_VOXELS = 1 << 18
+
 Box = tuple[tuple[int, ...], tuple[int, ...]]
 """lo inclusive, hi exclusive."""
 
@@ -37,23 +39,31 @@ def evaluate_box(
 
 
 def evaluate_points(model: ModelFile, positions: Positions, seed: int = 0) -> np.ndarray:
-    """The colours at continuous positions: float64 [point, channel]."""
+    """The colours at continuous positions: float64 [point, channel].
+
+    In the lattice family all voxels between them are evaluated, so they have to be close together.
+    """
     positions = np.asarray(positions, dtype=np.float64)
     if model.document["family"] == "sampler":
         return _sampler(model, positions, seed)
-    field = _Field(model, seed)
-    return np.stack([_between_voxels(field, position) for position in positions])
+    return _between_voxels(_Field(model, seed), positions)
 
 
-def _between_voxels(field: _Field, position: np.ndarray) -> np.ndarray:
-    """Trilinear interpolation of the eight voxel centres around one position."""
-    centred = position - 0.5
-    cell = np.floor(centred)
-    lo = tuple(int(c) for c in cell)
-    values = field.output((lo, tuple(l + 2 for l in lo))).numpy()
-    for t in centred - cell:  # x, then y, then z
-        values = (1 - t) * values[:, 0] + t * values[:, 1]
-    return values
+def _between_voxels(field: _Field, positions: Positions) -> np.ndarray:
+    """Trilinear interpolation of the eight voxel centres around each position."""
+    centred = positions - 0.5
+    cells = np.floor(centred)
+    lo, hi = cells.min(axis=0).astype(int), cells.max(axis=0).astype(int) + 2
+    if np.prod(hi - lo) > MAX_VOXELS:
+        raise ValueError(f"positions: found them in {hi - lo} voxels, expected {MAX_VOXELS} in all")
+    box = field.output((tuple(lo.tolist()), tuple(hi.tolist()))).numpy()
+    colors = []
+    for cell, t in zip(cells.astype(int) - lo, centred - cells, strict=True):
+        values = box[:, cell[0] : cell[0] + 2, cell[1] : cell[1] + 2, cell[2] : cell[2] + 2]
+        for axis in range(3):
+            values = (1 - t[axis]) * values[:, 0] + t[axis] * values[:, 1]
+        colors.append(values)
+    return np.stack(colors)
 
 
 class _Field:

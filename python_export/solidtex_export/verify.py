@@ -10,8 +10,8 @@ import numpy as np
 from . import engine, model_file, reference
 from .networks import Network
 
-BOUND = 2e-5
-"""Largest difference allowed, for outputs of size 1: docs/numerics.md."""
+BOUND = 5e-5
+"""Largest difference allowed between engine and float64: docs/numerics.md."""
 
 FAR = 1 << 30
 BOXES = (
@@ -23,7 +23,7 @@ BOXES = (
     ((-FAR, FAR - 4, -FAR + 1), (4, 4, 1)),
 )
 POINT_ORIGINS = ((0.0, 0.0, 0.0), (-1000.25, 77.5, -3.0), (FAR - 20.0, 20.0 - FAR, 0.5))
-POINTS_PER_ORIGIN = 12
+POINT_COUNT = 40
 POINT_SPREAD = 3.0  # texels: few bricks of the cache, yet some on all sides of the origin
 SEEDS = (0, 20260101)
 
@@ -45,14 +45,15 @@ def differences(path: str | os.PathLike[str], network: Network | None = None) ->
     """The engine against the float64 oracle, and against the network where there is one."""
     model = model_file.read(path)
     boxes, points, networks = [], [], [0.0]
-    for seed in SEEDS:
+    for index, seed in enumerate(SEEDS):  # each seed takes its share of the places
         with engine.Texture(path, seed) as texture:
-            for origin, size in BOXES:
+            for origin, size in BOXES[index :: len(SEEDS)]:
                 found = texture.eval_box(origin, size)
                 boxes.append(distance(found, reference.evaluate_box(model, origin, size, seed)))
                 if network:
                     networks.append(distance(found, network(origin, size, seed)))
-            points.append(_point_difference(texture, model, seed))
+            for base in POINT_ORIGINS[index :: len(SEEDS)]:
+                points.append(_point_difference(texture, model, seed, base))
     return Differences(*(float(np.max(values)) for values in (boxes, points, networks)))
 
 
@@ -61,12 +62,14 @@ def distance(found: np.ndarray, expected: np.ndarray) -> float:
     return float(np.abs(found - expected).max() / max(1.0, np.abs(expected).max()))
 
 
-def _point_difference(texture: engine.Texture, model: model_file.ModelFile, seed: int) -> float:
+def _point_difference(
+    texture: engine.Texture,
+    model: model_file.ModelFile,
+    seed: int,
+    origin: tuple[float, float, float],
+) -> float:
     rng = np.random.default_rng(seed)
-    values = []
-    for origin in POINT_ORIGINS:
-        points = rng.uniform(-POINT_SPREAD, POINT_SPREAD, (POINTS_PER_ORIGIN, 3)).astype(np.float32)
-        positions = np.array(origin) + points.astype(np.float64)
-        expected = reference.evaluate_points(model, positions, seed)
-        values.append(distance(texture.eval_points(points, origin), expected))
-    return float(np.max(values))
+    points = rng.uniform(-POINT_SPREAD, POINT_SPREAD, (POINT_COUNT, 3)).astype(np.float32)
+    positions = np.array(origin) + points.astype(np.float64)
+    expected = reference.evaluate_points(model, positions, seed)
+    return distance(texture.eval_points(points, origin), expected)
