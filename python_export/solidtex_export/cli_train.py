@@ -11,7 +11,7 @@ from types import FrameType
 import torch
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-from solidtex_export import __version__
+from solidtex_export import cli
 from solidtex_export.config import RECIPES, Config, exemplar_records
 from solidtex_export.critic import FIELD_OF_VIEW
 from solidtex_export.exemplar import ExemplarError, load_exemplar
@@ -22,13 +22,12 @@ GENERATORS = {
     "field": {"levels": 6, "noise_channels": 3, "step_channels": 4},
     "sampler": {"octaves": 16, "hidden_layers": 5, "width": 128, "coarsest": 48.0, "finest": 1.0},
 }
-DEFAULT_MINUTES = {"field": 15.0, "sampler": 40.0}
+DEFAULT_MINUTES = 15.0
 INTERRUPTED = 130
 
-EXAMPLES = """examples:
-  solidtex-train granite.jpg -o results/granite
-  solidtex-train plank.png --directions xy --minutes 20 -o results/plank
-  solidtex-train stone.png --model sampler --device cuda --minutes 60 -o results/stone
+EXAMPLES = """  solidtex-train granite.jpg -o results/granite
+  solidtex-train plank.png --model sampler --directions xy -o results/plank
+  solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
   solidtex-train front.png side.png top.png -o results/cube
 
 The same command again resumes an interrupted training. Ctrl-C saves before it stops.
@@ -39,21 +38,18 @@ Then: solidtex-export RESULT -o MODEL.solidtex"""
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(
-        prog="solidtex-train",
-        description="Learn a solid texture from one, two or three photographs.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    p = cli.parser(
+        "solidtex-train", "Learn a solid texture from one, two or three photographs.", EXAMPLES
     )
-    p.add_argument("photos", metavar="PHOTO", nargs="+", type=Path, help="1 to 3 pictures")
+    p.add_argument("photos", metavar="PHOTO", nargs="+", type=Path, help="one to three pictures")
     p.add_argument("-o", dest="result", metavar="RESULT", required=True, type=Path,
                    help="result folder, new or of the same training")  # fmt: skip
     p.add_argument("--model", choices=sorted(GENERATORS), default="field",
                    help="field: 3D convolutions on a lattice; sampler: a network evaluated at any"
                    " point (default: field)")  # fmt: skip
-    p.add_argument("--size", type=int, default=128, metavar="N",
+    p.add_argument("--size", type=int, default=96, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
-                   " (default: 128)")  # fmt: skip
+                   " (default: 96)")  # fmt: skip
     p.add_argument("--resolution", type=int, metavar="N",
                    help="reduce photographs whose shorter side is longer than N pixels; one pixel"
                    " is then one texel (default: 1.5 times --size)")  # fmt: skip
@@ -66,7 +62,7 @@ def parser() -> argparse.ArgumentParser:
                    help="orientations in which a photograph looks just as right (default: all for"
                    " one photograph in three directions, else flips)")  # fmt: skip
     p.add_argument("--minutes", type=float, metavar="M",
-                   help="how long to train (default: field 15, sampler 40)")  # fmt: skip
+                   help="how long to train (default: 15)")  # fmt: skip
     p.add_argument("--steps", type=int, metavar="N", help="train N steps instead of --minutes")
     p.add_argument("--seed", type=int, default=0, metavar="S", help="(default: 0)")
     p.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto",
@@ -76,7 +72,6 @@ def parser() -> argparse.ArgumentParser:
                    help="licence of the photographs, stored with the model")  # fmt: skip
     p.add_argument("--source", default="", metavar="TEXT",
                    help="where the photographs come from, stored with the model")  # fmt: skip
-    p.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     return p
 
 
@@ -112,7 +107,7 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
     if args.threads is not None and args.threads < 1:
         p.error(f"--threads: found {args.threads}, expected at least 1")
     if args.minutes is None and args.steps is None:
-        args.minutes = DEFAULT_MINUTES[args.model]
+        args.minutes = DEFAULT_MINUTES
     if args.symmetry is None:
         isotropic = len(args.photos) == 1 and args.directions == "xyz"
         args.symmetry = "all" if isotropic else "flips"
@@ -189,6 +184,7 @@ def main(arguments: list[str] | None = None) -> int:
             return 0
         if trainer.step:
             print(f"{args.result}: resuming at step {trainer.step}")
+        print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
         finished = train(trainer)
     except (ExemplarError, ResultError, OSError) as error:
         print(f"solidtex-train: {error}", file=sys.stderr)

@@ -8,10 +8,18 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from PIL import Image, UnidentifiedImageError
+from PIL import Image, ImageOps, UnidentifiedImageError
 from torch import Tensor
 
 MIN_AXIS_RATIO = 0.15  # of the largest: keeps a grey stone's faint hues from being amplified
+
+PICTURE_ERRORS = (
+    UnidentifiedImageError,
+    Image.DecompressionBombError,
+    OSError,
+    ValueError,
+    SyntaxError,  # what PIL raises for some damaged PNG files
+)
 
 
 class ExemplarError(ValueError):
@@ -26,10 +34,6 @@ class Exemplar:
     sha256: str
     image: Tensor
 
-    @property
-    def shorter_side(self) -> int:
-        return min(self.image.shape[1:])
-
 
 def load_exemplar(
     path: Path, resolution: int, needed: int, crop: tuple[int, ...] | None = None
@@ -38,15 +42,7 @@ def load_exemplar(
 
     `needed` is the shortest side that training can use; `crop` is (x, y, width, height).
     """
-    if not path.is_file():
-        raise ExemplarError(f"{path}: found no such file, expected a photograph (PNG, JPEG ...)")
-    try:
-        with Image.open(path) as opened:
-            photo = opened.convert("RGB")
-    except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
-        raise ExemplarError(
-            f"{path}: found no readable picture ({error}), expected PNG, JPEG ..."
-        ) from error
+    photo = _read(path)
     if crop:
         photo = _cropped(photo, crop, path)
     if min(photo.size) < needed:
@@ -61,6 +57,21 @@ def load_exemplar(
     pixels = np.asarray(photo, dtype=np.float32) / 255
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     return Exemplar(path.name, digest, torch.from_numpy(pixels.copy()).permute(2, 0, 1))
+
+
+def _read(path: Path) -> Image.Image:
+    """The picture, upright as its camera held it."""
+    if not path.is_file():
+        raise ExemplarError(f"{path}: found no such file, expected a photograph (PNG, JPEG ...)")
+    try:
+        with Image.open(path) as opened:
+            if opened.mode[0] in "IF":  # PIL would clip these to 8 bits
+                raise ValueError(f"mode {opened.mode}: more than 8 bits per channel")
+            return ImageOps.exif_transpose(opened).convert("RGB")
+    except PICTURE_ERRORS as error:
+        raise ExemplarError(
+            f"{path}: found no readable picture ({error}), expected PNG, JPEG ..."
+        ) from error
 
 
 def _cropped(photo: Image.Image, crop: tuple[int, ...], path: Path) -> Image.Image:

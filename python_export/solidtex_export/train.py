@@ -37,7 +37,7 @@ from solidtex_export.sampler import OctaveSampler
 from solidtex_export.slices import LatticeSlices, SamplerSlices, SliceSource
 
 CHECKPOINT_SECONDS = 60.0
-PREVIEW_SECONDS = 60.0
+PREVIEW_SECONDS = 120.0
 LOG_STEPS = 20
 BUFFERED_SLICES = 12
 STATISTICS_SLICES = 12
@@ -178,7 +178,8 @@ class Trainer:
 
     def _autocast(self) -> torch.autocast:
         """bfloat16 where the processor computes in it: three to five times faster."""
-        fast = self.device.type == "cpu" and torch.cpu._is_avx512_bf16_supported()
+        supported = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)
+        fast = self.device.type == "cpu" and supported()
         return torch.autocast(self.device.type, torch.bfloat16, enabled=fast)
 
     @torch.no_grad()

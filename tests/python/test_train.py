@@ -246,19 +246,20 @@ def test_missing_small_and_broken_photographs(
     broken.write_bytes(photo.read_bytes()[:300])
     text = tmp_path / "text.jpg"
     text.write_text("not a picture")
+    deep = tmp_path / "deep.png"
+    Image.fromarray(np.full((200, 200), 40000, np.uint16)).save(deep)
     cases = [
         (tmp_path / "none.png", "no such file"),
         (broken, "no readable picture"),
         (text, "no readable picture"),
+        (deep, "more than 8 bits"),
     ]
     for path, message in cases:
         assert cli_train.main(arguments(path, tmp_path / "result")) == 1
         error = capsys.readouterr().err
         assert str(path) in error and message in error and "expected" in error
     assert cli_train.main([str(photo), "-o", str(tmp_path / "result")]) == 1
-    assert (
-        "found 64 x 56 pixels, expected at least 128 x 128" in capsys.readouterr().err
-    )
+    assert "found 64 x 56 pixels, expected at least 96 x 96" in capsys.readouterr().err
     outside = arguments(photo, tmp_path / "result", "--crop", "10,0,60,50")
     assert cli_train.main(outside) == 1
     assert (
