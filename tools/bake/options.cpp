@@ -1,0 +1,92 @@
+#include "tools/bake/options.h"
+
+#include <charconv>
+#include <vector>
+
+namespace solidtex::tools {
+namespace {
+
+std::vector<std::int64_t> integers(const std::string& text, const std::string& option,
+                                   const std::string& expected) {
+  std::vector<std::int64_t> values;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (true) {
+    std::int64_t value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    const bool good = error == std::errc() && (next == end || *next == ',');
+    if (!good) {
+      throw CLI::ValidationError(option, "\"" + text + "\" found, expected " + expected);
+    }
+    values.push_back(value);
+    if (next == end) return values;
+    at = next + 1;
+  }
+}
+
+constexpr std::int64_t max_size = std::int64_t{1} << 20;
+
+Index3 parse_size(const std::string& text) {
+  const std::string expected = "N or X,Y,Z from 1 to " + std::to_string(max_size);
+  const auto values = integers(text, "--size", expected);
+  Index3 size{};
+  if (values.size() == 1) size.fill(values[0]);
+  if (values.size() == 3) size = {values[0], values[1], values[2]};
+  for (const std::int64_t value : size) {
+    if (value < 1 || value > max_size) {
+      throw CLI::ValidationError("--size", "\"" + text + "\" found, expected " + expected);
+    }
+  }
+  return size;
+}
+
+Index3 parse_origin(const std::string& text) {
+  const std::string expected = "three integers X,Y,Z";
+  const auto values = integers(text, "--origin", expected);
+  if (values.size() != 3) {
+    throw CLI::ValidationError("--origin", "\"" + text + "\" found, expected " + expected);
+  }
+  return {values[0], values[1], values[2]};
+}
+
+constexpr char examples[] =
+    "OUT ends in .npy (float32, [x][y][z][channel], values as the model has them, not clamped)\n"
+    "or .vdb, or is a new folder with --slices.\n"
+    "Examples:\n"
+    "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
+    "  solidtex-bake mine.solidtex --size 512,512,64 --origin -100,0,7 --seed 3 -o mine.vdb\n"
+    "  solidtex-bake rust --size 128 --slices png -o rust-slices\n"
+    "  solidtex-bake rust --preview rust.png";
+
+}  // namespace
+
+void add_options(CLI::App& app, BakeOptions& options) {
+  app.footer(examples);
+  app.add_option("MODEL", options.model, "Path of a .solidtex file, or name of a shipped model")
+      ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--size", [&](const std::string& text) { options.size = parse_size(text); },
+         "Voxels along each axis (default 128)")
+      ->type_name("N|X,Y,Z");
+  app.add_option_function<std::string>(
+         "--origin", [&](const std::string& text) { options.origin = parse_origin(text); },
+         "First voxel (default 0,0,0)")
+      ->type_name("X,Y,Z");
+  app.add_option("--seed", options.seed, "Variant of the material")->capture_default_str();
+  app.add_option("--block", options.block,
+                 "Edge of the blocks evaluated at a time; changes speed and memory, no value")
+      ->check(CLI::Range(1, 4096));
+  app.add_option("--threads", options.threads, "Default: all cores")->check(CLI::Range(1, 1024));
+  auto* output =
+      app.add_option("-o,--output", options.output, "Where the voxels go")->type_name("OUT");
+  app.add_option("--slices", options.slices, "Write a folder of images, one for each z")
+      ->check(CLI::IsMember({"png", "exr"}))
+      ->type_name("png|exr")
+      ->needs(output);
+  app.add_option("--preview", options.preview,
+                 "Picture of a cube cut open, three slices along the axes and one at 45 degrees")
+      ->type_name("FILE.png");
+  app.add_flag("--force", options.force, "Replace files that exist");
+}
+
+}  // namespace solidtex::tools

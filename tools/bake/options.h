@@ -1,0 +1,27 @@
+// The command line of solidtex-bake.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "tools/bake/volume.h"
+
+namespace solidtex::tools {
+
+struct BakeOptions {
+  std::string model = "granite-grey";
+  Index3 size{128, 128, 128};
+  Index3 origin{0, 0, 0};
+  std::uint64_t seed = 0;
+  std::int64_t block = 0;  // 0: chosen by the program
+  int threads = 0;         // 0: all
+  std::filesystem::path output, preview;
+  std::string slices;
+  bool force = false;
+};
+
+void add_options(CLI::App& app, BakeOptions& options);
+
+}  // namespace solidtex::tools
