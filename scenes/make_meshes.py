@@ -165,7 +165,7 @@ def vase(rows: int, columns: int, flutes: int) -> Mesh:
     along_u = np.gradient(positions, axis=0)
     closed = np.concatenate([positions[:, -2:-1], positions, positions[:, 1:2]], axis=1)
     along_v = (closed[:, 2:] - closed[:, :-2]) / 2
-    normals = np.cross(along_v, along_u)
+    normals = np.cross(along_u, along_v)
     normals[0], normals[-1] = (0, -1, 0), (0, 1, 0)
     return grid(positions, normals)
 
@@ -217,12 +217,11 @@ def box_distance(p: Array, low: Array, high: Array, radius: float) -> Array:
 
 def axis_with_details(places: list[float], radius: float) -> Array:
     """Grid lines that are dense around the given coordinates and sparse between them."""
-    near = np.array([-2, -1.4, -0.9, -0.6, -0.35, -0.15, 0.06, 0.35, 0.75, 1.3, 2]) * radius
-    lines = [place + side * near for place in places for side in (1, -1)]
-    coarse = np.linspace(min(places), max(places), 9)
+    near = np.array([-1.6, -1.05, -0.7, -0.4, -0.12, 0.12, 0.4, 0.7, 1.05, 1.6]) * radius
+    lines = [place + near for place in places]
+    coarse = np.linspace(min(places), max(places), 7)
     far = np.abs(coarse[:, None] - np.array(places)).min(axis=1) > 3 * radius
-    lines = np.unique(np.round(np.concatenate([*lines, coarse[far]]), 6))
-    return lines[np.concatenate([[True], np.diff(lines) > 0.05 * radius])]
+    return np.unique(np.round(np.concatenate([*lines, coarse[far]]), 6))
 
 
 def carve(distance: Callable[[Array], Array], axis: Array) -> Mesh:
@@ -288,10 +287,10 @@ def main() -> None:
     folder.mkdir(exist_ok=True)
     write_ply(folder / "cube-cut.ply", cube_with_notch(0.1, 0.035))
     write_ply(folder / "cube-corner.ply", corner_of_cube(0.1, 0.035))
-    write_ply(folder / "ball-cut.ply", ball_sector(90, 360, 72, 110, 0.02))
-    write_ply(folder / "ball-wedge.ply", ball_sector(0, 90, 72, 40, 0.02))
-    write_ply(folder / "knot.ply", torus_knot(2, 3, 0.19, 320, 26))
-    write_ply(folder / "vase.ply", vase(110, 120, 10))
+    write_ply(folder / "ball-cut.ply", ball_sector(90, 360, 68, 100, 0.02))
+    write_ply(folder / "ball-wedge.ply", ball_sector(0, 90, 68, 36, 0.02))
+    write_ply(folder / "knot.ply", torus_knot(2, 3, 0.19, 300, 24))
+    write_ply(folder / "vase.ply", vase(100, 120, 10))
     write_ply(folder / "ground.ply", ground())
 
 
