@@ -169,12 +169,16 @@ class SceneReader {
     return scene_.images.size() - 1;
   }
 
-  // A path beside the scene when there is such a file, else a shipped model's name.
+  // As in the engine, a slash or the ending .solidtex makes it a path, else it is a shipped model.
+  std::string model_of(const Pointer& place) const {
+    const std::string name = at(place).get<std::string>();
+    const bool is_path = name.find('/') != std::string::npos || name.ends_with(".solidtex");
+    return is_path ? beside_scene(place).string() : name;
+  }
+
   std::size_t load_texture(const Pointer& place) {
     const json& color = at(place);
-    const std::filesystem::path file = beside_scene(place / "solid");
-    const std::string model =
-        std::filesystem::is_regular_file(file) ? file.string() : color["solid"].get<std::string>();
+    const std::string model = model_of(place / "solid");
     const std::uint64_t seed = color.value("seed", std::uint64_t{0});
     const auto key = std::make_pair(model, seed);
     if (const auto known = textures_.find(key); known != textures_.end()) return known->second;

@@ -1,7 +1,7 @@
 // solidtex-render: reads a scene, renders it, writes an EXR or a PNG.
 #include <fmt/format.h>
 
-#include <chrono>
+#include <cstdio>
 #include <solidtex/pathtracer.hpp>
 
 #include "tools/common/atomic_file.h"
@@ -84,6 +84,7 @@ void run(const Arguments& arguments, bool seed_given) {
   const auto scene = pt::load_scene(arguments.scene);
   if (!arguments.quiet) {
     for (const std::string& note : pt::notes_of(*scene)) fmt::print("{}\n", note);
+    std::fflush(stdout);
   }
   const pt::RenderSettings settings = choose_settings(*scene, arguments, seed_given);
   pt::RenderStatistics statistics;

@@ -1,0 +1,129 @@
+// The two materials by themselves: densities, reciprocity, energy.
+#include <cmath>
+#include <glm/gtc/constants.hpp>
+
+#include "catch.hpp"
+#include "plugins/pathtracer/bsdf.h"
+#include "plugins/pathtracer/sampling.h"
+
+using namespace solidtex::pathtracer;
+
+namespace {
+
+glm::vec3 direction(float cosine, float angle) {
+  const float sine = std::sqrt(1 - cosine * cosine);
+  return {sine * std::cos(angle), sine * std::sin(angle), cosine};
+}
+
+// Integral over the hemisphere of f(direction), by a fine midpoint rule.
+template <class F>
+auto integrate(F f) {
+  constexpr int kRows = 700, kColumns = 700;
+  decltype(f(glm::vec3())) sum{};
+  for (int i = 0; i < kRows; ++i) {
+    for (int j = 0; j < kColumns; ++j) {
+      sum += f(direction((static_cast<float>(i) + 0.5f) / kRows,
+                         glm::two_pi<float>() * (static_cast<float>(j) + 0.5f) / kColumns));
+    }
+  }
+  return sum * (glm::two_pi<float>() / (kRows * kColumns));
+}
+
+}  // namespace
+
+TEST_CASE("BSDF densities integrate to one, but for what would leave below the surface") {
+  const Coat rough(0.4f, 1.5f);
+  for (const Coat* coat : {static_cast<const Coat*>(nullptr), &rough}) {
+    const Bsdf bsdf{glm::vec3(0.5f), coat};
+    const glm::vec3 out = direction(0.8f, 1.0f);
+    const double total = integrate([&](const glm::vec3& in) { return double(bsdf.pdf(out, in)); });
+    CAPTURE(coat != nullptr, total);
+    CHECK(total > 0.99);
+    CHECK(total < 1.001);
+  }
+}
+
+TEST_CASE("BSDFs are reciprocal") {
+  const Coat rough(0.3f, 1.5f);
+  for (const Coat* coat : {static_cast<const Coat*>(nullptr), &rough}) {
+    const Bsdf bsdf{glm::vec3(0.2f, 0.5f, 0.9f), coat};
+    for (int i = 1; i < 10; ++i) {
+      for (int j = 1; j < 10; ++j) {
+        const glm::vec3 a = direction(0.1f * static_cast<float>(i), 0.3f);
+        const glm::vec3 b = direction(0.1f * static_cast<float>(j), 2.0f);
+        const glm::vec3 there = bsdf.eval(a, b) / b.z, back = bsdf.eval(b, a) / a.z;
+        for (int c = 0; c < 3; ++c) CHECK(there[c] == Approx(back[c]).epsilon(1e-4));
+      }
+    }
+  }
+}
+
+TEST_CASE("No direction gets back more light than was sent, and white gets back all of it") {
+  for (const float roughness : {0.2f, 0.5f, 1.0f}) {
+    const Coat coat(roughness, 1.5f);
+    for (const float cosine : {0.15f, 0.5f, 1.0f}) {
+      const glm::vec3 out = direction(cosine, 0);
+      const Bsdf white{glm::vec3(1), &coat}, grey{glm::vec3(0.5f), &coat};
+      const double from_white =
+          integrate([&](const glm::vec3& in) { return double(white.eval(out, in).x); });
+      const double from_grey =
+          integrate([&](const glm::vec3& in) { return double(grey.eval(out, in).x); });
+      CAPTURE(roughness, cosine, from_white, from_grey);
+      CHECK(from_white == Approx(1).margin(0.01));
+      CHECK(from_grey < 0.75);
+    }
+  }
+}
+
+TEST_CASE("Sampled directions carry the BSDF's weight and density") {
+  const Coat coat(0.25f, 1.6f);
+  const Bsdf bsdf{glm::vec3(0.3f, 0.6f, 0.9f), &coat};
+  const glm::vec3 out = direction(0.4f, 0.5f);
+  glm::dvec3 sum(0);
+  constexpr int kSamples = 20000;
+  for (std::uint32_t i = 0; i < kSamples; ++i) {
+    const Sampler sampler(7, 0, i, kSamples);
+    const BsdfSample s = bsdf.sample(out, sampler.get_1d(0), sampler.get_2d(1));
+    if (s.pdf <= 0) continue;
+    REQUIRE(glm::length(s.direction) == Approx(1).margin(1e-5));
+    REQUIRE(s.pdf == Approx(bsdf.pdf(out, s.direction)));
+    sum += glm::dvec3(s.weight);
+  }
+  for (int c = 0; c < 3; ++c) {
+    const double exact =
+        integrate([&](const glm::vec3& in) { return double(bsdf.eval(out, in)[c]); });
+    CHECK(sum[c] / kSamples == Approx(exact).epsilon(0.01));
+  }
+}
+
+TEST_CASE("Fresnel reflectance has its known values") {
+  CHECK(fresnel_dielectric(1, 1.5f) == Approx(0.04f));
+  CHECK(fresnel_dielectric(0, 1.5f) == Approx(1));
+  const float brewster = std::cos(std::atan(1.5f));  // only the s part is reflected
+  const float s = (1 - 1.5f * 1.5f) / (1 + 1.5f * 1.5f);
+  CHECK(fresnel_dielectric(brewster, 1.5f) == Approx(0.5f * s * s).epsilon(1e-4));
+}
+
+TEST_CASE("Random orders are permutations") {
+  for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 100u}) {
+    std::vector<int> seen(n);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t place = permute(i, n, mix(n));
+      REQUIRE(place < n);
+      ++seen[place];
+    }
+    CHECK(seen == std::vector<int>(n, 1));
+  }
+}
+
+TEST_CASE("Two-dimensional samples fill every cell of their grid once") {
+  constexpr std::uint32_t kCount = 36;
+  for (std::uint32_t dimension = 0; dimension < 5; ++dimension) {
+    std::vector<int> cells(kCount);
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      const glm::vec2 u = Sampler(3, 11, i, kCount).get_2d(dimension);
+      ++cells[static_cast<std::size_t>(u.y * 6) * 6 + static_cast<std::size_t>(u.x * 6)];
+    }
+    CHECK(cells == std::vector<int>(kCount, 1));
+  }
+}

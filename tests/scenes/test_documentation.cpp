@@ -1,0 +1,76 @@
+// docs/scene-format.md says what the schema says, and its example works.
+#include <set>
+#include <sstream>
+
+#include "catch.hpp"
+#include "plugins/pathtracer/schema.h"
+#include "tests/scenes/support.h"
+
+using namespace scene_tests;
+using nlohmann::json;
+
+namespace {
+
+std::string documentation() { return read_text(SOLIDTEX_SOURCE "/docs/scene-format.md"); }
+
+// All keys under any "properties" of the schema.
+void collect_keys(const json& schema, std::set<std::string>& keys) {
+  if (!schema.is_structured()) return;
+  if (schema.is_object() && schema.contains("properties")) {
+    for (const auto& [key, unused] : schema["properties"].items()) keys.insert(key);
+  }
+  for (const json& part : schema) collect_keys(part, keys);
+}
+
+// Words in backquotes in the first column of the tables.
+std::set<std::string> documented_keys(const std::string& text) {
+  std::set<std::string> keys;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("| `", 0) != 0) continue;
+    const std::string column = line.substr(1, line.find(" |", 2) - 1);
+    for (std::size_t start = column.find('`'); start != std::string::npos;) {
+      const std::size_t end = column.find('`', start + 1);
+      keys.insert(column.substr(start + 1, end - start - 1));
+      start = column.find('`', end + 1);
+    }
+  }
+  return keys;
+}
+
+}  // namespace
+
+TEST_CASE("The scene format's page lists exactly the keys of the schema") {
+  std::set<std::string> keys;
+  collect_keys(json::parse(pt::scene_schema_text()), keys);
+  CHECK(keys.size() > 30);
+  CHECK(documented_keys(documentation()) == keys);
+}
+
+TEST_CASE("The example in the scene format's page renders") {
+  const std::string text = documentation();
+  const std::string fence = "```json\n";
+  const std::size_t start = text.find(fence) + fence.size();
+  json scene = json::parse(text.substr(start, text.find("\n```", start) - start));
+  // It names files of the repository; the page says that it lies in scenes/.
+  const auto file =
+      std::filesystem::path(SOLIDTEX_SOURCE) / "scenes" / "documentation-example.json";
+  CHECK(json::parse(read_text(file)) == scene);
+  const auto loaded = pt::load_scene(file);
+  pt::RenderSettings settings = pt::settings_of(*loaded);
+  settings.width = 48, settings.height = 27, settings.samples = 4;
+  const pt::Image image = pt::render(*loaded, settings);
+  const float brightness = mean_color(image).x;
+  CAPTURE(brightness);
+  CHECK(save_unless(brightness > 0.05f && brightness < 2, image, "documentation-example"));
+}
+
+TEST_CASE("The demo scene renders") {
+  const auto scene = pt::load_scene(SOLIDTEX_SOURCE "/scenes/demo.json");
+  pt::RenderSettings settings = pt::settings_of(*scene);
+  settings.width = 96, settings.height = 54, settings.samples = 1;
+  const pt::Image image = pt::render(*scene, settings);
+  const float brightness = mean_color(image).x;
+  CAPTURE(brightness);
+  CHECK(save_unless(brightness > 0.05f && brightness < 2, image, "demo"));
+}

@@ -1,0 +1,157 @@
+// Direct light against formulas, and the ways of sampling it against each other.
+#include <cmath>
+#include <glm/gtc/constants.hpp>
+
+#include "catch.hpp"
+#include "plugins/pathtracer/environment.h"
+#include "plugins/pathtracer/sampling.h"
+#include "tests/scenes/support.h"
+
+using namespace scene_tests;
+
+namespace {
+
+// Form factor from a point to a parallel rectangle a x b at height h, one corner straight above.
+double corner_form_factor(double a, double b, double h) {
+  const double x = a / h, y = b / h;
+  const double p = std::sqrt(1 + x * x), q = std::sqrt(1 + y * y);
+  return (x / p * std::atan(y / p) + y / q * std::atan(x / q)) / glm::two_pi<double>();
+}
+
+pt::Scene plane_under_rectangle() {
+  pt::Material material;
+  material.color = glm::vec3(0.6f);
+  pt::Scene scene = make_scene(make_quad(50), material, {4, 1.5f, 4}, 0.2f);
+  // 2 x 1.2 at height 1, its middle above the origin, shining down.
+  scene.lights.push_back({{-1, 1, -0.6f}, {2, 0, 0}, {0, 0, 1.2f}, glm::vec3(3, 2, 1)});
+  return scene;
+}
+
+// A few bright spots on a dim sky.
+pt::EnvironmentImage spotted_sky() {
+  pt::EnvironmentImage sky{{"sky", 16, 8, std::vector<glm::vec3>(128, glm::vec3(0.1f))}, 30};
+  sky.image.pixels[2 * 16 + 3] = glm::vec3(40, 20, 10);
+  sky.image.pixels[4 * 16 + 12] = glm::vec3(2, 5, 9);
+  sky.image.pixels[0] = glm::vec3(0);
+  return sky;
+}
+
+glm::vec3 sphere_direction(float longitude, float polar) {
+  return {std::sin(polar) * std::sin(longitude), std::cos(polar),
+          std::sin(polar) * std::cos(longitude)};
+}
+
+}  // namespace
+
+TEST_CASE("A rectangle lights a parallel plane by its form factor") {
+  const pt::Scene scene = plane_under_rectangle();
+  const double expected = 0.6 * 4 * corner_form_factor(1, 0.6, 1);
+  for (const auto strategy :
+       {pt::LightSampling::mis, pt::LightSampling::lights, pt::LightSampling::bsdf}) {
+    pt::RenderSettings settings = small_settings(16, 400);
+    settings.light_sampling = strategy;
+    const pt::Image image = pt::render(scene, settings);
+    const glm::vec3 found = mean_color(image);
+    CAPTURE(static_cast<int>(strategy), found.x / 3, expected);
+    const bool passed = std::abs(found.x / 3 - expected) < 0.01 * expected &&
+                        std::abs(found.y / 2 - expected) < 0.01 * expected &&
+                        std::abs(found.z - expected) < 0.01 * expected;
+    CHECK(save_unless(passed, image, "form-factor"));
+  }
+}
+
+TEST_CASE("The back of a rectangle is dark") {
+  pt::Scene scene = plane_under_rectangle();
+  std::swap(scene.lights[0].edge_u, scene.lights[0].edge_v);
+  CHECK(mean_color(pt::render(scene, small_settings(8, 16))) == glm::vec3(0));
+}
+
+TEST_CASE("An object between light and plane casts its shadow") {
+  pt::Scene scene = plane_under_rectangle();
+  scene.meshes.push_back(make_cube());
+  scene.objects.push_back({1, 0, glm::mat4(1)});
+  // Flattened to a plate that hides the whole rectangle from the origin.
+  scene.objects.back().to_world[1][1] = 0.01f;
+  scene.objects.back().to_world[3] = {0, 0.9f, 0, 1};
+  scene.objects.back().to_world[0][0] = scene.objects.back().to_world[2][2] = 1.1f;
+  CHECK(mean_color(pt::render(scene, small_settings(8, 64))).x < 0.05f);
+}
+
+TEST_CASE("The environment's density integrates to one and is that of its samples") {
+  const pt::Environment sky(spotted_sky());
+  double total = 0, power = 0;
+  // A grid whose lines fall on the borders of the image's pixels, also when turned by 30 degrees.
+  constexpr int kColumns = 960, kRows = 800;
+  for (int i = 0; i < kRows; ++i) {
+    const float polar = glm::pi<float>() * (static_cast<float>(i) + 0.5f) / kRows;
+    for (int j = 0; j < kColumns; ++j) {
+      const glm::vec3 d =
+          sphere_direction(glm::two_pi<float>() * (static_cast<float>(j) + 0.5f) / kColumns, polar);
+      total += sky.pdf(d) * std::sin(polar);
+      power += sky.radiance(d).x * std::sin(polar);
+    }
+  }
+  const double cell = 2 * glm::pi<double>() * glm::pi<double>() / (kColumns * kRows);
+  CHECK(total * cell == Approx(1).epsilon(1e-4));
+
+  double estimate = 0;
+  int different = 0;
+  constexpr std::uint32_t kSamples = 40000;
+  for (std::uint32_t i = 0; i < kSamples; ++i) {
+    const pt::DirectionSample s = sky.sample(pt::Sampler(1, 0, i, kSamples).get_2d(0));
+    REQUIRE(s.pdf > 0);
+    REQUIRE(glm::length(s.direction) == Approx(1).margin(1e-5));
+    // A sample on the border of a pixel may round into its neighbour.
+    if (std::abs(sky.pdf(s.direction) - s.pdf) > 1e-3f * s.pdf) ++different;
+    estimate += sky.radiance(s.direction).x / s.pdf;
+  }
+  CHECK(different < 20);
+  CHECK(estimate / kSamples == Approx(power * cell).epsilon(5e-3));
+}
+
+TEST_CASE("The middle of an environment image is straight along +z, turning is about y") {
+  pt::EnvironmentImage image{{"", 32, 16, std::vector<glm::vec3>(512, glm::vec3(0))}, 0};
+  image.image.pixels[7 * 32 + 15] = image.image.pixels[7 * 32 + 16] = glm::vec3(1);
+  image.image.pixels[8 * 32 + 15] = image.image.pixels[8 * 32 + 16] = glm::vec3(1);
+  CHECK(pt::Environment(image).radiance({0, 0, 1}).x == Approx(1));
+  CHECK(pt::Environment(image).radiance({0, 0, -1}).x == 0);
+  image.rotation_degrees = 90;
+  CHECK(pt::Environment(image).radiance({1, 0, 0}).x == Approx(1));
+  CHECK(pt::Environment(image).radiance({0, 0, 1}).x == 0);
+}
+
+TEST_CASE("Sampling lights, sampling BSDFs and both agree") {
+  pt::Material material;
+  material.type = pt::MaterialType::coated;
+  material.color = glm::vec3(0.5f, 0.4f, 0.3f);
+  material.roughness = 0.4f;
+  pt::Scene scene = make_scene(make_cube(), material, {3, 4, 5}, 30);
+  scene.meshes.push_back(make_quad(6));
+  scene.objects.push_back({1, 0, glm::mat4(1)});
+  scene.objects.back().to_world[3] = {0, -1, 0, 1};
+  scene.environment = spotted_sky();
+  scene.lights.push_back({{-2, 3, -1}, {2, 0, 0}, {0, 0, 2}, glm::vec3(4)});
+
+  const auto mean_and_error = [&](pt::LightSampling strategy) {
+    double sum = 0, sum_of_squares = 0;
+    constexpr int kRuns = 8;
+    for (int run = 0; run < kRuns; ++run) {
+      pt::RenderSettings settings = small_settings(24, 144);
+      settings.light_sampling = strategy;
+      settings.seed = static_cast<std::uint64_t>(run);
+      const double mean = mean_color(pt::render(scene, settings)).x;
+      sum += mean;
+      sum_of_squares += mean * mean;
+    }
+    const double mean = sum / kRuns;
+    return std::pair(mean, std::sqrt((sum_of_squares / kRuns - mean * mean) / (kRuns - 1)));
+  };
+  const auto [both, both_error] = mean_and_error(pt::LightSampling::mis);
+  const auto [lights, lights_error] = mean_and_error(pt::LightSampling::lights);
+  const auto [bsdf, bsdf_error] = mean_and_error(pt::LightSampling::bsdf);
+  CAPTURE(both, both_error, lights, lights_error, bsdf, bsdf_error);
+  CHECK(both_error < 0.005 * both);
+  CHECK(bsdf_error < 0.03 * both);
+  CHECK(std::abs(both - lights) < 5 * std::hypot(both_error, lights_error));
+  CHECK(std::abs(both - bsdf) < 5 * std::hypot(both_error, bsdf_error));
+}

@@ -1,0 +1,176 @@
+// Meshes that are refused, meshes that are repaired.
+#include <cstring>
+
+#include "catch.hpp"
+#include "tests/scenes/support.h"
+
+using namespace scene_tests;
+
+namespace {
+
+// The message with which load_mesh refuses a file.
+std::string refusal(const std::filesystem::path& file) {
+  try {
+    pt::load_mesh(file);
+  } catch (const pt::SceneError& error) {
+    return error.what();
+  }
+  return "(accepted)";
+}
+
+void check_refused(const std::filesystem::path& file, const std::string& words) {
+  const std::string message = refusal(file);
+  CAPTURE(message);
+  CHECK(message.find(file.string()) != std::string::npos);
+  CHECK(message.find(words) != std::string::npos);
+}
+
+const std::string kPlyHeader =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+
+// Volume by the divergence theorem: positive when the faces are turned outward.
+double signed_volume(const pt::Mesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    sum += glm::dot(glm::dvec3(mesh.positions[t.x]),
+                    glm::cross(glm::dvec3(mesh.positions[t.y]), glm::dvec3(mesh.positions[t.z])));
+  }
+  return sum / 6;
+}
+
+}  // namespace
+
+TEST_CASE("Bad meshes are refused by name") {
+  const TemporaryFolder folder;
+  check_refused(folder / "missing.ply", "no such file");
+  write_text(folder / "mesh.stl", "solid");
+  check_refused(folder / "mesh.stl", "*.obj or *.ply");
+  write_text(folder / "empty.ply", "");
+  check_refused(folder / "empty.ply", "cannot be read");
+  write_text(folder / "words.obj", "this is no mesh\n");
+  check_refused(folder / "words.obj", "expected");
+  write_text(folder / "points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  check_refused(folder / "points.obj", "expected");
+  write_text(folder / "line.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
+  check_refused(folder / "line.obj", "no triangles");
+  write_text(folder / "nan.ply", kPlyHeader + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n");
+  check_refused(folder / "nan.ply", "vertex 1");
+  write_text(folder / "infinite.ply", kPlyHeader + "0 0 0\n1 0 0\n0 inf 0\n3 0 1 2\n");
+  check_refused(folder / "infinite.ply", "vertex 2");
+  write_text(folder / "index.ply", kPlyHeader + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n");
+  check_refused(folder / "index.ply", "vertex index 3 in face 0");
+  write_text(folder / "negative.ply", kPlyHeader + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n");
+  check_refused(folder / "negative.ply", "in face 0");
+  write_text(folder / "index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+  check_refused(folder / "index.obj", "expected");
+}
+
+TEST_CASE("Cut-off binary PLY files are refused") {
+  const TemporaryFolder folder;
+  std::string bytes = kPlyHeader;
+  bytes.replace(bytes.find("ascii"), 5, "binary_little_endian");
+  const float vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const std::int32_t face[] = {0, 1, 2};
+  bytes.append(reinterpret_cast<const char*>(vertices), sizeof vertices);
+  bytes += '\3';
+  bytes.append(reinterpret_cast<const char*>(face), sizeof face);
+  write_text(folder / "whole.ply", bytes);
+  CHECK(pt::load_mesh(folder / "whole.ply").triangles.size() == 1);
+  for (const std::size_t missing : {1u, 8u, 20u, 40u}) {
+    const auto file = folder / ("cut" + std::to_string(missing) + ".ply");
+    write_text(file, bytes.substr(0, bytes.size() - missing));
+    CAPTURE(missing);
+    check_refused(file, "expected");
+  }
+}
+
+TEST_CASE("OBJ and PLY give the same mesh, polygons become triangles") {
+  const TemporaryFolder folder;
+  write_ply(folder / "cube.ply", make_cube());
+  write_obj(folder / "cube.obj", make_cube());
+  const pt::Mesh ply = pt::load_mesh(folder / "cube.ply"), obj = pt::load_mesh(folder / "cube.obj");
+  CHECK(ply.triangles.size() == 12);
+  CHECK(obj.triangles.size() == 12);
+  CHECK(signed_volume(ply) == Approx(8));
+  CHECK(signed_volume(obj) == Approx(8));
+
+  write_obj(folder / "quad.obj", make_quad(2));
+  CHECK(pt::load_mesh(folder / "quad.obj").uvs.size() > 0);
+  CHECK(ply.uvs.empty());
+  write_text(folder / "pentagon.obj",
+             "v 0 0 0\nv 2 0 0\nv 3 2 0\nv 1 3 0\nv -1 2 0\nf 1 2 3 4 5\n");
+  CHECK(pt::load_mesh(folder / "pentagon.obj").triangles.size() == 3);
+}
+
+TEST_CASE("Repair removes duplicate and degenerate faces and turns faces outward") {
+  if (!pt::can_repair_meshes()) return;
+  pt::Mesh mesh = make_cube();
+  mesh.triangles.push_back(mesh.triangles[4]);          // the same face twice
+  mesh.triangles.push_back({1, 1, 5});                  // no area
+  std::swap(mesh.triangles[7].y, mesh.triangles[7].z);  // one face turned over
+  const pt::MeshReport report = pt::repair_mesh(mesh);
+  CHECK(report.removed_faces == 2);
+  CHECK(report.flipped_faces == 1);
+  CHECK(report.closed);
+  CHECK(report.hole_count == 0);
+  CHECK(report.component_count == 1);
+  CHECK(mesh.triangles.size() == 12);
+  CHECK(signed_volume(mesh) == Approx(8));
+  CHECK(pt::describe(mesh, report) ==
+        "cube: 12 triangles, 1 part, closed; removed 2 duplicate or degenerate faces; turned over "
+        "1 faces");
+}
+
+TEST_CASE("Repair turns an inside-out solid outward and leaves a right one as it is") {
+  if (!pt::can_repair_meshes()) return;
+  pt::Mesh right = make_cube(), inside_out = make_cube();
+  for (auto& t : inside_out.triangles) std::swap(t.y, t.z);
+  CHECK(pt::repair_mesh(right).flipped_faces == 0);
+  CHECK(pt::repair_mesh(inside_out).flipped_faces == 12);
+  CHECK(signed_volume(inside_out) == Approx(8));
+}
+
+TEST_CASE("Vertices split by a seam do not make a solid open, a missing face does") {
+  if (!pt::can_repair_meshes()) return;
+  const pt::Mesh cube = make_cube();
+  pt::Mesh split;  // every face with vertices of its own, as OBJ loaders deliver them
+  for (const auto& t : cube.triangles) {
+    const auto first = static_cast<unsigned>(split.positions.size());
+    for (int c = 0; c < 3; ++c) split.positions.push_back(cube.positions[t[c]]);
+    split.triangles.push_back({first, first + 1, first + 2});
+  }
+  CHECK(pt::repair_mesh(split).closed);
+  CHECK(split.triangles.size() == 12);
+  CHECK(split.positions.size() == 36);
+  split.triangles.pop_back();
+  const pt::MeshReport open = pt::repair_mesh(split);
+  CHECK(!open.closed);
+  CHECK(open.hole_count == 1);
+}
+
+TEST_CASE("Repair copes with soups: two parts, and an edge with three faces") {
+  if (!pt::can_repair_meshes()) return;
+  pt::Mesh two = make_cube();
+  const pt::Mesh other = make_cube();
+  for (const auto& p : other.positions) two.positions.push_back(p + 5.0f);
+  for (const auto& t : other.triangles) two.triangles.push_back({t.x + 8, t.z + 8, t.y + 8});
+  const pt::MeshReport report = pt::repair_mesh(two);
+  CHECK(report.component_count == 2);
+  CHECK(report.closed);
+  CHECK(report.flipped_faces == 12);
+  CHECK(signed_volume(two) == Approx(16));
+
+  pt::Mesh fan{"fan",
+               {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}, {-1, 0, -1}},
+               {},
+               {},
+               {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}}};
+  const pt::MeshReport fan_report = pt::repair_mesh(fan);
+  CHECK(fan.triangles.size() == 3);
+  CHECK(!fan_report.closed);
+
+  pt::Mesh nothing{"nothing", {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {}, {}, {{0, 0, 1}}};
+  pt::repair_mesh(nothing);
+  CHECK(nothing.triangles.empty());
+}

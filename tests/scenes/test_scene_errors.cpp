@@ -1,0 +1,235 @@
+// Bad scenes: every message names the file, the JSON path, what was found and what was expected.
+#include <functional>
+
+#include "catch.hpp"
+#include "tests/scenes/support.h"
+
+using namespace scene_tests;
+using nlohmann::json;
+
+namespace {
+
+json good_scene() {
+  return json::parse(R"({
+    "version": 1,
+    "render": {"size": [16, 12], "spp": 2},
+    "camera": {"position": [0, 2, 6], "look_at": [0, 0, 0], "fov": 40},
+    "materials": {
+      "grey": {"type": "diffuse", "color": [0.5, 0.5, 0.5]},
+      "noise": {"type": "coated", "color": {"solid": "noise.solidtex", "texels_per_unit": 10},
+                "roughness": 0.3}
+    },
+    "objects": [
+      {"mesh": "cube.ply", "material": "noise"},
+      {"mesh": "cube.ply", "material": "grey", "transform": [{"translate": [2, 0, 0]}]}
+    ],
+    "environment": {"color": [1, 1, 1]},
+    "lights": [{"position": [0, 5, 0], "look_at": [0, 0, 0], "size": [1, 1], "radiance": [9, 9, 9]}]
+  })");
+}
+
+void write_good_files(const TemporaryFolder& folder) {
+  write_ply(folder / "cube.ply", make_cube());
+  write_noise_model(folder / "noise.solidtex", 2);
+  write_text(folder / "broken.solidtex", "not a model");
+  pt::write_exr({1, 1, {0, 0, 0}}, folder / "black.exr");
+  pt::write_exr({1, 1, {1, -1, 0}}, folder / "negative.exr");
+}
+
+std::string refusal(const std::filesystem::path& file) {
+  try {
+    pt::load_scene(file);
+  } catch (const pt::SceneError& error) {
+    return error.what();
+  }
+  return "(accepted)";
+}
+
+// One change that spoils the good scene, and what the message must say.
+struct BadScene {
+  const char* place;  // JSON path to set ...
+  json value;         // ... to this
+  const char* path;   // JSON path that the message names
+  const char* words;  // what else it says
+};
+
+const std::vector<BadScene>& bad_scenes() {
+  static const json solid = {{"solid", "noise.solidtex"}};
+  static const std::vector<BadScene> list = {
+      {"/version", 2, "/version", "found 2, expected 1,"},
+      {"/camera", json(), "/camera", "found null"},
+      {"/camera/fov", 0, "/camera/fov", "found 0, expected the vertical field of view"},
+      {"/camera/fov", "wide", "/camera/fov", "found \"wide\""},
+      {"/camera/position", {1, 2}, "/camera/position", "found [1,2], expected [x, y, z]"},
+      {"/camera/position", {1, "2", 3}, "/camera/position/1", "found \"2\", expected a number"},
+      {"/camera/position", {1, 1e300, 3}, "/camera/position/1", "expected a number from -1e9"},
+      {"/camera/look_at", {0, 2, 6}, "/camera/look_at", "not the camera's position"},
+      {"/camera/up", {0, 2, 6}, "/camera/up", "along the view"},
+      {"/camera/zoom", 2, "/camera/zoom", "unknown key, expected one of fov, look_at, position"},
+      {"/render/spp", 0, "/render/spp", "found 0, expected samples per pixel"},
+      {"/render/spp", 1.5, "/render/spp", "found 1.5"},
+      {"/render/spp", 2000000000, "/render/spp", "found 2000000000"},
+      {"/render/size", {16, 0}, "/render/size/1", "found 0, expected a whole number"},
+      {"/render/size", {16, 12, 3}, "/render/size", "[width, height]"},
+      {"/render/seed", -1, "/render/seed", "found -1"},
+      {"/materials", json::object(), "/materials", "at least one material"},
+      {"/materials/grey", "grey", "/materials/grey", "found \"grey\", expected an object"},
+      {"/materials/grey/type", "metal", "/materials/grey/type", "\"diffuse\" or \"coated\""},
+      {"/materials/grey/color", "red", "/materials/grey/color", "found \"red\", expected a linear"},
+      {"/materials/grey/color", {1, 0, 2}, "/materials/grey/color/2", "a number from 0 to 1"},
+      {"/materials/grey/color", {{"imag", "a"}}, "/materials/grey/color/imag", "unknown key"},
+      {"/materials/grey/color", {{"seed", 1}}, "/materials/grey/color/seed", "goes with \"solid\""},
+      {"/materials/grey/color", json::object(), "/materials/grey/color", "either \"solid\" or"},
+      {"/materials/grey/color",
+       {{"image", "a.png"}, {"solid", "b"}},
+       "/materials/grey/color",
+       "either \"solid\" or \"image\""},
+      {"/materials/grey/color", {{"image", "a.png"}}, "/materials/grey/color/image", "a.png"},
+      {"/materials/grey/color",
+       {{"solid", "no-such-model"}},
+       "/materials/grey/color/solid",
+       "no-such-model"},
+      {"/materials/grey/color",
+       {{"solid", "broken.solidtex"}},
+       "/materials/grey/color/solid",
+       "broken.solidtex"},
+      {"/materials/noise/color/texels_per_unit", 0, "/materials/noise/color/texels_per_unit",
+       "found 0"},
+      {"/materials/noise/color/texels_per_unit",
+       {1, 2, -3},
+       "/materials/noise/color/texels_per_unit/2",
+       "found -3"},
+      {"/materials/noise/color/space", "uv", "/materials/noise/color/space", "\"object\""},
+      {"/materials/noise/roughness", 2, "/materials/noise/roughness", "the roughness of the coat"},
+      {"/materials/grey/roughness", 0.5, "/materials/grey/roughness", "coated"},
+      {"/materials/grey/emission", {1, -1, 0}, "/materials/grey/emission/1", "found -1"},
+      {"/objects", json::object(), "/objects", "expected an array"},
+      {"/objects/1/mesh", "missing.obj", "/objects/1/mesh", "missing.obj: found no such file"},
+      {"/objects/1/mesh", 7, "/objects/1/mesh", "found 7, expected the name of an OBJ or PLY file"},
+      {"/objects/1/material", "gray", "/objects/1/material",
+       "found \"gray\", expected the name of a material (grey, noise)"},
+      {"/objects/1/colour", 1, "/objects/1/colour", "one of material, mesh, transform"},
+      {"/objects/1/transform/0",
+       {{"translate", {1, 2}}},
+       "/objects/1/transform/0/translate",
+       "found [1,2]"},
+      {"/objects/1/transform/0", {{"turn", 3}}, "/objects/1/transform/0/turn", "one of matrix"},
+      {"/objects/1/transform/0",
+       {{"scale", 2}, {"translate", {1, 2, 3}}},
+       "/objects/1/transform/0",
+       "one of {\"scale\": s}"},
+      {"/objects/1/transform/0", {{"scale", 0}}, "/objects/1/transform/0/scale", "found 0"},
+      {"/objects/1/transform/0",
+       {{"rotate", {{"axis", {0, 0, 0}}, {"degrees", 3}}}},
+       "/objects/1/transform/0/rotate/axis",
+       "a direction"},
+      {"/objects/1/transform/0",
+       {{"rotate", {{"degrees", 3}}}},
+       "/objects/1/transform/0/rotate",
+       "no key \"axis\""},
+      {"/objects/1/transform/0",
+       {{"matrix", {{1, 0, 0, 0}, {0, 1, 0, 0}, {1, 1, 0, 0}}}},
+       "/objects/1/transform",
+       "flattens space"},
+      {"/environment", json::object(), "/environment", "either \"file\" or \"color\""},
+      {"/environment/rotation", 30, "/environment/rotation", "goes with \"file\""},
+      {"/environment/color", {0, 0, 0}, "/environment", "no light at all"},
+      {"/environment", {{"file", "sky.exr"}}, "/environment/file", "sky.exr: found no such file"},
+      {"/environment", {{"file", "cube.ply"}}, "/environment/file", "no image"},
+      {"/environment", {{"file", "black.exr"}}, "/environment", "no light at all"},
+      {"/environment", {{"file", "negative.exr"}}, "/environment/file", "not below 0"},
+      {"/lights/0/radiance", {0, 0, 0}, "/lights/0/radiance", "a light that shines"},
+      {"/lights/0/look_at", {0, 5, 0}, "/lights/0/look_at", "not the light's position"},
+      {"/lights/0/size", 3, "/lights/0/size", "found 3, expected [width, height]"},
+      {"/lights/0", {{"position", {0, 5, 0}}}, "/lights/0", "no key \"look_at\""},
+      {"/sun", json::object(), "/sun", "unknown key, expected one of camera, environment"},
+  };
+  return list;
+}
+
+}  // namespace
+
+TEST_CASE("The good scene is accepted") {
+  const TemporaryFolder folder;
+  write_good_files(folder);
+  write_text(folder / "scene.json", good_scene().dump());
+  const auto scene = pt::load_scene(folder / "scene.json");
+  CHECK(scene->meshes.size() == 1);  // two instances of one file
+  CHECK(scene->objects.size() == 2);
+  CHECK(pt::settings_of(*scene).width == 16);
+  const pt::Image image = pt::render(*scene, pt::settings_of(*scene));
+  CHECK(save_unless(mean_color(image).x > 0.1f, image, "good-scene"));
+}
+
+TEST_CASE("Bad scenes are refused with the JSON path, what was found and what was expected") {
+  const TemporaryFolder folder;
+  write_good_files(folder);
+  const auto file = folder / "scene.json";
+  for (const BadScene& bad : bad_scenes()) {
+    json scene = good_scene();
+    scene[json::json_pointer(bad.place)] = bad.value;
+    write_text(file, scene.dump());
+    const std::string message = refusal(file);
+    CAPTURE(bad.place, bad.value.dump(), message);
+    CHECK(message.find(file.string() + ": " + bad.path + ": ") == 0);
+    CHECK(message.find(bad.words) != std::string::npos);
+    if (std::string(bad.path).ends_with("/solid")) continue;  // the engine's own words
+    CHECK(message.find("found ") != std::string::npos);
+    CHECK(message.find(", expected ") != std::string::npos);
+  }
+}
+
+TEST_CASE("Missing keys are named") {
+  const TemporaryFolder folder;
+  write_good_files(folder);
+  const auto file = folder / "scene.json";
+  const std::pair<const char*, const char*> cases[] = {
+      {"", "version"},        {"", "camera"},          {"", "materials"},
+      {"", "objects"},        {"/camera", "position"}, {"/materials/grey", "color"},
+      {"/objects/0", "mesh"}, {"/lights/0", "size"},   {"/objects/1", "material"}};
+  for (const auto& [parent, key] : cases) {
+    json scene = good_scene();
+    scene[json::json_pointer(parent)].erase(key);
+    write_text(file, scene.dump());
+    const std::string message = refusal(file);
+    CAPTURE(parent, key, message);
+    CHECK(message.find(file.string() + ": " + (*parent ? parent : "/") + ": found no key \"" +
+                       key) == 0);
+  }
+}
+
+TEST_CASE("What is no JSON, or has a key twice, is refused") {
+  const TemporaryFolder folder;
+  const auto file = folder / "scene.json";
+  for (const char* text : {"", "[", "{\"version\": 1,}", "{\"version\": 1e999}", "nonsense"}) {
+    write_text(file, text);
+    const std::string message = refusal(file);
+    CAPTURE(text, message);
+    CHECK(message.find(file.string() + ": found what is not JSON") == 0);
+  }
+  write_text(file, R"({"version": 1, "version": 2})");
+  CHECK(refusal(file).find("the key \"version\" twice") != std::string::npos);
+  CHECK(refusal(folder / "missing.json").find("missing.json: found no readable file") !=
+        std::string::npos);
+  CHECK(refusal(folder.path()).find("found no readable file") != std::string::npos);
+}
+
+TEST_CASE("An image on a mesh without texture coordinates is refused") {
+  const TemporaryFolder folder;
+  write_good_files(folder);
+  json scene = good_scene();
+  scene["materials"]["grey"]["color"] = {{"image", "black.exr"}};
+  write_text(folder / "scene.json", scene.dump());
+  const std::string message = refusal(folder / "scene.json");
+  CAPTURE(message);
+  CHECK(message.find("/objects/1/mesh: found a mesh without texture coordinates") !=
+        std::string::npos);
+}
+
+TEST_CASE("Files are found beside the scene, not in the working folder") {
+  const TemporaryFolder folder;
+  write_good_files(folder);
+  std::filesystem::create_directory(folder / "below");
+  write_text(folder / "below" / "scene.json", good_scene().dump());
+  CHECK(refusal(folder / "below" / "scene.json").find("below/noise.solidtex") != std::string::npos);
+}

@@ -1,0 +1,145 @@
+// Colours of materials: images by UV, solid textures by position.
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "catch.hpp"
+#include "plugins/pathtracer/image_io.h"
+#include "plugins/pathtracer/textures.h"
+#include "tests/scenes/support.h"
+
+using namespace scene_tests;
+
+namespace {
+
+// The plane from -1 to 1 fills the picture, seen from straight above, x to the right and z down, in
+// light of radiance 1.
+pt::Scene seen_from_above(const pt::Color& color) {
+  pt::Material material;
+  material.color = color;
+  pt::Scene scene = make_scene(make_quad(1), material, {0, 10, 0}, 11.42f);
+  scene.camera.up = {0, 0, -1};
+  scene.environment = uniform_light(glm::vec3(1));
+  return scene;
+}
+
+glm::vec3 pixel(const pt::Image& image, int x, int y) {
+  const auto i = static_cast<std::size_t>(y * image.width + x) * 3;
+  return {image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]};
+}
+
+bool near(const glm::vec3& a, const glm::vec3& b, float tolerance) {
+  return glm::all(glm::lessThan(glm::abs(a - b), glm::vec3(tolerance)));
+}
+
+pt::Image four_colors() { return {2, 2, {1, 0, 0, 0, 1, 0, 0, 0, 1, 0.5f, 0.5f, 0.5f}}; }
+
+}  // namespace
+
+TEST_CASE("An image lies on the mesh by its UV, the first row on top") {
+  const TemporaryFolder folder;
+  pt::write_exr(four_colors(), folder / "colors.exr");
+  pt::Scene scene = seen_from_above(pt::ImageColor{0});
+  scene.images.push_back(pt::read_image(folder / "colors.exr", pt::ImageEncoding::automatic));
+  const pt::Image image = pt::render(scene, small_settings(32, 400));
+  // The centres of the image's four pixels are a quarter and three quarters into the picture.
+  const int low = 8, high = 23;
+  const bool passed = near(pixel(image, low, low), {0.999f, 0, 0}, 0.1f) &&
+                      near(pixel(image, high, low), {0, 0.999f, 0}, 0.1f) &&
+                      near(pixel(image, low, high), {0, 0, 0.999f}, 0.1f) &&
+                      near(pixel(image, high, high), glm::vec3(0.5f), 0.1f);
+  CHECK(save_unless(passed, image, "image-color"));
+}
+
+TEST_CASE("PNG files are decoded from sRGB, EXR files are linear, both survive the round trip") {
+  const TemporaryFolder folder;
+  pt::Image picture{3, 1, {0, 0.25f, 0.5f, 1, 0.02f, 0.003f, 0.7f, 0.18f, 1}};
+  pt::write_png(picture, 0, folder / "a.png");
+  pt::write_exr(picture, folder / "a.exr");
+  const auto from_png = pt::read_image(folder / "a.png", pt::ImageEncoding::automatic);
+  const auto from_exr = pt::read_image(folder / "a.exr", pt::ImageEncoding::automatic);
+  const auto undecoded = pt::read_image(folder / "a.png", pt::ImageEncoding::linear);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const glm::vec3 expected(picture.rgb[3 * i], picture.rgb[3 * i + 1], picture.rgb[3 * i + 2]);
+    CHECK(near(from_png.pixels[i], expected, 0.006f));
+    CHECK(from_exr.pixels[i] == expected);
+    CHECK(near(undecoded.pixels[i], pt::linear_to_srgb(expected), 0.003f));
+  }
+  // One stop brighter, and clamped.
+  pt::write_png(picture, 1, folder / "b.png");
+  const auto brighter = pt::read_image(folder / "b.png", pt::ImageEncoding::automatic);
+  CHECK(near(brighter.pixels[0], {0, 0.5f, 1}, 0.006f));
+}
+
+TEST_CASE("sRGB has its known values and inverts") {
+  CHECK(pt::srgb_to_linear(glm::vec3(0.5f)).x == Approx(0.2140411f).epsilon(1e-4));
+  CHECK(pt::linear_to_srgb(glm::vec3(0.18f)).x == Approx(0.4613561f).epsilon(1e-4));
+  for (float x = 0; x <= 1; x += 0.01f) {
+    CHECK(pt::srgb_to_linear(pt::linear_to_srgb(glm::vec3(x))).x == Approx(x).margin(1e-6));
+  }
+}
+
+TEST_CASE("A solid colour is the engine's answer at the surface, decoded") {
+  const TemporaryFolder folder;
+  write_noise_model(folder / "noise.solidtex", 1);
+  const solidtex::texture texture((folder / "noise.solidtex").string(), {.seed = 5});
+  pt::Scene scene;
+  scene.textures.emplace_back((folder / "noise.solidtex").string(), solidtex::options{.seed = 5});
+  glm::dmat4 to_texels = glm::scale(glm::dmat4(1), glm::dvec3(7, 8, 9));
+  to_texels[3] = {1000.5, -1e9, 3.25, 1};
+  scene.materials.resize(3);
+  scene.materials[0].color = pt::SolidColor{0, false, to_texels};
+  scene.materials[1].color = pt::SolidColor{0, true, to_texels};
+  scene.materials[2].color = glm::vec3(0.1f, 0.2f, 0.3f);
+
+  std::vector<pt::Surface> surfaces(90);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const float t = static_cast<float>(i);
+    surfaces[i].object_position = {0.1f * t, 1 - 0.03f * t, 0.2f * t};
+    surfaces[i].position = surfaces[i].object_position + glm::vec3(5, 6, 7);
+    surfaces[i].material = static_cast<std::uint32_t>(i % 3);
+  }
+  std::vector<glm::vec3> colors(surfaces.size());
+  pt::ColorLookup lookup(scene);
+  CHECK(lookup(surfaces, colors) == 60);
+
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    if (i % 3 == 2) {
+      CHECK(colors[i] == glm::vec3(0.1f, 0.2f, 0.3f));
+      continue;
+    }
+    const glm::vec3 p = i % 3 == 0 ? surfaces[i].object_position : surfaces[i].position;
+    const std::array<float, 3> texels = {7 * p.x, 8 * p.y, 9 * p.z};
+    std::array<float, 3> value;
+    texture.eval_points({1000.5, -1e9, 3.25}, texels, value);
+    const glm::vec3 expected = pt::srgb_to_linear({value[0], value[1], value[2]});
+    CAPTURE(i);
+    CHECK(near(colors[i], expected, 2e-5f));
+  }
+}
+
+TEST_CASE("A solid material in a picture is the engine's voxel, object space moves along") {
+  const TemporaryFolder folder;
+  write_noise_model(folder / "noise.solidtex", 6);
+  const solidtex::texture texture((folder / "noise.solidtex").string());
+  std::array<float, 3> value;
+  texture.eval_box({10, 10, 10}, {1, 1, 1}, value);
+  const glm::vec3 expected = pt::srgb_to_linear({value[0], value[1], value[2]});
+
+  // The whole plane lies in one cell of constant colour.
+  glm::dmat4 to_texels = glm::scale(glm::dmat4(1), glm::dvec3(8));
+  to_texels[3] = {32, 32, 32, 1};
+  for (const bool world_space : {false, true}) {
+    pt::Scene scene = seen_from_above(pt::SolidColor{0, world_space, to_texels});
+    scene.textures.emplace_back((folder / "noise.solidtex").string());
+    const pt::Image still = pt::render(scene, small_settings(16, 256));
+    CHECK(save_unless(near(middle_color(still, 4), expected, 0.01f), still, "solid-color"));
+
+    // Moved 20 units along y: object space keeps its colour, world space is in another cell.
+    scene.objects[0].to_world[3] = {0, -20, 0, 1};
+    scene.camera.position.y -= 20;
+    scene.camera.look_at.y -= 20;
+    const pt::Image moved = pt::render(scene, small_settings(16, 256));
+    const bool same = near(middle_color(moved, 4), expected, 0.01f);
+    CHECK(save_unless(same == !world_space, moved, "solid-color-moved"));
+  }
+}
