@@ -61,12 +61,12 @@ def main() -> None:
 
     r = chebyshev_grid(-np.log(2) / 2 * 1.01, np.log(2) / 2 * 1.01)
     a, _, error = fit_rational(r, (np.exp(r) - 1 - r) / r**2, range(5), none, r**2)
-    print_coefficients("kExp", a, f"(exp(r) - 1 - r) / r^2, |r| <= log(2) / 2, absolute {error:.1e}")
+    print_coefficients(
+        "kExp", a, f"(exp(r) - 1 - r) / r^2, |r| <= log(2) / 2, absolute {error:.1e}"
+    )
 
     x = chebyshev_grid(1e-3, 0.625)
-    a, _, error = fit_rational(
-        x**2, (np.tanh(x) / x - 1) / x**2, range(5), none, x**3 / np.tanh(x)
-    )
+    a, _, error = fit_rational(x**2, (np.tanh(x) / x - 1) / x**2, range(5), none, x**3 / np.tanh(x))
     print_coefficients("kTanh", a, f"(tanh(x) / x - 1) / x^2 in x^2, |x| <= 0.625, {error:.1e}")
 
 

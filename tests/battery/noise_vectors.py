@@ -1,4 +1,4 @@
-"""Works out the test vectors of tests/unit/test_noise.cpp from docs/noise.md, in Python integers."""
+"""Works out the test vectors of tests/unit/test_noise.cpp from docs/noise.md."""
 
 GOLDEN = 0x9E3779B97F4A7C15
 P = 65536
@@ -32,7 +32,9 @@ def cross(a: int, b: int, c: int, d: int) -> tuple[int, int, int, int]:
 
 
 def solidtex_1(key: list[int], x: int, y: int, z: int) -> int:
-    words = [u32((word ^ k) * 1664525 + 1013904223) for word, k in zip((x, y, z, 0), key)]
+    words = [
+        u32((word ^ k) * 1664525 + 1013904223) for word, k in zip((x, y, z, 0), key, strict=True)
+    ]
     words = [word ^ (word >> 16) for word in cross(*words)]
     a, _, _, d = cross(*words)
     t = u32(a ^ (a << 11))
