@@ -81,9 +81,7 @@ def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> Non
     generator = LatticeGenerator().eval()
     captured: list[tuple[int, ...]] = []
 
-    def forward(
-        noise: list[torch.Tensor], box: Box, axes: tuple[int, ...]
-    ) -> torch.Tensor:
+    def forward(noise: list[torch.Tensor], box: Box, axes: tuple[int, ...]) -> torch.Tensor:
         captured.append(axes)
         rows = torch.arange(box.size[1], dtype=torch.float32)
         return rows.view(1, 1, 1, -1, 1).expand(1, 3, 1, -1, box.size[2])
@@ -91,9 +89,7 @@ def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(generator, "forward", forward)
     images = [LatticeSlices(generator).draw(d, 8, 1) for d in "xyz"]
     assert captured == [(0, 2, 1), (1, 2, 0), (2, 1, 0)]  # normal, rows, columns
-    assert all(
-        i[0, 0, 0, 0] == 7 and i[0, 0, 7, 0] == 0 for i in images
-    )  # rows run downwards
+    assert all(i[0, 0, 0, 0] == 7 and i[0, 0, 7, 0] == 0 for i in images)  # rows run downwards
 
 
 def test_effective_tensors_are_what_the_sampler_computes() -> None:
@@ -120,9 +116,7 @@ def test_effective_tensors_are_what_the_sampler_computes() -> None:
 
 def test_hashed_lattice_is_white_and_normal() -> None:
     grid = torch.stack(torch.meshgrid(*[torch.arange(-32, 32)] * 3, indexing="ij"), -1)
-    values = HashedLattice(2, torch.device("cpu"))(
-        grid.view(1, -1, 3).expand(2, -1, -1)
-    )
+    values = HashedLattice(2, torch.device("cpu"))(grid.view(1, -1, 3).expand(2, -1, -1))
     assert abs(float(values.mean())) < 0.01 and abs(float(values.std()) - 1) < 0.01
     cube = values.view(2, 64, 64, 64)
     for axis in (0, 1, 2, 3):
@@ -139,13 +133,9 @@ def test_whitening_inverts_the_color_affine(photo: Path) -> None:
 
 
 @pytest.mark.parametrize("family", ["field", "sampler"])
-def test_training_leaves_a_complete_result(
-    family: str, photo: Path, tmp_path: Path
-) -> None:
+def test_training_leaves_a_complete_result(family: str, photo: Path, tmp_path: Path) -> None:
     result = tmp_path / "result"
-    args = arguments(
-        photo, result, "--model", family, "--steps", "4", "--license", "CC0-1.0"
-    )
+    args = arguments(photo, result, "--model", family, "--steps", "4", "--license", "CC0-1.0")
     assert cli_train.main(args) == 0
     assert {p.name for p in result.iterdir()} == FILES
     config = json.loads((result / "config.json").read_text())
@@ -202,17 +192,13 @@ def test_training_moves_the_weights_and_keeps_the_measured_statistics(
     assert not torch.equal(after[statistics], torch.ones(24))
 
 
-def test_interrupt_saves_and_the_same_command_resumes(
-    photo: Path, tmp_path: Path
-) -> None:
+def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Path) -> None:
     result = tmp_path / "result"
     command = [sys.executable, "-m", "solidtex_export.cli_train"]
     command += arguments(photo, result, "--steps", "100000", "--threads", "1")
     steps = []
     for _ in range(2):
-        process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-        )
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         lines = len(log_lines(result))
         deadline = time.monotonic() + 120
         while len(log_lines(result)) <= lines + 1 and time.monotonic() < deadline:
@@ -262,10 +248,7 @@ def test_missing_small_and_broken_photographs(
     assert "found 64 x 56 pixels, expected at least 96 x 96" in capsys.readouterr().err
     outside = arguments(photo, tmp_path / "result", "--crop", "10,0,60,50")
     assert cli_train.main(outside) == 1
-    assert (
-        "--crop: found 10,0,60,50, expected a region of 64 x 56"
-        in capsys.readouterr().err
-    )
+    assert "--crop: found 10,0,60,50, expected a region of 64 x 56" in capsys.readouterr().err
     assert not (tmp_path / "result").exists()
 
 

@@ -1,0 +1,31 @@
+"""All Python files are formatted and linted by the rules of pyproject.toml."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+FOLDERS = ("python_export", "tests", "scenes")
+
+
+@pytest.mark.parametrize("command", [["check"], ["format", "--check", "--diff"]])
+def test_ruff(command: list[str]) -> None:
+    configuration = REPOSITORY / "python_export" / "pyproject.toml"
+    run = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "ruff",
+            *command,
+            "--no-cache",
+            f"--config={configuration}",
+            *FOLDERS,
+        ],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
