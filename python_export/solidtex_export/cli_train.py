@@ -16,7 +16,7 @@ from solidtex_export.config import RECIPES, Config, exemplar_records
 from solidtex_export.critic import FIELD_OF_VIEW
 from solidtex_export.exemplar import ExemplarError, load_exemplar
 from solidtex_export.result import ResultError, ResultFolder
-from solidtex_export.train import Trainer
+from solidtex_export.train import Trainer, TrainError
 
 GENERATORS = {
     "field": {"levels": 6, "noise_channels": 3, "step_channels": 4},
@@ -139,7 +139,13 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     trainer = Trainer(config, exemplars, torch.device("cuda" if use_cuda else "cpu"), folder)
     state = folder.load_checkpoint()
     if state is not None:
-        trainer.restore(state)
+        try:
+            trainer.restore(state)
+        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+            raise ResultError(
+                f"{folder.checkpoint}: found a checkpoint that does not fit config.json ({error});"
+                " delete it to start over"
+            ) from error
     return trainer
 
 
@@ -186,7 +192,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{args.result}: resuming at step {trainer.step}")
         print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
         finished = train(trainer)
-    except (ExemplarError, ResultError, OSError) as error:
+    except (ExemplarError, ResultError, TrainError, OSError) as error:
         print(f"solidtex-train: {error}", file=sys.stderr)
         return 1
     if not finished:

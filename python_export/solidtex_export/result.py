@@ -87,6 +87,15 @@ class ResultFolder:
                 writer.writeheader()
             writer.writerow(row)
 
+    def trim_log(self, step: int) -> None:
+        """Drop rows later than `step`: a resumed training will write them again."""
+        if not self._log.exists():
+            return
+        header, *rows = self._log.read_text().splitlines(keepends=True)
+        kept = [row for row in rows if int(row.partition(",")[0]) <= step]
+        text = "".join([header, *kept])
+        self._replace(self._log, lambda temporary: temporary.write_text(text))
+
     @staticmethod
     def _replace(target: Path, write: Callable[[Path], object], suffix: str = ".tmp") -> None:
         temporary = target.with_name(target.name + suffix)

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import torch
@@ -20,39 +18,22 @@ from torch import Tensor, nn
 from torch.optim import Adam
 
 from solidtex_export.config import Config
-from solidtex_export.critic import Critic, critic_loss, generator_losses
+from solidtex_export.critic import critic_loss, generator_losses
 from solidtex_export.descriptors import RandomDescriptor
-from solidtex_export.exemplar import (
-    Exemplar,
-    color_axes,
-    grain_ratio,
-    random_crops,
-    random_symmetry,
-    whiten,
-)
-from solidtex_export.lattice import LatticeGenerator
+from solidtex_export.exemplar import Exemplar, color_axes, random_crops, random_symmetry, whiten
+from solidtex_export.families import build
+from solidtex_export.opponent import Opponent
 from solidtex_export.preview import preview_sheet
 from solidtex_export.result import ResultFolder
-from solidtex_export.sampler import OctaveSampler
-from solidtex_export.slices import LatticeSlices, SamplerSlices, SliceSource
 
 CHECKPOINT_SECONDS = 60.0
 PREVIEW_SECONDS = 120.0
 LOG_STEPS = 20
-BUFFERED_SLICES = 12
 STATISTICS_SLICES = 12
-GRAIN_START = 2.0  # long grain is easily cut shorter, short grain hardly ever grows together
-MAX_GRAIN = 64.0
-CRITIC_CROP = 64
 
 
-@dataclass
-class Opponent:
-    """The critic of one exemplar, and the recent slices that it is trained on."""
-
-    critic: Critic
-    optimizer: Adam
-    buffer: deque[Tensor]
+class TrainError(RuntimeError):
+    """A training that cannot go on."""
 
 
 class Trainer:
@@ -73,17 +54,12 @@ class Trainer:
         self.generator.to(device)
         self.exemplars = [whiten(e.image, mean, basis).to(device) for e in exemplars]
         self.optimizer = Adam(_equalized_groups(self.generator), betas=(0.9, 0.99))
-        self.opponents = [self._opponent() for _ in exemplars]
+        self.opponents = [Opponent(config.recipe.critic_rate, device) for _ in exemplars]
         self.descriptor = RandomDescriptor()
         self._measure_statistics()
         self.step = 0
         self.seconds = 0.0
         self.finished = False
-
-    def _opponent(self) -> Opponent:
-        critic = Critic().to(self.device)
-        optimizer = Adam(critic.parameters(), self.config.recipe.critic_rate, (0.0, 0.99))
-        return Opponent(critic, optimizer, deque(maxlen=BUFFERED_SLICES))
 
     @property
     def progress(self) -> float:
@@ -127,6 +103,11 @@ class Trainer:
             drawn = self.slices.draw(direction, self.config.size, recipe.batch)
         slices = drawn.detach().float().requires_grad_()
         gradient, row = self._slice_gradient(slices, index, critic_on)
+        if not gradient.isfinite().all():
+            raise TrainError(
+                f"step {self.step}: found a gradient that is not finite, expected a finite one; the"
+                " last checkpoint is kept, another --seed may work"
+            )
         self.optimizer.zero_grad(set_to_none=True)
         drawn.backward(gradient.to(drawn.dtype))
         self.optimizer.step()
@@ -156,18 +137,12 @@ class Trainer:
         return gradient, row
 
     def _train_critic(self, slices: Tensor, index: int) -> float:
-        """One step of the critic on crops of recent slices."""
         opponent = self.opponents[index]
-        opponent.buffer.extend(slices)
-        side = min(self.config.size, CRITIC_CROP)
-        picks = torch.randint(len(opponent.buffer), (4,)).tolist()
-        fakes = torch.cat([random_crops(opponent.buffer[p], 1, side, side) for p in picks])
-        reals = self._reals(index, len(picks), side)
+        fakes = opponent.remember(slices)
+        reals = self._reals(index, len(fakes), fakes.shape[2])
         with self._autocast():
             loss = critic_loss(opponent.critic, self._turned(fakes), reals)
-        opponent.optimizer.zero_grad(set_to_none=True)
-        loss.backward()
-        opponent.optimizer.step()
+        opponent.update(loss)
         return loss.item()
 
     def _reals(self, index: int, count: int, side: int) -> Tensor:
@@ -209,9 +184,7 @@ class Trainer:
         return {
             "generator": self.generator.state_dict(),
             "optimizer": self.optimizer.state_dict(),
-            "critics": [o.critic.state_dict() for o in self.opponents],
-            "critic_optimizers": [o.optimizer.state_dict() for o in self.opponents],
-            "buffers": [list(o.buffer) for o in self.opponents],
+            "opponents": [o.state() for o in self.opponents],
             "step": self.step,
             "seconds": self.seconds,
             "finished": self.finished,
@@ -221,29 +194,13 @@ class Trainer:
     def restore(self, state: dict[str, Any]) -> None:
         self.generator.load_state_dict(state["generator"])
         self.optimizer.load_state_dict(state["optimizer"])
-        for i, opponent in enumerate(self.opponents):
-            opponent.critic.load_state_dict(state["critics"][i])
-            opponent.optimizer.load_state_dict(state["critic_optimizers"][i])
-            opponent.buffer.extend(image.to(self.device) for image in state["buffers"][i])
+        for opponent, saved in zip(self.opponents, state["opponents"], strict=True):
+            opponent.restore(saved)
         self.step = state["step"]
         self.seconds = state["seconds"]
         self.finished = state["finished"]
         torch.set_rng_state(state["rng"])
-
-
-def build(config: Config, exemplars: list[Exemplar]) -> tuple[nn.Module, SliceSource]:
-    """The generator of the family, and its way of slicing."""
-    if config.family == "field":
-        generator = LatticeGenerator(**config.generator)
-        return generator, LatticeSlices(generator)
-    sampler = OctaveSampler(**config.generator)
-    planes = "axes"
-    if len(exemplars) == 1 and config.directions == "xyz":
-        planes = "any"
-    elif len(exemplars) == 1 and config.directions == "xy":
-        planes = "about-z"
-        sampler.scales[:, :, 2] /= min(max(GRAIN_START * grain_ratio(exemplars[0]), 1.0), MAX_GRAIN)
-    return sampler, SamplerSlices(sampler, planes)
+        self.folder.trim_log(self.step)
 
 
 def _equalized_groups(generator: nn.Module) -> list[dict[str, Any]]:
