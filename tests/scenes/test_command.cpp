@@ -57,6 +57,7 @@ TEST_CASE("solidtex-render writes pictures and overwrites only when told to") {
   CHECK(run_render("scene.json --size 5,7 --spp 1 -o b.exr --quiet", folder) == 0);
   CHECK(read_text(folder / "b.exr").substr(0, 4) == "\x76\x2f\x31\x01");
   CHECK(read_text(folder / "out.txt").empty());
+  CHECK(read_text(folder / "err.txt").empty());
   CHECK(file_count(folder) == 6);  // nothing temporary is left
 }
 

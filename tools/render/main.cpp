@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <optional>
 #include <solidtex/pathtracer.hpp>
 
 #include "tools/common/atomic_file.h"
@@ -63,15 +64,18 @@ pt::RenderSettings choose_settings(const pt::Scene& scene, const Arguments& argu
 }
 
 pt::Image render_with_progress(const pt::Scene& scene, const pt::RenderSettings& settings,
-                               pt::RenderStatistics& statistics) {
+                               bool quiet, pt::RenderStatistics& statistics) {
   const std::uint64_t total = static_cast<std::uint64_t>(settings.width) *
                               static_cast<std::uint64_t>(settings.height) *
                               static_cast<std::uint64_t>(settings.samples);
-  tools::Progress progress("rendering", total);
-  const pt::Hooks hooks{[&](std::uint64_t count) { progress.advance(count); }, tools::interrupted};
+  std::optional<tools::Progress> progress;
+  if (!quiet) progress.emplace("rendering", total);
+  const auto on_samples = [&](std::uint64_t count) {
+    if (progress) progress->advance(count);
+  };
   try {
-    const pt::Image image = pt::render(scene, settings, hooks, &statistics);
-    progress.finish();
+    pt::Image image = pt::render(scene, settings, {on_samples, tools::interrupted}, &statistics);
+    if (progress) progress->finish();
     return image;
   } catch (const pt::Stopped&) {
     throw tools::Interrupted();
@@ -88,7 +92,7 @@ void run(const Arguments& arguments, bool seed_given) {
   }
   const pt::RenderSettings settings = choose_settings(*scene, arguments, seed_given);
   pt::RenderStatistics statistics;
-  const pt::Image image = render_with_progress(*scene, settings, statistics);
+  const pt::Image image = render_with_progress(*scene, settings, arguments.quiet, statistics);
 
   tools::AtomicFile output(arguments.output);
   if (is_png(arguments.output)) {
