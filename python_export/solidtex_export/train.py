@@ -152,7 +152,7 @@ class Trainer:
         return random_symmetry(images, self.config.symmetry)
 
     def _autocast(self) -> torch.autocast:
-        """bfloat16 where the processor computes in it: three to five times faster."""
+        """bfloat16 where the processor computes in it, for speed."""
         supported = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)
         fast = self.device.type == "cpu" and supported()
         return torch.autocast(self.device.type, torch.bfloat16, enabled=fast)
