@@ -72,6 +72,7 @@ void preview(const BakeOptions& options, const Volume& volume, AtomicFile& file)
 }
 
 void run(const BakeOptions& options) {
+  install_interrupt_handler();
   check_targets(options);
   const int threads = options.threads ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
@@ -82,7 +83,6 @@ void run(const BakeOptions& options) {
   std::optional<AtomicFile> output_file, preview_file;
   if (!options.output.empty()) output_file.emplace(options.output);
   if (!options.preview.empty()) preview_file.emplace(options.preview);
-  install_interrupt_handler();
   tbb::task_arena(threads).execute([&] {
     if (output_file) bake(options, volume, threads, *output_file);
     if (preview_file) preview(options, volume, *preview_file);

@@ -49,6 +49,18 @@ Index3 parse_origin(const std::string& text) {
   return {values[0], values[1], values[2]};
 }
 
+// Not left to CLI11, which takes -1 for the largest number.
+std::uint64_t parse_seed(const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto [next, error] = std::from_chars(text.data(), end, seed);
+  if (error != std::errc() || next != end) {
+    throw CLI::ValidationError("--seed", "\"" + text + "\" found, expected an integer from 0 to " +
+                                             std::to_string(UINT64_MAX));
+  }
+  return seed;
+}
+
 constexpr char examples[] =
     "OUT ends in .npy (float32, [x][y][z][channel], values as the model has them, not clamped)\n"
     "or .vdb, or is a new folder with --slices.\n"
@@ -72,7 +84,10 @@ void add_options(CLI::App& app, BakeOptions& options) {
          "--origin", [&](const std::string& text) { options.origin = parse_origin(text); },
          "First voxel (default 0,0,0)")
       ->type_name("X,Y,Z");
-  app.add_option("--seed", options.seed, "Variant of the material")->capture_default_str();
+  app.add_option_function<std::string>(
+         "--seed", [&](const std::string& text) { options.seed = parse_seed(text); },
+         "Variant of the material (default 0)")
+      ->type_name("N");
   app.add_option("--block", options.block,
                  "Edge of the blocks evaluated at a time; changes speed and memory, no value")
       ->check(CLI::Range(1, 4096));

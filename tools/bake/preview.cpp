@@ -19,7 +19,7 @@ constexpr int slice = (panel - gap) / 2;
 constexpr int width = 3 * margin + 2 * panel, height = 2 * margin + panel;
 constexpr int subpixels = 2;  // per axis
 constexpr int tile_rows = 4;
-constexpr std::int64_t min_edge = 64, max_edge = 192;
+constexpr std::int64_t min_edge = 128, max_edge = 192;
 
 // Colours of points in the unit cube, which spans `edge` texels from the volume's origin.
 class Material {

@@ -8,7 +8,7 @@
 
 namespace solidtex::tools {
 
-// The cube begins at the volume's origin and is as large as the volume, within 64 to 192 voxels.
+// The cube begins at the volume's origin and is as large as the volume, within 128 to 192 voxels.
 // Throws Interrupted after Ctrl-C.
 void write_preview(const std::filesystem::path& path, const Volume& volume);
 

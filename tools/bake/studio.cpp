@@ -12,7 +12,7 @@ constexpr double sun_radius = 0.13;
 constexpr double bounce = 0.1;  // light that the floor and the cube's own faces send back
 constexpr double offset = 1e-6;
 
-const Vec3 sun_direction = normalized({0.75, 0.1, 1.05});
+const Vec3 sun_direction = normalized({0.85, 0.4, 1.05});
 const Vec3 eye{3.15, 2.55, 2.35}, target{0.5, 0.5, 0.44};
 constexpr double half_width = 0.225;  // tangent of half the field of view
 

@@ -1,0 +1,239 @@
+"""solidtex-bake as a program: what it writes, bit for bit, and what it refuses."""
+
+import ctypes
+import json
+import os
+import resource
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+BUILD = Path(os.environ["SOLIDTEX_BUILD"])
+BAKE = BUILD / "bin" / "solidtex-bake"
+MODEL = "granite-grey"
+SIZE, ORIGIN, SEED = (40, 21, 37), (-9, 1 << 30, 5), 3
+ARGUMENTS = ["--size", "40,21,37", "--origin", f"-9,{1 << 30},5", "--seed", "3"]
+
+
+def bake(*arguments: object, model: str = MODEL, **options) -> subprocess.CompletedProcess[str]:
+    command = [str(BAKE), model, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, **options)
+
+
+def baked(path: Path, *arguments: object) -> np.ndarray:
+    result = bake("-o", path, *arguments)
+    assert result.returncode == 0, result.stderr
+    return np.load(path)
+
+
+def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
+    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+
+
+def eval_box(origin: tuple, size: tuple, seed: int) -> np.ndarray:
+    """The same voxels through the C API."""
+
+    class Options(ctypes.Structure):
+        _fields_ = [
+            ("struct_size", ctypes.c_size_t),
+            ("seed", ctypes.c_uint64),
+            ("cache_limit_bytes", ctypes.c_uint64),
+        ]
+
+    library = ctypes.CDLL(str(BUILD / "lib" / "libsolidtex.so"))
+    library.solidtex_channel_count.restype = ctypes.c_size_t
+    options = Options()
+    library.solidtex_options_init(ctypes.byref(options))
+    options.seed = seed
+    texture = ctypes.c_void_p()
+    assert library.solidtex_open(MODEL.encode(), ctypes.byref(options), ctypes.byref(texture)) == 0
+    values = np.empty((*size, library.solidtex_channel_count(texture)), np.float32)
+    box = (ctypes.c_int64 * 3)(*origin), (ctypes.c_int64 * 3)(*size)
+    assert library.solidtex_eval_box(texture, *box, values.ctypes.data_as(ctypes.c_void_p)) == 0
+    library.solidtex_close(texture)
+    return values
+
+
+@pytest.fixture(scope="module")
+def expected() -> np.ndarray:
+    return eval_box(ORIGIN, SIZE, SEED)
+
+
+@pytest.mark.parametrize("block", ["", "7", "16", "64"])
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_npy_equals_the_api(tmp_path: Path, expected: np.ndarray, block: str, threads: str) -> None:
+    more = ["--block", block] if block else []
+    values = baked(tmp_path / "a.npy", *ARGUMENTS, "--threads", threads, *more)
+    assert same_bits(values, expected)
+    assert values.std() > 0.01
+    assert os.listdir(tmp_path) == ["a.npy"]
+
+
+def test_box_of_a_larger_bake(tmp_path: Path, expected: np.ndarray) -> None:
+    arguments = ["--size", "48,24,40", "--origin", f"-12,{(1 << 30) - 2},4", "--seed", "3"]
+    large = baked(tmp_path / "large.npy", *arguments)
+    assert same_bits(np.ascontiguousarray(large[3:43, 2:23, 1:38]), expected)
+
+
+def test_model_and_size_have_defaults(tmp_path: Path) -> None:
+    result = subprocess.run(
+        [BAKE, "--size", "5", "-o", tmp_path / "a.npy"], capture_output=True, text=True
+    )
+    assert result.returncode == 0, result.stderr
+    assert same_bits(np.load(tmp_path / "a.npy"), eval_box((0, 0, 0), (5, 5, 5), 0))
+
+
+def test_vdb_round_trip(tmp_path: Path, expected: np.ndarray) -> None:
+    reader = BUILD / "bin" / "solidtex_dump_vdb"
+    if not reader.exists():
+        pytest.skip("built without OpenVDB")
+    result = bake("-o", tmp_path / "a.vdb", *ARGUMENTS, "--block", 16)
+    assert result.returncode == 0, result.stderr
+    assert "MiB of memory" in result.stderr
+    dump = subprocess.run([reader, tmp_path / "a.vdb"], capture_output=True, check=True).stdout
+    line, voxels = dump.split(b"\n", 1)
+    grid = json.loads(line)
+    assert grid["name"] == "albedo"
+    assert (tuple(grid["origin"]), tuple(grid["size"])) == (ORIGIN, SIZE)
+    assert grid["active"] == np.prod(SIZE)
+    assert grid["world"][0] == ORIGIN[0] + 0.5
+    assert voxels == expected.tobytes()
+
+
+def read_image(path: Path) -> np.ndarray:
+    import skimage.io
+
+    return skimage.io.imread(path)
+
+
+def test_png_slices(tmp_path: Path, expected: np.ndarray) -> None:
+    folder = tmp_path / "slices"
+    assert bake("-o", folder, "--slices", "png", *ARGUMENTS, "--block", 16).returncode == 0
+    assert sorted(os.listdir(folder)) == [f"{z:04}.png" for z in range(SIZE[2])]
+    for z in (0, 15, 16, SIZE[2] - 1):
+        image = read_image(folder / f"{z:04}.png")  # [y][x][channel]
+        wanted = np.clip(expected[:, :, z], 0, 1).transpose(1, 0, 2) * 255
+        assert np.abs(image - wanted).max() <= 0.501
+
+
+def test_exr_slices(tmp_path: Path) -> None:
+    folder = tmp_path / "slices"
+    assert bake("-o", folder, "--slices", "exr", "--size", "9,5,3").returncode == 0
+    assert sorted(os.listdir(folder)) == ["0000.exr", "0001.exr", "0002.exr"]
+    info = ["oiiotool", "--info", "-v", "--stats", str(folder / "0001.exr")]
+    text = subprocess.run(info, capture_output=True, text=True, check=True).stdout
+    assert "9 x    5, 3 channel, float openexr" in text and "channel list: R, G, B" in text
+    encoded = eval_box((0, 0, 1), (9, 5, 1), 0).astype(np.float64)
+    linear = np.where(encoded > 0.04045, ((encoded + 0.055) / 1.055) ** 2.4, encoded / 12.92)
+    stats = next(line for line in text.splitlines() if "Stats Avg" in line)
+    found = [float(value) for value in stats.split(":")[1].split()[:3]]
+    assert np.allclose(found, linear.mean(axis=(0, 1, 2)), atol=1e-5)
+
+
+def test_preview(tmp_path: Path) -> None:
+    result = bake("--size", "16", "--preview", tmp_path / "a.png")
+    assert result.returncode == 0, result.stderr
+    image = read_image(tmp_path / "a.png").astype(float)
+    border = image[:8].reshape(-1, 3)
+    assert (border == border[0]).all() and np.ptp(border[0]) == 0  # neutral
+    assert image[300:500, 300:500].std() > 5  # the cube
+    for y, x in ((40, 790), (40, 1160), (410, 790), (410, 1160)):
+        assert image[y : y + 330, x : x + 330].std() > 5  # the slices
+    assert os.listdir(tmp_path) == ["a.png"]
+
+
+def test_existing_files_are_kept_unless_forced(tmp_path: Path) -> None:
+    path = tmp_path / "a.npy"
+    path.write_text("mine")
+    result = bake("-o", path, "--size", 4)
+    assert result.returncode == 1 and "--force" in result.stderr
+    assert path.read_text() == "mine"
+    assert baked(path, "--size", 4, "--force").shape == (4, 4, 4, 3)
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "mine.txt").write_text("mine")
+    for force in ([], ["--force"]):
+        result = bake("-o", folder, "--slices", "png", "--size", 4, *force)
+        assert result.returncode == 1 and str(folder) in result.stderr
+        assert os.listdir(folder) == ["mine.txt"]
+
+
+@pytest.mark.parametrize("name", ["a.npy", "a.vdb", "folder"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interruption_leaves_nothing(tmp_path: Path, name: str, number: int) -> None:
+    more = ["--slices", "png"] if name == "folder" else []
+    command = [BAKE, MODEL, "--size", "2000", "--block", "16", "-o", tmp_path / name, *more]
+    if name == "a.npy":
+        command[3] = "2000,100,100"
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        if name == "a.vdb":
+            process.stderr.readline()  # the grids, which live in memory, are being filled
+        deadline = time.monotonic() + 60
+        while name != "a.vdb" and not os.listdir(tmp_path) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(0.5)
+        process.send_signal(number)
+        assert process.wait(60) == 130
+        assert "interrupted" in process.stderr.read()
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["a.npy", "a.vdb", "folder"])
+def test_a_write_that_fails_is_reported(tmp_path: Path, name: str) -> None:
+    def limit_files() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+
+    more = ["--slices", "png"] if name == "folder" else []
+    options = {"preexec_fn": limit_files, "restore_signals": False}
+    result = bake("-o", tmp_path / name, "--size", "30", *more, **options)
+    assert result.returncode == 1
+    assert "cannot write: File too large" in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["--size", "ten"], 2, '--size: "ten"'),
+        (["--size", "0"], 2, '--size: "0"'),
+        (["--size", "1,2"], 2, '--size: "1,2"'),
+        (["--size", "4,4,-4"], 2, '--size: "4,4,-4"'),
+        (["--size", "99999999999999999999"], 2, "--size"),
+        (["--origin", "1,2"], 2, '--origin: "1,2"'),
+        (["--origin", "1,2,3x"], 2, '--origin: "1,2,3x"'),
+        (["--seed", "-1"], 2, "--seed"),
+        (["--block", "0"], 2, "--block"),
+        (["--threads", "0"], 2, "--threads"),
+        (["--slices", "gif"], 2, "--slices"),
+        (["--slices", "png"], 1, "--slices writes a folder"),
+        (["--origin", "9000000000,0,0", "--size", "4"], 1, "along x has origin 9000000000"),
+        (["--size", "1000000"], 1, "MiB"),
+    ],
+)
+def test_refusals_name_the_option(
+    tmp_path: Path, arguments: list[str], code: int, message: str
+) -> None:
+    result = bake("-o", tmp_path / "a.npy", *arguments)
+    assert result.returncode == code
+    assert message in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_refusals_of_outputs(tmp_path: Path) -> None:
+    assert "nothing to write" in bake().stderr
+    assert ".npy or .vdb" in bake("-o", tmp_path / "a.raw").stderr
+    assert "there is no folder" in bake("-o", tmp_path / "no" / "a.npy").stderr
+    assert "ends in .png" in bake("--preview", tmp_path / "a.jpg").stderr
+    unknown = bake("-o", tmp_path / "a.npy", model="marzipan")
+    assert unknown.returncode == 1 and MODEL in unknown.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_help_and_version() -> None:
+    assert "Examples:" in bake("--help").stdout
+    assert bake("--version").stdout.startswith("solidtex-bake ")
