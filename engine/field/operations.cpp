@@ -1,6 +1,7 @@
 #include "engine/field/operations.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace solidtex::engine {
 
@@ -23,10 +24,13 @@ void for_each_row(const Volume& volume, Visit visit) {
 void fill_noise(NoiseScheme scheme, std::uint64_t seed, int level, Distribution distribution,
                 const Block& out) {
   const auto& lo = out.box().lo;
+  std::vector<NoiseStream> streams;
+  for (int c = 0; c < out.volume().channels; ++c)
+    streams.emplace_back(scheme, seed, static_cast<std::uint32_t>(level),
+                         static_cast<std::uint32_t>(c));
   for_each_row(out.volume(), [&](int c, std::int64_t x, std::int64_t y, float* row) {
-    NoiseStream(scheme, seed, static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(c))
-        .row(distribution, wrap(lo[0] + x), wrap(lo[1] + y), wrap(lo[2]),
-             static_cast<int>(out.box().size(2)), row);
+    streams[static_cast<std::size_t>(c)].row(distribution, wrap(lo[0] + x), wrap(lo[1] + y),
+                                             wrap(lo[2]), static_cast<int>(out.box().size(2)), row);
   });
 }
 
