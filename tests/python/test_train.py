@@ -166,9 +166,7 @@ def test_resumed_training_equals_an_uninterrupted_one(
     first = trainer("parts")
     first.run(lambda: first.step == 4, lambda t: None)
     assert not first.finished
-    first.folder.log(
-        {"step": 5, "seconds": 1.0, "rate": 0.1}
-    )  # logged, then lost in a crash
+    first.folder.log({"step": 5, "seconds": 1.0, "rate": 0.1})  # logged, then lost in a crash
     second = trainer("parts")
     assert second.step == 4
     second.run(lambda: False, lambda t: None)
@@ -305,9 +303,7 @@ def test_foreign_folders_and_other_trainings_are_refused(
     assert "seed: found 0, expected 7" in error
     torch.save({"generator": {}}, result / "checkpoint.pt")
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
-    assert (
-        "checkpoint.pt: found a checkpoint that does not fit" in capsys.readouterr().err
-    )
+    assert "checkpoint.pt: found a checkpoint that does not fit" in capsys.readouterr().err
     (result / "checkpoint.pt").write_bytes(b"damaged")
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
     assert "checkpoint.pt" in capsys.readouterr().err
