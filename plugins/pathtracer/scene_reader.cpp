@@ -17,6 +17,8 @@ namespace {
 using nlohmann::json;
 using Pointer = json::json_pointer;
 
+constexpr int kMaxDepth = 32;  // far more than the schema allows, far less than the stack does
+
 json parse_file(const std::filesystem::path& file) {
   std::ifstream stream(file);
   if (!stream || std::filesystem::is_directory(file)) {
@@ -24,7 +26,11 @@ json parse_file(const std::filesystem::path& file) {
   }
   // nlohmann-json keeps the last of two equal keys; a scene must not lose the first one silently.
   std::vector<std::set<std::string>> open_objects;
-  const auto refuse_repeated_keys = [&](int, json::parse_event_t event, json& value) {
+  const auto check_structure = [&](int depth, json::parse_event_t event, json& value) {
+    if (depth > kMaxDepth) {
+      throw SceneError(file.string() + ": found more than " + std::to_string(kMaxDepth) +
+                       " nested values, expected a scene");
+    }
     if (event == json::parse_event_t::object_start) open_objects.emplace_back();
     if (event == json::parse_event_t::object_end) open_objects.pop_back();
     if (event == json::parse_event_t::key && !open_objects.back().insert(value).second) {
@@ -34,7 +40,7 @@ json parse_file(const std::filesystem::path& file) {
     return true;
   };
   try {
-    return json::parse(stream, refuse_repeated_keys);
+    return json::parse(stream, check_structure);
   } catch (const json::exception& error) {
     throw SceneError(file.string() + ": found what is not JSON (" + error.what() +
                      "), expected a scene");

@@ -209,6 +209,8 @@ TEST_CASE("What is no JSON, or has a key twice, is refused") {
   }
   write_text(file, R"({"version": 1, "version": 2})");
   CHECK(refusal(file).find("the key \"version\" twice") != std::string::npos);
+  write_text(file, std::string(200000, '[') + std::string(200000, ']'));
+  CHECK(refusal(file).find("more than 32 nested values") != std::string::npos);
   CHECK(refusal(folder / "missing.json").find("missing.json: found no readable file") !=
         std::string::npos);
   CHECK(refusal(folder.path()).find("found no readable file") != std::string::npos);
