@@ -32,7 +32,7 @@ void run_threads(int count, const std::function<void(int)>& work) {
 
 }  // namespace
 
-TEST_CASE("brick cache: a brick is computed once and then found", "[cache]") {
+TEST_CASE("brick cache: a brick is computed once and then found", "[cache][tsan]") {
   int built = 0;
   BrickCache cache(kValues, 100 * kBytes, [&](const BrickKey& key, std::span<float> values) {
     ++built;
@@ -52,7 +52,7 @@ TEST_CASE("brick cache: a brick is computed once and then found", "[cache]") {
   CHECK(stats.peak_bytes == kBytes);
 }
 
-TEST_CASE("brick cache: the bound holds and the least recently used brick goes first", "[cache]") {
+TEST_CASE("brick cache: the bound holds and the least recently used brick goes first", "[cache][tsan]") {
   BrickCache cache(kValues, 3 * kBytes + 1, fill);  // three bricks, one shard
   for (int x = 0; x < 3; ++x) cache.get({x, 0, 0});
   cache.get({0, 0, 0});  // now 1 is the least recent
@@ -65,7 +65,7 @@ TEST_CASE("brick cache: the bound holds and the least recently used brick goes f
   CHECK(cache.stats().miss_count == 5);
 }
 
-TEST_CASE("brick cache: many bricks never exceed the limit", "[cache]") {
+TEST_CASE("brick cache: many bricks never exceed the limit", "[cache][tsan]") {
   for (const std::uint64_t limit : {kBytes * 7, kBytes * 100, kBytes * 1000 + 99}) {
     BrickCache cache(kValues, limit, fill);
     for (int i = 0; i < 3000; ++i) {
@@ -78,7 +78,7 @@ TEST_CASE("brick cache: many bricks never exceed the limit", "[cache]") {
   }
 }
 
-TEST_CASE("brick cache: a limit below one brick keeps nothing but still answers", "[cache]") {
+TEST_CASE("brick cache: a limit below one brick keeps nothing but still answers", "[cache][tsan]") {
   for (const std::uint64_t limit : {std::uint64_t{0}, kBytes - 1}) {
     BrickCache cache(kValues, limit, fill);
     for (int i = 0; i < 3; ++i) CHECK(cache.get({5, 6, 7}).get()[0] == value_of({5, 6, 7}));
@@ -87,14 +87,14 @@ TEST_CASE("brick cache: a limit below one brick keeps nothing but still answers"
   }
 }
 
-TEST_CASE("brick cache: a brick in use outlives its place in the cache", "[cache]") {
+TEST_CASE("brick cache: a brick in use outlives its place in the cache", "[cache][tsan]") {
   BrickCache cache(kValues, kBytes, fill);
   const auto held = cache.get({1, 2, 3});
   for (int x = 0; x < 10; ++x) cache.get({x, 0, 0});
   CHECK(held.get()[50] == value_of({1, 2, 3}));
 }
 
-TEST_CASE("brick cache: threads that ask together share one computation", "[cache]") {
+TEST_CASE("brick cache: threads that ask together share one computation", "[cache][tsan]") {
   std::atomic<int> built = 0;
   BrickCache cache(kValues, 1000 * kBytes, [&](const BrickKey& key, std::span<float> values) {
     ++built;
@@ -113,7 +113,7 @@ TEST_CASE("brick cache: threads that ask together share one computation", "[cach
   CHECK(cache.stats().hit_count == 7 * 20);
 }
 
-TEST_CASE("brick cache: threads under a tiny limit get right values", "[cache]") {
+TEST_CASE("brick cache: threads under a tiny limit get right values", "[cache][tsan]") {
   BrickCache cache(kValues, 4 * kBytes, fill);
   std::atomic<int> wrong = 0;
   run_threads(8, [&](int thread) {
@@ -127,7 +127,7 @@ TEST_CASE("brick cache: threads under a tiny limit get right values", "[cache]")
   CHECK(cache.stats().hit_count + cache.stats().miss_count == 8 * 2000);
 }
 
-TEST_CASE("brick cache: a failure reaches everyone who waits and is tried again later", "[cache]") {
+TEST_CASE("brick cache: a failure reaches everyone who waits and is tried again later", "[cache][tsan]") {
   std::atomic<bool> broken = true;
   BrickCache cache(kValues, 10 * kBytes, [&](const BrickKey& key, std::span<float> values) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

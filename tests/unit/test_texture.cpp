@@ -276,21 +276,33 @@ TEST_CASE("texture: the host's rounding mode does not matter, and is left alone"
   }
 }
 
-TEST_CASE("texture: threads share one texture and compute each brick once", "[texture][threads]") {
+// Tagged for ThreadSanitizer: it cannot see into Debian's oneTBB and takes the hand-over of a task
+// to a worker for a race, so here every thread works alone in an arena of its own.
+TEST_CASE("texture: threads share one texture and compute each brick once", "[texture][tsan]") {
   const auto points = random_points(4000, 30);
-  const Values expected = points_of(Texture(tiny_field(), kSeed, kLargeCache), {0, 0, 0}, points);
-  const Texture reference(tiny_field(), kSeed, kLargeCache);
-  points_of(reference, {0, 0, 0}, points);
-
-  const Texture texture(tiny_field(), kSeed, kLargeCache);
-  std::atomic<int> wrong = 0;
-  std::vector<std::thread> threads;
-  for (int i = 0; i < 6; ++i) {
-    threads.emplace_back([&] { wrong += !same(points_of(texture, {0, 0, 0}, points), expected); });
+  for (const std::uint64_t limit : {std::uint64_t{300000}, kLargeCache}) {
+    Values expected;
+    std::uint64_t bricks = 0;
+    tbb::task_arena(1).execute([&] {
+      const Texture alone(tiny_field(), kSeed, kLargeCache);
+      expected = points_of(alone, {0, 0, 0}, points);
+      bricks = alone.cache_stats().miss_count;
+    });
+    const Texture texture(tiny_field(), kSeed, limit);
+    std::atomic<int> wrong = 0;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 6; ++i) {
+      threads.emplace_back([&] {
+        tbb::task_arena(1).execute([&] {
+          wrong += !same(points_of(texture, {0, 0, 0}, points), expected);
+        });
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    CHECK(wrong == 0);
+    if (limit == kLargeCache) CHECK(texture.cache_stats().miss_count == bricks);
+    CHECK(texture.cache_stats().peak_bytes <= limit);
   }
-  for (std::thread& thread : threads) thread.join();
-  CHECK(wrong == 0);
-  CHECK(texture.cache_stats().miss_count == reference.cache_stats().miss_count);
 }
 
 TEST_CASE("texture: queries nest in the host's own parallel loops", "[texture][threads]") {
