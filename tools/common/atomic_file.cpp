@@ -16,8 +16,13 @@ fs::path without_trailing_slash(const fs::path& path) {
 }
 
 fs::path temporary_sibling(const fs::path& target) {
-  const std::string name = "." + target.stem().string() + "." + std::to_string(getpid()) + ".tmp";
-  return target.parent_path() / (name + target.extension().string());
+  fs::path name = ".";
+  name += target.stem();
+  name += ".";
+  name += std::to_string(getpid());
+  name += ".tmp";
+  name += target.extension();
+  return target.parent_path() / name;
 }
 
 }  // namespace

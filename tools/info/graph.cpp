@@ -48,7 +48,9 @@ std::vector<GraphNode> describe_graph(const json& field) {
   std::vector<GraphNode> nodes;
   std::map<std::string, std::size_t> indices;
   for (const json& description : descriptions) {
-    GraphNode node{.name = description.at("name"), .op = description.at("op")};
+    GraphNode node;
+    node.name = description.at("name");
+    node.op = description.at("op");
     if (description.contains("inputs"))
       for (const json& input : description.at("inputs")) node.inputs.push_back(indices.at(input));
     propagate_shape(description, nodes, node);
