@@ -67,8 +67,8 @@ constexpr char examples[] =
     "Examples:\n"
     "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
     "  solidtex-bake mine.solidtex --size 512,512,64 --origin -100,0,7 --seed 3 -o mine.vdb\n"
-    "  solidtex-bake rust --size 128 --slices png -o rust-slices\n"
-    "  solidtex-bake rust --preview rust.png";
+    "  solidtex-bake rust-red --size 128 --slices png -o rust-slices\n"
+    "  solidtex-bake rust-red --preview rust.png";
 
 }  // namespace
 
