@@ -43,7 +43,7 @@ HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
   for (int o = 0; o < kOutputs; ++o)
     for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::Set(d, layer.bias[first + o]);
 
-  const float* HWY_RESTRICT weights = &layer.packed[layer.index(first, 0)];
+  const float* HWY_RESTRICT weights = layer.packed.data() + layer.index(first, 0);
   const std::ptrdiff_t pack_stride = static_cast<std::ptrdiff_t>(layer.terms) * kPack;
   for (int t = 0; t < layer.terms; ++t, weights += kPack) {
     const float* from = in + run.offsets[t];
