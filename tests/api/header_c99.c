@@ -5,7 +5,7 @@
 
 int main(void) {
   solidtex_options options;
-  solidtex_texture *texture = NULL;
+  solidtex_texture* texture = NULL;
   solidtex_options_init(&options);
   if (options.struct_size != sizeof options || options.cache_limit_bytes == 0) return 1;
   if (solidtex_open("no such model", &options, &texture) != SOLIDTEX_IO_ERROR) return 2;

@@ -52,7 +52,8 @@ TEST_CASE("brick cache: a brick is computed once and then found", "[cache][tsan]
   CHECK(stats.peak_bytes == kBytes);
 }
 
-TEST_CASE("brick cache: the bound holds and the least recently used brick goes first", "[cache][tsan]") {
+TEST_CASE("brick cache: the bound holds and the least recently used brick goes first",
+          "[cache][tsan]") {
   BrickCache cache(kValues, 3 * kBytes + 1, fill);  // three bricks, one shard
   for (int x = 0; x < 3; ++x) cache.get({x, 0, 0});
   cache.get({0, 0, 0});  // now 1 is the least recent
@@ -127,7 +128,8 @@ TEST_CASE("brick cache: threads under a tiny limit get right values", "[cache][t
   CHECK(cache.stats().hit_count + cache.stats().miss_count == 8 * 2000);
 }
 
-TEST_CASE("brick cache: a failure reaches everyone who waits and is tried again later", "[cache][tsan]") {
+TEST_CASE("brick cache: a failure reaches everyone who waits and is tried again later",
+          "[cache][tsan]") {
   std::atomic<bool> broken = true;
   BrickCache cache(kValues, 10 * kBytes, [&](const BrickKey& key, std::span<float> values) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

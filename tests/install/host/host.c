@@ -11,7 +11,7 @@ static void check(solidtex_status status) {
   exit(1);
 }
 
-static void print_values(const char *what, const float *values, size_t count, size_t channels) {
+static void print_values(const char* what, const float* values, size_t count, size_t channels) {
   size_t i;
   for (i = 0; i < count * channels; ++i) {
     printf("%s%a", i % channels == 0 ? what : " ", (double)values[i]);
@@ -19,12 +19,12 @@ static void print_values(const char *what, const float *values, size_t count, si
   }
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
   static float values[EDGE * EDGE * EDGE * MAX_CHANNELS];
   const double origin[3] = {1e9, -20.5, 0.25};
   const float points[3 * POINTS] = {0, 0, 0, 1.5f, 2.5f, 3.5f, -7, 8, 9.75f, 100, 0, 3, -1, -1, -1};
   const int64_t corner[3] = {-2, 1 << 30, 5}, size[3] = {EDGE, EDGE, EDGE};
-  solidtex_texture *texture = NULL;
+  solidtex_texture* texture = NULL;
   size_t channels;
 
   check(solidtex_open(argc > 1 ? argv[1] : "granite-grey", NULL, &texture));
