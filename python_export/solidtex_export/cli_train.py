@@ -173,7 +173,7 @@ def train(trainer: Trainer) -> bool:
 
 
 def describe(trainer: Trainer) -> str:
-    left = trainer.seconds / max(trainer.progress, 1e-9) - trainer.seconds
+    left = max(0.0, trainer.seconds / max(trainer.progress, 1e-9) - trainer.seconds)
     return f"step {trainer.step}, {left / 60:.1f} min left"
 
 

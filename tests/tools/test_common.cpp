@@ -92,22 +92,20 @@ TEST_CASE("A folder that holds something is never replaced") {
   write(folder / "precious" / "photo", "x");
   AtomicFile file(folder / "precious");
   write(file.temporary_path(), "new");
-  CHECK_THROWS_WITH(file.commit(), Catch::Matchers::Contains("precious: cannot be replaced"));
+  CHECK_THROWS_WITH(file.commit(), ContainsSubstring("precious: cannot be replaced"));
   CHECK(read(folder / "precious" / "photo") == "x");
 }
 
 TEST_CASE("An output in a folder that does not exist is refused at once") {
   const Folder folder;
-  CHECK_THROWS_WITH(AtomicFile(folder / "no" / "out.npy"),
-                    Catch::Matchers::Contains("there is no folder"));
+  CHECK_THROWS_WITH(AtomicFile(folder / "no" / "out.npy"), ContainsSubstring("there is no folder"));
 }
 
 TEST_CASE("An existing output is only overwritten by force") {
   const Folder folder;
   CHECK_NOTHROW(refuse_overwrite(folder / "out", false));
   write(folder / "out", "x");
-  CHECK_THROWS_WITH(refuse_overwrite(folder / "out", false),
-                    Catch::Matchers::Contains("exists already"));
+  CHECK_THROWS_WITH(refuse_overwrite(folder / "out", false), ContainsSubstring("exists already"));
   CHECK_NOTHROW(refuse_overwrite(folder / "out", true));
 }
 
