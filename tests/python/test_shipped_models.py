@@ -37,3 +37,9 @@ def test_model_is_complete_and_found_by_its_bare_name(path: Path) -> None:
 
 def test_models_are_small_together() -> None:
     assert sum(path.stat().st_size for path in MODELS) < 5_000_000
+
+
+def test_both_families_are_shipped() -> None:
+    families = [read(path).document["family"] for path in MODELS]
+    assert families.count("field") >= 3
+    assert families.count("sampler") >= 2
