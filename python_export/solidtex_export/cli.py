@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 from . import __version__
 from .engine import EngineError
@@ -25,6 +26,15 @@ def parser(program: str, description: str, examples: str) -> argparse.ArgumentPa
     )
     p.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     return p
+
+
+def add_model_arguments(p: argparse.ArgumentParser) -> None:
+    """The options of a command that writes a model."""
+    p.add_argument("-o", dest="output", metavar="MODEL", type=Path, required=True,
+                   help="the .solidtex file to write")  # fmt: skip
+    p.add_argument("--name", help="name of the material (default: that of MODEL)")
+    p.add_argument("--license", help="licence of the model, an SPDX expression")
+    p.add_argument("--force", action="store_true", help="replace MODEL if it exists")
 
 
 def run(p: argparse.ArgumentParser, arguments: list[str] | None, work: Callable[..., None]) -> int:

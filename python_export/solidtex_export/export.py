@@ -39,11 +39,7 @@ def make_parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     p.add_argument("result", metavar="RESULT", type=Path, help="result folder of solidtex-train")
-    p.add_argument("-o", dest="output", metavar="MODEL", type=Path, required=True,
-                   help="the .solidtex file to write")  # fmt: skip
-    p.add_argument("--name", help="name of the material (default: that of MODEL)")
-    p.add_argument("--license", help="licence of the model, an SPDX expression")
-    p.add_argument("--force", action="store_true", help="replace MODEL if it exists")
+    cli.add_model_arguments(p)
     return p
 
 

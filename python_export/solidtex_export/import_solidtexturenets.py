@@ -46,13 +46,9 @@ def make_parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     p.add_argument("checkpoint", metavar="PARAMS", type=Path, help="params.pytorch, a state dict")
-    p.add_argument("-o", dest="output", metavar="MODEL", type=Path, required=True,
-                   help="the .solidtex file to write")  # fmt: skip
-    p.add_argument("--name", help="name of the material (default: that of MODEL)")
-    p.add_argument("--license", help="licence of the model, an SPDX expression")
+    cli.add_model_arguments(p)
     p.add_argument("--exemplar-license", help="licence of the photograph it was trained on")
     p.add_argument("--source", help="where the photograph comes from")
-    p.add_argument("--force", action="store_true", help="replace MODEL if it exists")
     return p
 
 
