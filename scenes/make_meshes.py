@@ -79,13 +79,6 @@ def grid(positions: Array, normals: Array) -> Mesh:
     return Mesh(positions, normals, triangles if agreement > 0 else triangles[:, ::-1])
 
 
-def surface_normals(surface: Callable[[Array, Array], Array], u: Array, v: Array) -> Array:
-    step = 1e-5
-    along_u = surface(u + step, v) - surface(u - step, v)
-    along_v = surface(u, v + step) - surface(u, v - step)
-    return unit(np.cross(along_u, along_v))
-
-
 def around_y(radius: Array, height: Array, angle: Array) -> Array:
     return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=-1)
 
