@@ -12,6 +12,7 @@
 
 using solidtex::engine::Error;
 using solidtex::engine::Model;
+using solidtex::engine::Precision;
 using solidtex::engine::Texture;
 
 struct solidtex_texture {
@@ -76,8 +77,22 @@ solidtex_options checked(const solidtex_options* options) {
   return *options;
 }
 
+Precision checked(solidtex_precision precision) {
+  switch (static_cast<int>(precision)) {
+    case SOLIDTEX_PRECISION_FULL:
+      return Precision::full;
+    case SOLIDTEX_PRECISION_FAST:
+      return Precision::fast;
+    default:
+      throw Error(SOLIDTEX_INVALID_ARGUMENT,
+                  "solidtex_options.precision is " + std::to_string(static_cast<int>(precision)) +
+                      ", expected SOLIDTEX_PRECISION_FULL (0) or SOLIDTEX_PRECISION_FAST (1)");
+  }
+}
+
 solidtex_texture* make_texture(Model model, const solidtex_options& options, std::string path) {
-  return new solidtex_texture{Texture(std::move(model), options.seed, options.cache_limit_bytes),
+  return new solidtex_texture{Texture(std::move(model), options.seed, options.cache_limit_bytes,
+                                      checked(options.precision)),
                               std::move(path)};
 }
 
@@ -106,7 +121,8 @@ void solidtex_clear_error(void) {
 }
 
 void solidtex_options_init(solidtex_options* options) {
-  if (options) *options = {sizeof(solidtex_options), 0, kDefaultCacheLimit};
+  if (options)
+    *options = {sizeof(solidtex_options), 0, kDefaultCacheLimit, SOLIDTEX_PRECISION_FULL};
 }
 
 solidtex_status solidtex_open(const char* model, const solidtex_options* options,
@@ -171,6 +187,12 @@ const char* solidtex_name(const solidtex_texture* texture) {
 
 uint64_t solidtex_get_seed(const solidtex_texture* texture) {
   return fact(texture, uint64_t{0}, [](const Texture& t) { return t.seed(); });
+}
+
+solidtex_precision solidtex_get_precision(const solidtex_texture* texture) {
+  return fact(texture, SOLIDTEX_PRECISION_FULL, [](const Texture& t) {
+    return t.precision() == Precision::fast ? SOLIDTEX_PRECISION_FAST : SOLIDTEX_PRECISION_FULL;
+  });
 }
 
 const char* solidtex_metadata_json(const solidtex_texture* texture) {

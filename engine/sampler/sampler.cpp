@@ -56,7 +56,8 @@ struct Sampler::Buffers {
   OctaveCells cells;
 };
 
-Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed)
+Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed,
+                 [[maybe_unused]] Precision precision)
     : width_(model.width),
       octaves_per_layer_(model.octaves / static_cast<int>(model.hidden.size() - 1)) {
   require_normal(scheme);

@@ -11,9 +11,13 @@
 
 namespace solidtex::engine {
 
+// Full: float32 throughout. Fast: see docs/numerics.md.
+enum class Precision { full, fast };
+
 class Sampler {
  public:
-  Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed);
+  Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed,
+          Precision precision = Precision::full);
 
   int channels() const { return layers_.back().outputs; }
 

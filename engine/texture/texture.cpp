@@ -9,12 +9,12 @@ namespace solidtex::engine {
 namespace {
 
 std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
-                                    std::uint64_t cache_limit_bytes) {
+                                    std::uint64_t cache_limit_bytes, Precision precision) {
   if (auto* field = std::get_if<FieldModel>(&model.architecture)) {
     return make_field_family(Field(std::move(*field), model.noise_scheme, seed), cache_limit_bytes);
   }
-  return make_sampler_family(
-      Sampler(std::move(std::get<SamplerModel>(model.architecture)), model.noise_scheme, seed));
+  return make_sampler_family(Sampler(std::move(std::get<SamplerModel>(model.architecture)),
+                                     model.noise_scheme, seed, precision));
 }
 
 }  // namespace
@@ -22,15 +22,17 @@ std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
 struct Texture::Impl {
   Model model;
   std::uint64_t seed;
+  Precision precision;
   std::unique_ptr<Family> family;
 
   std::size_t channels() const { return model.channels.size(); }
 };
 
-Texture::Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes)
-    : impl_(std::make_unique<Impl>(Impl{std::move(model), seed, nullptr})) {
+Texture::Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
+                 Precision precision)
+    : impl_(std::make_unique<Impl>(Impl{std::move(model), seed, precision, nullptr})) {
   const DefaultFloatMode mode;
-  impl_->family = make_family(impl_->model, seed, cache_limit_bytes);
+  impl_->family = make_family(impl_->model, seed, cache_limit_bytes, precision);
 }
 
 Texture::~Texture() = default;
@@ -38,6 +40,8 @@ Texture::~Texture() = default;
 const Model& Texture::model() const { return impl_->model; }
 
 std::uint64_t Texture::seed() const { return impl_->seed; }
+
+Precision Texture::precision() const { return impl_->precision; }
 
 void Texture::eval_points(const double origin[3], const float* points, std::size_t count,
                           float* values) const {

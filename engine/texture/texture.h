@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "engine/model/model.h"
+#include "engine/sampler/sampler.h"
 #include "engine/texture/brick_cache.h"
 
 namespace solidtex::engine {
@@ -14,12 +15,14 @@ namespace solidtex::engine {
 // and throw Error before writing anything.
 class Texture {
  public:
-  Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes);
+  Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
+          Precision precision = Precision::full);
   ~Texture();
 
   // The model's facts. Its tensors have moved into the evaluator.
   const Model& model() const;
   std::uint64_t seed() const;
+  Precision precision() const;
 
   // Point p is origin + points[3p .. 3p+2]; values are count x channels.
   void eval_points(const double origin[3], const float* points, std::size_t count,

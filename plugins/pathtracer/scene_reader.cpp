@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <tuple>
 
 #include "plugins/pathtracer/image_io.h"
 #include "plugins/pathtracer/scene.h"
@@ -186,10 +187,12 @@ class SceneReader {
     const json& color = at(place);
     const std::string model = model_of(place / "solid");
     const std::uint64_t seed = color.value("seed", std::uint64_t{0});
-    const auto key = std::make_pair(model, seed);
+    const auto precision = color.value("precision", "full") == "fast" ? SOLIDTEX_PRECISION_FAST
+                                                                      : SOLIDTEX_PRECISION_FULL;
+    const auto key = std::make_tuple(model, seed, precision);
     if (const auto known = textures_.find(key); known != textures_.end()) return known->second;
     scene_.textures.push_back(load(place / "solid", [&] {
-      solidtex::texture texture(model, {.seed = seed});
+      solidtex::texture texture(model, {.seed = seed, .precision = precision});
       albedo_channels(texture);
       return texture;
     }));
@@ -337,7 +340,7 @@ class SceneReader {
   json document_;
   Scene scene_;
   std::map<std::string, std::size_t> meshes_;
-  std::map<std::pair<std::string, std::uint64_t>, std::size_t> textures_;
+  std::map<std::tuple<std::string, std::uint64_t, solidtex_precision>, std::size_t> textures_;
 };
 
 }  // namespace

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 LIBRARY_NAME = "libsolidtex.so"
+PRECISIONS = ("full", "fast")  # in the order of solidtex_precision
 
 
 class EngineError(RuntimeError):
@@ -29,19 +30,23 @@ class _Options(ctypes.Structure):
         ("struct_size", ctypes.c_size_t),
         ("seed", ctypes.c_uint64),
         ("cache_limit_bytes", ctypes.c_uint64),
+        ("precision", ctypes.c_int),
     )
 
 
 class Texture:
     """An open model. Use it in a `with` statement, or call close()."""
 
-    def __init__(self, model: str | os.PathLike[str], seed: int = 0) -> None:
-        """`model` is a path, or the bare name of a shipped model."""
+    def __init__(
+        self, model: str | os.PathLike[str], seed: int = 0, precision: str = "full"
+    ) -> None:
+        """`model` is a path, or the bare name of a shipped model; precision is full or fast."""
         self._handle = ctypes.c_void_p()
         self._library = library()
         options = _Options()
         self._library.solidtex_options_init(ctypes.byref(options))
         options.seed = seed
+        options.precision = PRECISIONS.index(precision)
         path = os.fsencode(model)
         self._call("open", path, ctypes.byref(options), ctypes.byref(self._handle))
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -80,6 +81,7 @@ TEST_CASE("misuse: facts of a null texture are empty and leave an error", "[misu
   CHECK((solidtex_metadata_json(nullptr) == nullptr && failed()));
   CHECK((solidtex_parameter_count(nullptr) == 0 && failed()));
   CHECK((solidtex_path(nullptr) == nullptr && failed()));
+  CHECK((solidtex_get_precision(nullptr) == SOLIDTEX_PRECISION_FULL && failed()));
   CHECK((solidtex_get_family(nullptr) == SOLIDTEX_FAMILY_FIELD && failed()));
   const Opened opened(tiny_field_file());
   CHECK(solidtex_channel_name(opened.texture, 2) == nullptr);
@@ -89,17 +91,31 @@ TEST_CASE("misuse: facts of a null texture are empty and leave an error", "[misu
 
 TEST_CASE("misuse: wrong struct sizes", "[misuse]") {
   const auto bytes = tiny_field_file();
-  solidtex_options options = {0, 0, 0};
+  solidtex_options options = {0, 0, 0, SOLIDTEX_PRECISION_FULL};
   solidtex_texture* texture = nullptr;
   CHECK(solidtex_open_memory(bytes.data(), bytes.size(), &options, &texture) ==
         SOLIDTEX_INVALID_ARGUMENT);
-  CHECK(error_has("solidtex_options.struct_size is 0, expected 24"));
+  CHECK(error_has("solidtex_options.struct_size is 0, expected 32"));
   CHECK(texture == nullptr);
   solidtex_clear_error();
   const Opened opened(bytes);
   solidtex_cache_stats stats = {7, 0, 0, 0, 0};
   CHECK(solidtex_get_cache_stats(opened.texture, &stats) == SOLIDTEX_INVALID_ARGUMENT);
   CHECK(error_has("solidtex_cache_stats.struct_size is 7, expected 40"));
+  solidtex_clear_error();
+}
+
+TEST_CASE("misuse: an unknown precision", "[misuse]") {
+  const auto bytes = tiny_sampler_file();
+  solidtex_options options;
+  solidtex_options_init(&options);
+  const int unknown = 2;
+  std::memcpy(&options.precision, &unknown, sizeof unknown);
+  solidtex_texture* texture = nullptr;
+  CHECK(solidtex_open_memory(bytes.data(), bytes.size(), &options, &texture) ==
+        SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(error_has("solidtex_options.precision is 2, expected SOLIDTEX_PRECISION_FULL (0)"));
+  CHECK(texture == nullptr);
   solidtex_clear_error();
 }
 

@@ -36,6 +36,15 @@ TEST_CASE("wrapper: facts of both families", "[api]") {
   CHECK(sampler.channel_count() == 3);
   CHECK(sampler.color_space() == "linear");
   CHECK(sampler.seed() == 0);
+  CHECK(sampler.precision() == SOLIDTEX_PRECISION_FULL);
+}
+
+TEST_CASE("wrapper: the lattice family is as exact in fast precision as in full", "[api]") {
+  const auto full = solidtex::texture::from_memory(tiny_field_file());
+  const auto fast =
+      solidtex::texture::from_memory(tiny_field_file(), {.precision = SOLIDTEX_PRECISION_FAST});
+  CHECK(fast.precision() == SOLIDTEX_PRECISION_FAST);
+  CHECK(box_of(fast, {-3, 5, 9}, 6) == box_of(full, {-3, 5, 9}, 6));
 }
 
 TEST_CASE("wrapper: points at voxel centres are the voxels, bit for bit", "[api]") {

@@ -42,6 +42,7 @@ def eval_box(origin: tuple, size: tuple, seed: int) -> np.ndarray:
             ("struct_size", ctypes.c_size_t),
             ("seed", ctypes.c_uint64),
             ("cache_limit_bytes", ctypes.c_uint64),
+            ("precision", ctypes.c_int),
         ]
 
     library = ctypes.CDLL(str(BUILD / "lib" / "libsolidtex.so"))
@@ -207,6 +208,7 @@ def test_a_write_that_fails_is_reported(tmp_path: Path, name: str) -> None:
         (["--origin", "1,2"], 2, '--origin: "1,2"'),
         (["--origin", "1,2,3x"], 2, '--origin: "1,2,3x"'),
         (["--seed", "-1"], 2, "--seed"),
+        (["--precision", "half"], 2, "--precision"),
         (["--block", "0"], 2, "--block"),
         (["--threads", "0"], 2, "--threads"),
         (["--slices", "gif"], 2, "--slices"),

@@ -79,6 +79,8 @@ const std::vector<BadScene>& bad_scenes() {
       {"/materials/grey/color", {1, 0, 2}, "/materials/grey/color/2", "a number from 0 to 1"},
       {"/materials/grey/color", {{"imag", "a"}}, "/materials/grey/color/imag", "unknown key"},
       {"/materials/grey/color", {{"seed", 1}}, "/materials/grey/color/seed", "goes with \"solid\""},
+      {"/materials/noise/color/precision", "half", "/materials/noise/color/precision",
+       "found \"half\", expected \"full\" or \"fast\""},
       {"/materials/grey/color", json::object(), "/materials/grey/color", "either \"solid\" or"},
       {"/materials/grey/color",
        {{"image", "a.png"}, {"solid", "b"}},

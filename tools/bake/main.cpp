@@ -77,7 +77,8 @@ void run(const BakeOptions& options) {
   const int threads = options.threads ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
-  const solidtex::texture texture(options.model, {.seed = options.seed});
+  const solidtex::texture texture(options.model,
+                                  {.seed = options.seed, .precision = options.precision});
   const Volume volume{texture, options.origin, options.size};
 
   std::optional<AtomicFile> output_file, preview_file;

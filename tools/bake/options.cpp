@@ -3,6 +3,8 @@
 #include <charconv>
 #include <vector>
 
+#include "tools/common/cli.h"
+
 namespace solidtex::tools {
 namespace {
 
@@ -88,6 +90,7 @@ void add_options(CLI::App& app, BakeOptions& options) {
          "--seed", [&](const std::string& text) { options.seed = parse_seed(text); },
          "Variant of the material (default 0)")
       ->type_name("N");
+  add_precision(app, options.precision);
   app.add_option("--block", options.block,
                  "Edge of the blocks evaluated at a time; changes speed and memory, no value")
       ->check(CLI::Range(1, 4096));

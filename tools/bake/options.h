@@ -15,6 +15,7 @@ struct BakeOptions {
   Index3 size{128, 128, 128};
   Index3 origin{0, 0, 0};
   std::uint64_t seed = 0;
+  solidtex_precision precision = SOLIDTEX_PRECISION_FULL;
   std::int64_t block = 0;  // 0: chosen by the program
   int threads = 0;         // 0: all
   std::filesystem::path output, preview;

@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <iostream>
-#include <solidtex/solidtex.hpp>
 
 namespace solidtex::tools {
 namespace {
@@ -30,6 +29,17 @@ void throw_if_interrupted() {
 void refuse_overwrite(const std::filesystem::path& path, bool force) {
   if (!force && std::filesystem::exists(std::filesystem::symlink_status(path)))
     throw std::runtime_error(path.string() + ": exists already (--force overwrites it)");
+}
+
+void add_precision(CLI::App& app, solidtex_precision& precision) {
+  app.add_option_function<std::string>(
+         "--precision",
+         [&precision](const std::string& name) {
+           precision = name == "fast" ? SOLIDTEX_PRECISION_FAST : SOLIDTEX_PRECISION_FULL;
+         },
+         "full (default), or fast: sampler models only, almost all values within 1/255")
+      ->check(CLI::IsMember({"full", "fast"}))
+      ->type_name("full|fast");
 }
 
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work) {

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <solidtex/solidtex.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -27,6 +28,9 @@ void throw_if_interrupted();
 
 // Throws when `path` exists, unless `force`.
 void refuse_overwrite(const std::filesystem::path& path, bool force);
+
+// Adds --precision full|fast.
+void add_precision(CLI::App& app, solidtex_precision& precision);
 
 // Adds --version, parses, runs `work`. Returns the exit code; what went wrong is on stderr.
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work);

@@ -7,8 +7,8 @@
  * [i,i+1) x [j,j+1) x [k,k+1), its centre is (i+0.5, j+0.5, k+0.5). Coordinates may be negative and
  * far away; they are meant for |c| <= 2^30.
  *
- * Determinism. A value depends on the file, the seed and the position only: the same bits come from
- * any box, batch, order, thread count and instruction set.
+ * Determinism. A value depends on the file, the seed, the precision and the position only: the same
+ * bits come from any box, batch, order, thread count and instruction set.
  *
  * Threads. A texture is immutable: any number of threads may query it at once. Queries run on the
  * calling thread's oneTBB arena. Errors are kept per thread.
@@ -41,11 +41,21 @@ typedef enum solidtex_status {
 /* An open model. Opaque. */
 typedef struct solidtex_texture solidtex_texture;
 
+/* How exact values are. */
+typedef enum solidtex_precision {
+  SOLIDTEX_PRECISION_FULL = 0, /* float32 throughout */
+  /* Sampler family: faster. 99.9 % of the values of a texture lie within 1/255 of full precision:
+   * for pictures of 8 bits. docs/numerics.md says how far from it the shipped models are. Lattice
+   * family: the same as full. */
+  SOLIDTEX_PRECISION_FAST = 1
+} solidtex_precision;
+
 /* Options of solidtex_open. Call solidtex_options_init first, then change what you need. */
 typedef struct solidtex_options {
   size_t struct_size;         /* sizeof(solidtex_options), set by init: keeps the ABI extensible */
   uint64_t seed;              /* which of the endless variants of the material (default 0) */
   uint64_t cache_limit_bytes; /* bound on the brick cache (default 256 MiB) */
+  solidtex_precision precision; /* default SOLIDTEX_PRECISION_FULL */
 } solidtex_options;
 
 /* Kind of model. */
@@ -88,6 +98,7 @@ SOLIDTEX_API const char* solidtex_color_space(
     const solidtex_texture* texture); /* srgb|linear|data */
 SOLIDTEX_API const char* solidtex_name(const solidtex_texture* texture);
 SOLIDTEX_API uint64_t solidtex_get_seed(const solidtex_texture* texture);
+SOLIDTEX_API solidtex_precision solidtex_get_precision(const solidtex_texture* texture);
 /* The model's whole metadata document (docs/file-format.md) as JSON text. */
 SOLIDTEX_API const char* solidtex_metadata_json(const solidtex_texture* texture);
 /* Number of float parameters stored in the file. */

@@ -30,6 +30,7 @@ inline std::string version() { return solidtex_version(); }
 struct options {
   std::uint64_t seed = 0;
   std::uint64_t cache_limit_bytes = 256ull << 20;
+  solidtex_precision precision = SOLIDTEX_PRECISION_FULL;
 };
 
 // An open model. Movable; queries are const and may run on any number of threads.
@@ -59,6 +60,7 @@ class texture {
   std::string name() const { return text(solidtex_name(handle_.get())); }
   std::string path() const { return text(solidtex_path(handle_.get())); }
   std::uint64_t seed() const { return solidtex_get_seed(handle_.get()); }
+  solidtex_precision precision() const { return solidtex_get_precision(handle_.get()); }
   std::string metadata_json() const { return text(solidtex_metadata_json(handle_.get())); }
   std::uint64_t parameter_count() const { return solidtex_parameter_count(handle_.get()); }
 
@@ -104,6 +106,7 @@ class texture {
     solidtex_options_init(&result);
     result.seed = chosen.seed;
     result.cache_limit_bytes = chosen.cache_limit_bytes;
+    result.precision = chosen.precision;
     return result;
   }
 
