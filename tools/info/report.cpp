@@ -5,7 +5,7 @@
 #include <iomanip>
 #include <stdexcept>
 
-#include "tools/info/graph.h"
+#include "tools/common/graph.h"
 
 namespace solidtex::tools {
 namespace {

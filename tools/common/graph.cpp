@@ -1,4 +1,4 @@
-#include "tools/info/graph.h"
+#include "tools/common/graph.h"
 
 #include <algorithm>
 #include <map>
