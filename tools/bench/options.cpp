@@ -1,0 +1,62 @@
+#include "tools/bench/options.h"
+
+#include <tbb/info.h>
+
+namespace solidtex::tools {
+namespace {
+
+constexpr char examples[] =
+    "Examples:\n"
+    "  solidtex-bench                           the usual cases, on all cores\n"
+    "  solidtex-bench --list                    which cases there are\n"
+    "  solidtex-bench 'field.*' --seconds 10    more repetitions of some\n"
+    "  solidtex-bench field.256 --scaling       with one thread and with all, in turn\n"
+    "  solidtex-bench bake.memory --bake-size 1024\n"
+    "  solidtex-bench --clock cpu --json a.json for scripts, on a machine that others use";
+
+// A pattern that matches nothing is wrong usage, like a wrong option.
+std::string check_pattern(const std::string& pattern) {
+  try {
+    select_cases({pattern});
+    return "";
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+void add_options(CLI::App& app, BenchOptions& options) {
+  app.footer(examples);
+  app.add_option("CASES", options.patterns, "Names of cases, or globs (default: the usual ones)")
+      ->check(CLI::Validator(check_pattern, ""));
+  app.add_flag("--list", options.list, "Print the cases instead of running them");
+  options.measure.threads = tbb::info::default_concurrency();
+  app.add_option("--threads", options.measure.threads,
+                 "Threads of the parallel cases (default: all cores)")
+      ->check(CLI::Range(1, 1024));
+  app.add_option("--seconds", options.measure.seconds, "Time for each case")
+      ->check(CLI::Range(0.001, 86400.0))
+      ->capture_default_str();
+  const std::map<std::string, Clock> clocks = {{"wall", Clock::wall}, {"cpu", Clock::cpu}};
+  app.add_option(
+         "--clock", options.measure.clock,
+         "wall, or cpu: processor time divided by the threads, where others use the machine")
+      ->transform(CLI::CheckedTransformer(clocks).description(""))
+      ->type_name("wall|cpu");
+  app.add_flag("--scaling", options.measure.scaling, "Run parallel cases on one thread too");
+  app.add_option("--field-model", options.cases.field_model, "Model of field.* and bake.*")
+      ->capture_default_str();
+  app.add_option("--sampler-model", options.cases.sampler_model, "Model of sampler.*")
+      ->capture_default_str();
+  app.add_option("--bake-size", options.cases.bake_size,
+                 "Voxels along each axis for bake.memory; 1024 needs 13 GB of disk")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
+  app.add_flag("--quick", options.cases.quick,
+               "Everything tiny and once: shows that it runs, not how fast");
+  app.add_option("--json", options.json, "Write the results to a file as well")->type_name("FILE");
+  app.add_flag("--force", options.force, "Replace the file if it exists");
+}
+
+}  // namespace solidtex::tools

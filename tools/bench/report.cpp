@@ -1,0 +1,157 @@
+#include "tools/bench/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace solidtex::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Scale {
+  double factor;
+  const char* prefix;
+};
+
+template <std::size_t N>
+std::string scaled(double value, const std::array<Scale, N>& scales, const std::string& unit) {
+  const auto fits = [&](const Scale& scale) { return value >= scale.factor; };
+  auto found = std::find_if(scales.begin(), scales.end(), fits);
+  if (found == scales.end()) --found;
+  return fmt::format("{:.3g} {}{}", value / found->factor, found->prefix, unit);
+}
+
+std::string format_seconds(double seconds) {
+  return scaled(seconds, std::array<Scale, 4>{{{1, ""}, {1e-3, "m"}, {1e-6, "µ"}, {1e-9, "n"}}},
+                "s");
+}
+
+std::string format_rate(double rate, const std::string& unit) {
+  return scaled(rate, std::array<Scale, 4>{{{1e9, "G"}, {1e6, "M"}, {1e3, "k"}, {1, ""}}}, unit);
+}
+
+std::string clock_name(Clock clock) { return clock == Clock::wall ? "wall" : "cpu"; }
+
+double thread_seconds_per_unit(const Measurement& measurement) {
+  return measurement.threads / measurement.units_per_second();
+}
+
+void add_ratio(std::vector<Ratio>& ratios, const std::string& name, const std::string& about,
+               const Measurement* upper, const Measurement* lower,
+               double (*value)(const Measurement&)) {
+  if (upper && lower && upper != lower)
+    ratios.push_back({name, about, value(*upper) / value(*lower)});
+}
+
+constexpr char row_format[] = "{:<20} {:>7} {:>9} {:>9} {:>5} {:>16} {:>9} {:>8}\n";
+
+std::string row(const Results& results, const Measurement& m) {
+  const bool counted = m.work.multiply_adds_per_unit > 0;
+  return fmt::format(
+      row_format, m.info.name, m.threads, format_seconds(m.best()), format_seconds(m.median()),
+      m.seconds.size(), format_rate(m.units_per_second(), m.work.unit + "/s"),
+      counted ? fmt::format("{:.1f}", m.direct_flops() * 1e-9) : "",
+      counted ? fmt::format("{:.1f} %", 100 * m.direct_flops() / results.peak(m.threads)) : "");
+}
+
+std::string cost_lines(const Results& results) {
+  std::vector<std::string> lines;
+  for (const Measurement& m : results.measurements) {
+    if (m.work.multiply_adds_per_unit == 0) continue;
+    const std::string line =
+        fmt::format("{:.1f} kMAC a {}", m.work.multiply_adds_per_unit * 1e-3, m.work.unit);
+    if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
+  }
+  return fmt::format("{}", fmt::join(lines, ", "));
+}
+
+constexpr char explanation[] =
+    "\nbest, median: of one call. direct GFLOP/s: the arithmetic of the direct method over the "
+    "best\n"
+    "time ({}), two operations each,\n"
+    "and as a part of the peak that this run measured on as many threads. An algorithm that needs\n"
+    "less arithmetic (Winograd, sub-pixel convolution) can exceed what the direct method could\n"
+    "reach, even 100 %.\n";
+
+}  // namespace
+
+std::vector<Ratio> derived_ratios(const Results& results, int threads) {
+  std::vector<Ratio> ratios;
+  const auto rate = [](const Measurement& m) { return m.units_per_second(); };
+  const Measurement* box = results.find("field.256", 1);
+  if (!box) box = results.find("field.256", threads);
+  for (const char* name : {"field.16", "field.16.neighbours", "field.32"})
+    add_ratio(ratios, fmt::format("{} / field.256", name), "thread time a voxel",
+              results.find(name, 1), box, thread_seconds_per_unit);
+  add_ratio(ratios, "sampler.coherent / sampler.batch", "points a second",
+            results.find("sampler.coherent", threads), results.find("sampler.batch", threads),
+            rate);
+  for (const Measurement& m : results.measurements)
+    if (m.info.parallel && m.threads > 1)
+      add_ratio(ratios, fmt::format("{}, threads 1 -> {}", m.info.name, m.threads), "speed-up", &m,
+                results.find(m.info.name, 1), rate);
+  return ratios;
+}
+
+std::string text_report(const Results& results, const CaseSettings& cases,
+                        const MeasureSettings& settings) {
+  std::string text = fmt::format("solidtex {}, {} and {}, {} clock{}\n", solidtex::version(),
+                                 cases.field_model, cases.sampler_model, clock_name(settings.clock),
+                                 settings.quick ? ", quick: sizes and times mean nothing" : "");
+  for (const auto& [threads, samples] : results.peaks)
+    text += fmt::format("float32 peak, {} thread{}: {:.0f} GFLOP/s (lowest of {} samples {:.0f})\n",
+                        threads, threads == 1 ? "" : "s", results.peak(threads) * 1e-9,
+                        samples.size(), *std::min_element(samples.begin(), samples.end()) * 1e-9);
+  text += '\n';
+  text += fmt::format(row_format, "", "", "", "", "", "", "direct", "of the");
+  text += fmt::format(row_format, "case", "threads", "best", "median", "runs", "rate", "GFLOP/s",
+                      "peak");
+  for (const Measurement& m : results.measurements) text += row(results, m);
+  for (const Measurement& m : results.measurements)
+    if (m.peak_resident_bytes)
+      text += fmt::format("\n{}, threads {}: peak resident memory {:.1f} MiB for {:.0f} {}s\n",
+                          m.info.name, m.threads,
+                          static_cast<double>(m.peak_resident_bytes) / (1 << 20),
+                          m.work.units_per_call, m.work.unit);
+  const std::vector<Ratio> ratios = derived_ratios(results, settings.threads);
+  if (!ratios.empty()) text += "\n";
+  for (const Ratio& ratio : ratios)
+    text += fmt::format("{:<40} {:>6.2f}   {}\n", ratio.name, ratio.value, ratio.about);
+  return text + fmt::format(explanation, cost_lines(results));
+}
+
+ordered_json json_report(const Results& results, const CaseSettings& cases,
+                         const MeasureSettings& settings) {
+  ordered_json report = {{"version", solidtex::version()},       {"field_model", cases.field_model},
+                         {"sampler_model", cases.sampler_model}, {"threads", settings.threads},
+                         {"clock", clock_name(settings.clock)},  {"quick", settings.quick},
+                         {"peaks", ordered_json::array()},       {"cases", ordered_json::array()},
+                         {"ratios", ordered_json::object()}};
+  for (const auto& [threads, samples] : results.peaks)
+    report["peaks"].push_back(
+        {{"threads", threads}, {"flops", results.peak(threads)}, {"samples", samples}});
+  for (const Measurement& m : results.measurements) {
+    ordered_json entry = {{"name", m.info.name},
+                          {"threads", m.threads},
+                          {"best_seconds", m.best()},
+                          {"median_seconds", m.median()},
+                          {"repetitions", m.seconds.size()},
+                          {"unit", m.work.unit},
+                          {"units_per_call", m.work.units_per_call},
+                          {"units_per_second", m.units_per_second()}};
+    if (m.work.multiply_adds_per_unit > 0) {
+      entry["multiply_adds_per_unit"] = m.work.multiply_adds_per_unit;
+      entry["direct_flops"] = m.direct_flops();
+      entry["peak_fraction"] = m.direct_flops() / results.peak(m.threads);
+    }
+    if (m.peak_resident_bytes) entry["peak_resident_bytes"] = m.peak_resident_bytes;
+    report["cases"].push_back(entry);
+  }
+  for (const Ratio& ratio : derived_ratios(results, settings.threads))
+    report["ratios"][ratio.name] = ratio.value;
+  return report;
+}
+
+}  // namespace solidtex::tools
