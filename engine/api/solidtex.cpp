@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/api/find_model.h"
+#include "engine/api/target.h"
 #include "engine/model/error.h"
 #include "engine/texture/texture.h"
 
@@ -111,6 +112,15 @@ Value fact(const solidtex_texture* texture, Value otherwise, const Read& read) {
 
 const char* solidtex_version(void) { return SOLIDTEX_VERSION_STRING; }
 
+const char* solidtex_target(void) {
+  const char* name = nullptr;
+  guarded([&] {
+    solidtex::engine::limit_target();
+    name = solidtex::engine::target_name();
+  });
+  return name;
+}
+
 const char* solidtex_error_message(void) { return thread_error.message.c_str(); }
 
 solidtex_status solidtex_error_status(void) { return thread_error.status; }
@@ -132,6 +142,7 @@ solidtex_status solidtex_open(const char* model, const solidtex_options* options
     require(model, "model is null");
     require(texture, "texture is null");
     const solidtex_options chosen = checked(options);
+    solidtex::engine::limit_target();
     const auto path = solidtex::engine::find_model(model);
     *texture = make_texture(solidtex::engine::read_model(path), chosen, path.string());
   });
@@ -144,6 +155,7 @@ solidtex_status solidtex_open_memory(const void* bytes, size_t byte_size,
     require(bytes, "bytes is null");
     require(texture, "texture is null");
     const solidtex_options chosen = checked(options);
+    solidtex::engine::limit_target();
     const std::span data(static_cast<const std::byte*>(bytes), byte_size);
     *texture = make_texture(solidtex::engine::parse_model(data, "model in memory"), chosen, "");
   });

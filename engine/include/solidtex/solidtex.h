@@ -67,6 +67,13 @@ typedef enum solidtex_family {
 /* Library version as "major.minor.patch". Never fails. */
 SOLIDTEX_API const char* solidtex_version(void);
 
+/* The instruction set that values are computed with, by Highway's name ("AVX3", "AVX2", "NEON").
+ * It is the best that the machine has, or the one that the environment variable SOLIDTEX_TARGET
+ * names, to compare them or to keep off a slow one: read once, by this call or the first
+ * solidtex_open; a name that the machine does not have is an error of either (here NULL), which
+ * lists those it has. It holds for everything in the process that uses the same Highway library. */
+SOLIDTEX_API const char* solidtex_target(void);
+
 /* Message of the first error on this thread since the last solidtex_clear_error, "" if none. The
  * pointer stays valid until this thread's next call into the library. */
 SOLIDTEX_API const char* solidtex_error_message(void);

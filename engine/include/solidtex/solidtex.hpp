@@ -27,6 +27,14 @@ class error : public std::runtime_error {
 
 inline std::string version() { return solidtex_version(); }
 
+// The instruction set in use, see solidtex_target.
+inline std::string target() {
+  solidtex_clear_error();
+  const char* name = solidtex_target();
+  if (!name) throw error(solidtex_error_status(), solidtex_error_message());
+  return name;
+}
+
 struct options {
   std::uint64_t seed = 0;
   std::uint64_t cache_limit_bytes = 256ull << 20;
