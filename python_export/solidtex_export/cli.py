@@ -30,11 +30,16 @@ def parser(program: str, description: str, examples: str) -> argparse.ArgumentPa
 
 def add_model_arguments(p: argparse.ArgumentParser) -> None:
     """The options of a command that writes a model."""
-    p.add_argument("-o", dest="output", metavar="MODEL", type=Path, required=True,
-                   help="the .solidtex file to write")  # fmt: skip
+    add_output_arguments(p, "MODEL", ".solidtex")
     p.add_argument("--name", help="name of the material (default: that of MODEL)")
     p.add_argument("--license", help="licence of the model, an SPDX expression")
-    p.add_argument("--force", action="store_true", help="replace MODEL if it exists")
+
+
+def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> None:
+    """The options of a command that writes one file."""
+    p.add_argument("-o", dest="output", metavar=name, type=Path, required=True,
+                   help=f"the {suffix} file to write")  # fmt: skip
+    p.add_argument("--force", action="store_true", help=f"replace {name} if it exists")
 
 
 def run(p: argparse.ArgumentParser, arguments: list[str] | None, work: Callable[..., None]) -> int:

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from .model_checks import Fields, ModelFileError, Shape, check_name, fail, show
 from .model_container import MAX_FILE_BYTES, parse_container, parse_json
 from .model_field import field_tensors
 from .model_sampler import sampler_tensors
+from .whole_file import write_whole
 
 __all__ = ["ModelFile", "ModelFileError", "parse", "read", "serialize", "validate", "write"]
 
@@ -89,16 +89,7 @@ def serialize(model: ModelFile, label: str = "model") -> bytes:
 def write(path: str | os.PathLike[str], model: ModelFile) -> None:
     """Writes a valid model, or leaves what was there."""
     path = Path(path)
-    data = serialize(model, str(path))
-    descriptor, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(descriptor, "wb") as file:
-            os.fchmod(descriptor, 0o644)  # mkstemp's 0600 is for secrets
-            file.write(data)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    write_whole(path, serialize(model, str(path)))
 
 
 def _check_channels(document: Fields) -> int:

@@ -12,13 +12,13 @@ from .verify import BOUND, Differences, differences
 
 
 class OutputError(ValueError):
-    """Why a model was not written."""
+    """Why a file was not written."""
 
 
-def check_output(path: Path, force: bool) -> None:
+def check_output(path: Path, force: bool, suffix: str = ".solidtex") -> None:
     """Refuses what could not be written, before anything is computed."""
-    if path.suffix != ".solidtex":
-        raise OutputError(f"{path}: found extension {path.suffix!r}, expected .solidtex")
+    if path.suffix != suffix:
+        raise OutputError(f"{path}: found extension {path.suffix!r}, expected {suffix}")
     if not path.parent.is_dir():
         raise OutputError(f"{path}: found no folder {path.parent}, expected one to write into")
     if path.exists() and not force:
