@@ -1,36 +1,14 @@
 // A bake to a file, by solidtex-bake as a program of its own: only so is its memory its own.
-#include <unistd.h>
-
-#include <system_error>
-
 #include "tools/bench/cases.h"
 #include "tools/bench/child.h"
 #include "tools/bench/cost.h"
+#include "tools/bench/temporary_file.h"
 
 namespace solidtex::tools {
 namespace {
 
-namespace fs = std::filesystem;
-
-class TemporaryFile {
- public:
-  TemporaryFile()
-      : path_(fs::temp_directory_path() / ("solidtex-bench-" + std::to_string(getpid()) + ".npy")) {
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 Repetition bake(const std::string& model, std::int64_t size, int threads, Clock clock) {
-  const TemporaryFile file;
+  const TemporaryFile file(".npy");
   const ChildUsage usage =
       run_child({sibling_program("solidtex-bake"), model, "--size", std::to_string(size),
                  "--threads", std::to_string(threads), "-o", file.path().string()});
@@ -49,8 +27,8 @@ std::vector<CaseInfo> bake_cases() {
     made.units_per_call = static_cast<double>(size * size * size);
     made.multiply_adds_per_unit =
         direct_multiply_adds(nlohmann::json::parse(texture.metadata_json()));
-    made.repeat = [path = texture.path(), size](int threads, Clock clock) {
-      return bake(path, size, threads, clock);
+    made.repeat = [path = texture.path(), size](Arena& arena, Clock clock) {
+      return bake(path, size, arena.threads(), clock);
     };
     return made;
   };

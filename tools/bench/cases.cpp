@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fnmatch.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -12,8 +11,8 @@ namespace solidtex::tools {
 namespace {
 
 const solidtex::texture& opened(std::optional<solidtex::texture>& texture, const std::string& model,
-                                solidtex_family family) {
-  if (!texture) texture.emplace(model);
+                                solidtex_family family, solidtex::options options = {}) {
+  if (!texture) texture.emplace(model, options);
   if (texture->family() != family)
     throw std::runtime_error(
         fmt::format("{}: found a model of the {} family, expected one of the {} family", model,
@@ -36,6 +35,11 @@ const solidtex::texture& Models::field() {
 
 const solidtex::texture& Models::sampler() {
   return opened(sampler_, settings_.sampler_model, SOLIDTEX_FAMILY_SAMPLER);
+}
+
+const solidtex::texture& Models::fast_sampler() {
+  return opened(fast_sampler_, settings_.sampler_model, SOLIDTEX_FAMILY_SAMPLER,
+                {.precision = SOLIDTEX_PRECISION_FAST});
 }
 
 std::vector<CaseInfo> all_cases() {
@@ -65,15 +69,11 @@ std::vector<CaseInfo> select_cases(const std::vector<std::string>& patterns) {
   return result;
 }
 
-std::function<Repetition(int, Clock)> timed(int calls, std::function<void()> prepare,
-                                            std::function<void()> work) {
-  return [calls, prepare = std::move(prepare), work = std::move(work)](int threads, Clock clock) {
-    return tbb::task_arena(threads).execute([&] {
-      prepare();
-      const Stopwatch stopwatch(clock, threads);
-      work();
-      return Repetition{stopwatch.seconds() / calls};
-    });
+std::function<Repetition(Arena&, Clock)> timed(int calls, std::function<void()> prepare,
+                                               std::function<void()> work) {
+  return [calls, prepare = std::move(prepare), work = std::move(work)](Arena& arena, Clock clock) {
+    prepare();
+    return Repetition{arena.time(clock, work) / calls};
   };
 }
 

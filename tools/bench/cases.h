@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/bench/clock.h"
+#include "tools/bench/arena.h"
 
 namespace solidtex::tools {
 
@@ -23,7 +23,7 @@ struct Case {
   std::string unit;                   // "voxel", "point", "value"
   double units_per_call = 1;          // a repetition is one call, or many short ones
   double multiply_adds_per_unit = 0;  // of the direct method; 0 where there is nothing to count
-  std::function<Repetition(int threads, Clock)> repeat;
+  std::function<Repetition(Arena&, Clock)> repeat;
 };
 
 struct CaseSettings {
@@ -38,10 +38,11 @@ class Models {
   explicit Models(const CaseSettings& settings) : settings_(settings) {}
   const solidtex::texture& field();
   const solidtex::texture& sampler();
+  const solidtex::texture& fast_sampler();
 
  private:
   const CaseSettings& settings_;
-  std::optional<solidtex::texture> field_, sampler_;
+  std::optional<solidtex::texture> field_, sampler_, fast_sampler_;
 };
 
 struct CaseInfo {
@@ -63,10 +64,9 @@ std::vector<CaseInfo> all_cases();
 // there is none. Throws when one matches nothing.
 std::vector<CaseInfo> select_cases(const std::vector<std::string>& patterns);
 
-// Times `work`, which makes `calls` calls, in an arena of as many threads as the repetition asks
-// for. `prepare` runs before, untimed.
-std::function<Repetition(int, Clock)> timed(int calls, std::function<void()> prepare,
-                                            std::function<void()> work);
+// Times `work`, which makes `calls` calls; `prepare` runs before, untimed.
+std::function<Repetition(Arena&, Clock)> timed(int calls, std::function<void()> prepare,
+                                               std::function<void()> work);
 
 // A place that no case of this process has asked for, further from every other than any network
 // reaches: nothing of what was computed before can be of use there.

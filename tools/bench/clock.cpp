@@ -1,26 +1,17 @@
 #include "tools/bench/clock.h"
 
 namespace solidtex::tools {
-namespace {
 
-// The processor time of one thread is its own: idle workers that look for something to do do not
-// count.
-clockid_t clock_id(Clock clock, int threads) {
-  if (clock == Clock::wall) return CLOCK_MONOTONIC;
-  return threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
-}
+const char* clock_name(Clock clock) { return clock == Clock::wall ? "wall" : "cpu"; }
 
-}  // namespace
-
-Stopwatch::Stopwatch(Clock clock, int threads)
-    : id_(clock_id(clock, threads)), threads_(clock == Clock::cpu ? threads : 1), start_(now()) {}
-
-double Stopwatch::now() const {
+double read_clock(clockid_t id) {
   timespec time = {};
-  clock_gettime(id_, &time);
+  clock_gettime(id, &time);
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
 }
 
-double Stopwatch::seconds() const { return (now() - start_) / threads_; }
+Stopwatch::Stopwatch(Clock clock)
+    : id_(clock == Clock::wall ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID),
+      start_(read_clock(id_)) {}
 
 }  // namespace solidtex::tools

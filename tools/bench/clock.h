@@ -10,16 +10,19 @@ namespace solidtex::tools {
 // all threads were always busy; the one to compare with where others use the machine.
 enum class Clock { wall, cpu };
 
+const char* clock_name(Clock clock);
+
+// In seconds.
+double read_clock(clockid_t id);
+
+// Of the thread that makes and asks it.
 class Stopwatch {
  public:
-  Stopwatch(Clock clock, int threads);
-  double seconds() const;
+  explicit Stopwatch(Clock clock);
+  double seconds() const { return read_clock(id_) - start_; }
 
  private:
-  double now() const;
-
   clockid_t id_;
-  int threads_;
   double start_;
 };
 

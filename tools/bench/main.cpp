@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <optional>
 
+#include "tools/bench/compare.h"
 #include "tools/bench/options.h"
 #include "tools/bench/report.h"
 #include "tools/common/atomic_file.h"
@@ -29,6 +31,17 @@ void write_json(AtomicFile& file, const nlohmann::ordered_json& report) {
   file.commit();
 }
 
+Report measure_here(const BenchOptions& options) {
+  if (!options.targets.empty()) setenv("SOLIDTEX_TARGET", options.targets[0].c_str(), 1);
+  const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(options.measure.threads));
+  Models models(options.cases);
+  const Results results =
+      measure(select_cases(options.patterns), models, options.cases, options.measure);
+  return {text_report(results, options.cases, options.measure),
+          json_report(results, options.cases, options.measure)};
+}
+
 void run(BenchOptions& options) {
   if (options.list) return print_list();
   options.measure.quick = options.cases.quick;
@@ -38,13 +51,10 @@ void run(BenchOptions& options) {
     refuse_overwrite(options.json, options.force);
     json.emplace(options.json);
   }
-  const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(options.measure.threads));
-  Models models(options.cases);
-  const Results results =
-      measure(select_cases(options.patterns), models, options.cases, options.measure);
-  if (json) write_json(*json, json_report(results, options.cases, options.measure));
-  std::cout << text_report(results, options.cases, options.measure);
+  const bool compare = options.compare_targets || options.targets.size() > 1;
+  const Report report = compare ? compare_targets(options) : measure_here(options);
+  if (json) write_json(*json, report.json);
+  std::cout << report.text;
 }
 
 }  // namespace

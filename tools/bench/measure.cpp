@@ -9,7 +9,8 @@
 namespace solidtex::tools {
 namespace {
 
-constexpr int usual_rounds = 3;
+// Often, so that the best sample has the same chance of a quiet moment as the best repetition.
+constexpr double peak_interval = 0.025;
 
 std::uint64_t milliseconds(double seconds) { return static_cast<std::uint64_t>(seconds * 1000); }
 
@@ -18,18 +19,20 @@ class Run {
   Run(Results& results, const MeasureSettings& settings)
       : results_(results),
         settings_(settings),
-        rounds_(settings.quick ? 1 : usual_rounds),
-        progress_("Measuring", results.measurements.size() * static_cast<std::uint64_t>(rounds_) *
-                                   milliseconds(round_seconds())) {}
+        rounds_(settings.quick ? 1 : settings.rounds),
+        progress_("Measuring on " + solidtex::target(), results.measurements.size() *
+                                                            static_cast<std::uint64_t>(rounds_) *
+                                                            milliseconds(round_seconds())) {
+    for (const Measurement& measurement : results.measurements)
+      arenas_.try_emplace(measurement.threads, measurement.threads);
+  }
 
   void all_rounds() {
     for (int round = 0; round < rounds_; ++round)
       for (Measurement& measurement : results_.measurements) {
-        sample_peak(measurement.threads);
         if (round == 0 || !measurement.info.once) one_round(measurement);
         progress_.advance(milliseconds(round_seconds()));
       }
-    for (const auto& [threads, samples] : std::map(results_.peaks)) sample_peak(threads);
     progress_.finish();
   }
 
@@ -38,23 +41,30 @@ class Run {
 
   void sample_peak(int threads) {
     results_.peaks[threads].push_back(measure_peak(threads, settings_.clock));
+    since_peak_ = Stopwatch(Clock::wall);
   }
 
   void one_round(Measurement& measurement) {
-    const Stopwatch stopwatch(Clock::wall, 1);
+    const Stopwatch stopwatch(Clock::wall);
+    sample_peak(measurement.threads);
     do {
       throw_if_interrupted();
-      const Repetition found = measurement.work.repeat(measurement.threads, settings_.clock);
+      const Repetition found =
+          measurement.work.repeat(arenas_.at(measurement.threads), settings_.clock);
       measurement.seconds.push_back(found.seconds);
       measurement.peak_resident_bytes =
           std::max(measurement.peak_resident_bytes, found.peak_resident_bytes);
+      if (since_peak_.seconds() > peak_interval) sample_peak(measurement.threads);
     } while (!settings_.quick && !measurement.info.once && stopwatch.seconds() < round_seconds());
+    sample_peak(measurement.threads);
   }
 
   Results& results_;
   const MeasureSettings& settings_;
   const int rounds_;
+  std::map<int, Arena> arenas_;
   Progress progress_;
+  Stopwatch since_peak_{Clock::wall};
 };
 
 }  // namespace

@@ -11,6 +11,7 @@ namespace solidtex::tools {
 
 struct MeasureSettings {
   int threads = 1;
+  int rounds = 3;
   double seconds = 2;  // for each case, over all rounds; a case runs at least once a round
   Clock clock = Clock::wall;
   bool scaling = false;  // parallel cases run on one thread too

@@ -11,6 +11,7 @@ constexpr char examples[] =
     "  solidtex-bench --list                    which cases there are\n"
     "  solidtex-bench 'field.*' --seconds 10    more repetitions of some\n"
     "  solidtex-bench field.256 --scaling       with one thread and with all, in turn\n"
+    "  solidtex-bench field.32 --target AVX2,AVX3\n"
     "  solidtex-bench bake.memory --bake-size 1024\n"
     "  solidtex-bench --clock cpu --json a.json for scripts, on a machine that others use";
 
@@ -38,6 +39,9 @@ void add_options(CLI::App& app, BenchOptions& options) {
   app.add_option("--seconds", options.measure.seconds, "Time for each case")
       ->check(CLI::Range(0.001, 86400.0))
       ->capture_default_str();
+  app.add_option("--rounds", options.measure.rounds, "Rounds over all cases that share this time")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   const std::map<std::string, Clock> clocks = {{"wall", Clock::wall}, {"cpu", Clock::cpu}};
   app.add_option(
          "--clock", options.measure.clock,
@@ -45,6 +49,15 @@ void add_options(CLI::App& app, BenchOptions& options) {
       ->transform(CLI::CheckedTransformer(clocks).description(""))
       ->type_name("wall|cpu");
   app.add_flag("--scaling", options.measure.scaling, "Run parallel cases on one thread too");
+  auto* target = app.add_option("--target", options.targets,
+                                "Instruction set to run on (see SOLIDTEX_TARGET); several are "
+                                "compared, each in processes of its own, in turn")
+                     ->delimiter(',')
+                     ->allow_extra_args(false)
+                     ->type_name("NAME[,NAME...]");
+  app.add_flag("--compare-targets", options.compare_targets,
+               "Compare all that have fused multiply-add; the others run plain loops")
+      ->excludes(target);
   app.add_option("--field-model", options.cases.field_model, "Model of field.* and bake.*")
       ->capture_default_str();
   app.add_option("--sampler-model", options.cases.sampler_model, "Model of sampler.*")

@@ -14,8 +14,9 @@ struct BenchOptions {
   std::vector<std::string> patterns;
   CaseSettings cases;
   MeasureSettings measure;
-  std::filesystem::path json;  // empty: none
-  bool list = false, force = false;
+  std::vector<std::string> targets;  // one: run on it; several: compare them
+  std::filesystem::path json;        // empty: none
+  bool list = false, force = false, compare_targets = false;
 };
 
 void add_options(CLI::App& app, BenchOptions& options);

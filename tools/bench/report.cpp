@@ -28,12 +28,6 @@ std::string format_seconds(double seconds) {
                 "s");
 }
 
-std::string format_rate(double rate, const std::string& unit) {
-  return scaled(rate, std::array<Scale, 4>{{{1e9, "G"}, {1e6, "M"}, {1e3, "k"}, {1, ""}}}, unit);
-}
-
-std::string clock_name(Clock clock) { return clock == Clock::wall ? "wall" : "cpu"; }
-
 double thread_seconds_per_unit(const Measurement& measurement) {
   return measurement.threads / measurement.units_per_second();
 }
@@ -77,7 +71,12 @@ constexpr char explanation[] =
 
 }  // namespace
 
-std::vector<Ratio> derived_ratios(const Results& results, int threads) {
+std::string format_rate(double rate, const std::string& unit) {
+  return scaled(rate, std::array<Scale, 4>{{{1e9, "G"}, {1e6, "M"}, {1e3, "k"}, {1, ""}}}, unit);
+}
+
+std::vector<Ratio> derived_ratios(const Results& results, const MeasureSettings& settings) {
+  const int threads = settings.threads;
   std::vector<Ratio> ratios;
   const auto rate = [](const Measurement& m) { return m.units_per_second(); };
   const Measurement* box = results.find("field.256", 1);
@@ -85,20 +84,22 @@ std::vector<Ratio> derived_ratios(const Results& results, int threads) {
   for (const char* name : {"field.16", "field.16.neighbours", "field.32"})
     add_ratio(ratios, fmt::format("{} / field.256", name), "thread time a voxel",
               results.find(name, 1), box, thread_seconds_per_unit);
-  add_ratio(ratios, "sampler.coherent / sampler.batch", "points a second",
-            results.find("sampler.coherent", threads), results.find("sampler.batch", threads),
-            rate);
+  for (const char* name : {"sampler.fast", "sampler.coherent"})
+    add_ratio(ratios, fmt::format("{} / sampler.batch", name), "points a second",
+              results.find(name, threads), results.find("sampler.batch", threads), rate);
   for (const Measurement& m : results.measurements)
     if (m.info.parallel && m.threads > 1)
-      add_ratio(ratios, fmt::format("{}, threads 1 -> {}", m.info.name, m.threads), "speed-up", &m,
-                results.find(m.info.name, 1), rate);
+      add_ratio(ratios, fmt::format("{}, threads 1 -> {}", m.info.name, m.threads),
+                settings.clock == Clock::wall ? "speed-up" : "speed-up, idle threads not counted",
+                &m, results.find(m.info.name, 1), rate);
   return ratios;
 }
 
 std::string text_report(const Results& results, const CaseSettings& cases,
                         const MeasureSettings& settings) {
-  std::string text = fmt::format("solidtex {}, {} and {}, {} clock{}\n", solidtex::version(),
-                                 cases.field_model, cases.sampler_model, clock_name(settings.clock),
+  std::string text = fmt::format("solidtex {} on {}, {} and {}, {} clock{}\n", solidtex::version(),
+                                 solidtex::target(), cases.field_model, cases.sampler_model,
+                                 clock_name(settings.clock),
                                  settings.quick ? ", quick: sizes and times mean nothing" : "");
   for (const auto& [threads, samples] : results.peaks)
     text += fmt::format("float32 peak, {} thread{}: {:.0f} GFLOP/s (lowest of {} samples {:.0f})\n",
@@ -115,7 +116,7 @@ std::string text_report(const Results& results, const CaseSettings& cases,
                           m.info.name, m.threads,
                           static_cast<double>(m.peak_resident_bytes) / (1 << 20),
                           m.work.units_per_call, m.work.unit);
-  const std::vector<Ratio> ratios = derived_ratios(results, settings.threads);
+  const std::vector<Ratio> ratios = derived_ratios(results, settings);
   if (!ratios.empty()) text += "\n";
   for (const Ratio& ratio : ratios)
     text += fmt::format("{:<40} {:>6.2f}   {}\n", ratio.name, ratio.value, ratio.about);
@@ -124,11 +125,11 @@ std::string text_report(const Results& results, const CaseSettings& cases,
 
 ordered_json json_report(const Results& results, const CaseSettings& cases,
                          const MeasureSettings& settings) {
-  ordered_json report = {{"version", solidtex::version()},       {"field_model", cases.field_model},
-                         {"sampler_model", cases.sampler_model}, {"threads", settings.threads},
-                         {"clock", clock_name(settings.clock)},  {"quick", settings.quick},
-                         {"peaks", ordered_json::array()},       {"cases", ordered_json::array()},
-                         {"ratios", ordered_json::object()}};
+  ordered_json report = {{"version", solidtex::version()},   {"target", solidtex::target()},
+                         {"field_model", cases.field_model}, {"sampler_model", cases.sampler_model},
+                         {"threads", settings.threads},      {"clock", clock_name(settings.clock)},
+                         {"quick", settings.quick},          {"peaks", ordered_json::array()},
+                         {"cases", ordered_json::array()},   {"ratios", ordered_json::object()}};
   for (const auto& [threads, samples] : results.peaks)
     report["peaks"].push_back(
         {{"threads", threads}, {"flops", results.peak(threads)}, {"samples", samples}});
@@ -149,7 +150,7 @@ ordered_json json_report(const Results& results, const CaseSettings& cases,
     if (m.peak_resident_bytes) entry["peak_resident_bytes"] = m.peak_resident_bytes;
     report["cases"].push_back(entry);
   }
-  for (const Ratio& ratio : derived_ratios(results, settings.threads))
+  for (const Ratio& ratio : derived_ratios(results, settings))
     report["ratios"][ratio.name] = ratio.value;
   return report;
 }

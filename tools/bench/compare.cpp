@@ -1,0 +1,116 @@
+#include "tools/bench/compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "tools/bench/child.h"
+#include "tools/bench/fused_targets.h"
+#include "tools/bench/temporary_file.h"
+
+namespace solidtex::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+// One round of all cases on one instruction set.
+std::vector<std::string> command(const BenchOptions& options, const std::string& target,
+                                 const std::filesystem::path& json) {
+  const MeasureSettings& measure = options.measure;
+  std::vector<std::string> words = {sibling_program("solidtex-bench"),
+                                    "--target",
+                                    target,
+                                    "--json",
+                                    json,
+                                    "--force",
+                                    "--rounds",
+                                    "1",
+                                    "--seconds",
+                                    std::to_string(measure.seconds / measure.rounds),
+                                    "--threads",
+                                    std::to_string(measure.threads),
+                                    "--clock",
+                                    clock_name(measure.clock),
+                                    "--field-model",
+                                    options.cases.field_model,
+                                    "--sampler-model",
+                                    options.cases.sampler_model,
+                                    "--bake-size",
+                                    std::to_string(options.cases.bake_size)};
+  if (measure.scaling) words.push_back("--scaling");
+  if (measure.quick) words.push_back("--quick");
+  words.insert(words.end(), options.patterns.begin(), options.patterns.end());
+  return words;
+}
+
+// A case with what each target reached, in the order of the targets.
+struct Row {
+  std::string name, unit;
+  int threads;
+  std::vector<double> units_per_second;
+};
+
+void take(const ordered_json& report, std::size_t target, std::size_t targets,
+          std::vector<Row>& rows) {
+  for (const ordered_json& found : report.at("cases")) {
+    const std::string name = found.at("name");
+    const int threads = found.at("threads");
+    auto row = std::find_if(rows.begin(), rows.end(), [&](const Row& known) {
+      return known.name == name && known.threads == threads;
+    });
+    if (row == rows.end())
+      row =
+          rows.insert(rows.end(), {name, found.at("unit"), threads, std::vector<double>(targets)});
+    double& best = row->units_per_second[target];
+    best = std::max(best, found.at("units_per_second").get<double>());
+  }
+}
+
+std::string text_of(const std::vector<std::string>& targets, const std::vector<Row>& rows) {
+  std::string text = fmt::format("{:<20} {:>7}", "case", "threads");
+  for (const std::string& target : targets) text += fmt::format(" {:>24}", target);
+  for (const Row& row : rows) {
+    text += fmt::format("\n{:<20} {:>7}", row.name, row.threads);
+    for (const double rate : row.units_per_second)
+      text += fmt::format(" {:>16} {:>5.1f} %", format_rate(rate, row.unit + "/s"),
+                          100 * rate / row.units_per_second[0]);
+  }
+  return text +
+         fmt::format("\n\nThe best of all rounds, and as a part of what {} reaches.\n", targets[0]);
+}
+
+ordered_json json_of(const std::vector<std::string>& targets, const std::vector<Row>& rows,
+                     const ordered_json& runs) {
+  ordered_json cases = ordered_json::array();
+  for (const Row& row : rows) {
+    ordered_json rates = ordered_json::object();
+    for (std::size_t i = 0; i < targets.size(); ++i) rates[targets[i]] = row.units_per_second[i];
+    cases.push_back({{"name", row.name},
+                     {"threads", row.threads},
+                     {"unit", row.unit},
+                     {"units_per_second", rates}});
+  }
+  return {{"targets", targets}, {"cases", cases}, {"runs", runs}};
+}
+
+}  // namespace
+
+Report compare_targets(const BenchOptions& options) {
+  const std::vector<std::string> targets =
+      options.compare_targets ? fused_targets() : options.targets;
+  if (targets.empty())
+    throw std::runtime_error("this machine has no fused multiply-add: name targets with --target");
+  const TemporaryFile json(".json");
+  std::vector<Row> rows;
+  ordered_json runs = ordered_json::array();
+  for (int round = 0; round < (options.measure.quick ? 1 : options.measure.rounds); ++round)
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      run_child(command(options, targets[i], json.path()));
+      runs.push_back(ordered_json::parse(std::ifstream(json.path())));
+      take(runs.back(), i, targets.size(), rows);
+    }
+  return {text_of(targets, rows), json_of(targets, rows, runs)};
+}
+
+}  // namespace solidtex::tools

@@ -1,0 +1,11 @@
+// The same cases on several instruction sets. A process has one, so each runs in its own.
+#pragma once
+
+#include "tools/bench/options.h"
+#include "tools/bench/report.h"
+
+namespace solidtex::tools {
+
+Report compare_targets(const BenchOptions& options);
+
+}  // namespace solidtex::tools
