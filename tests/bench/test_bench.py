@@ -1,0 +1,143 @@
+"""solidtex-bench as a program: every case runs, and says what it measured. No times are judged."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+BENCH = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bench"
+# Those that run on all threads, and those that run on one.
+PARALLEL = ["field.256", "sampler.batch", "sampler.fast", "sampler.coherent", "bake.memory"]
+SINGLE = ["field.32", "field.16", "field.16.neighbours", "field.voxel", "sampler.point"]
+NOISE = ["noise.uniform", "noise.normal"]
+
+
+def bench(*arguments: object, **options) -> subprocess.CompletedProcess[str]:
+    command = [str(BENCH), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, **options)
+
+
+def measured(folder: Path, *arguments: object) -> tuple[dict, str]:
+    """The JSON report and the text of a quick run."""
+    result = bench("--quick", "--json", folder / "a.json", *arguments)
+    assert result.returncode == 0, result.stderr
+    assert os.listdir(folder) == ["a.json"]
+    return json.loads((folder / "a.json").read_text()), result.stdout
+
+
+def assert_positive(values: dict, *names: str) -> None:
+    for name in names:
+        assert math.isfinite(values[name]) and values[name] > 0, (values, name)
+
+
+@pytest.mark.parametrize("clock", ["wall", "cpu"])
+def test_every_case_runs(tmp_path: Path, clock: str) -> None:
+    report, text = measured(tmp_path, "*", "--threads", 2, "--clock", clock)
+    assert [report[key] for key in ("threads", "clock", "quick")] == [2, clock, True]
+    cases = {case["name"]: case for case in report["cases"]}
+    assert sorted(cases) == sorted(PARALLEL + SINGLE + NOISE)
+    peaks = {peak["threads"]: peak["flops"] for peak in report["peaks"]}
+    assert sorted(peaks) == [1, 2] and min(peaks.values()) > 0
+    for name, case in cases.items():
+        assert name in text
+        assert case["threads"] == (2 if name in PARALLEL else 1)
+        assert_positive(case, "best_seconds", "median_seconds", "repetitions")
+        assert_positive(case, "units_per_call", "units_per_second")
+        if name in NOISE:
+            continue
+        assert_positive(case, "direct_flops")
+        fraction = case["direct_flops"] / peaks[case["threads"]]
+        assert case["peak_fraction"] == pytest.approx(fraction)
+    assert cases["bake.memory"]["peak_resident_bytes"] > 1 << 20
+    assert_positive(report["ratios"], "field.16 / field.256", "sampler.fast / sampler.batch")
+
+
+def test_arithmetic_is_that_of_the_papers(tmp_path: Path) -> None:
+    """Gutierrez: sum over the scales; GramGAN: four layers of 128 x 128, octaves, output."""
+    report, _ = measured(tmp_path, "field.voxel", "sampler.point")
+    field, sampler = (case["multiply_adds_per_unit"] for case in report["cases"])
+
+    def three(inputs: int, middle: int) -> int:
+        """Two convolutions with 3^3 taps, one with 1."""
+        return 27 * inputs * middle + 27 * middle * middle + middle * middle
+
+    scales, noise, step = 6, 3, 4
+    expected = sum(three(noise, step) / 8**level for level in range(scales))
+    joined = ((step * (scales - level), level) for level in range(scales - 1))
+    expected += sum(three(width, width) / 8**level for width, level in joined)
+    expected += 3 * step * scales
+    assert field == pytest.approx(expected)
+    assert sampler == 4 * 128 * 128 + 16 * 128 + 3 * 128
+
+
+def test_scaling_and_targets(tmp_path: Path) -> None:
+    report, text = measured(tmp_path, "sampler.batch", "--scaling", "--threads", 2)
+    assert [case["threads"] for case in report["cases"]] == [1, 2]
+    assert "threads 1 -> 2" in text
+    assert_positive(report["ratios"], "sampler.batch, threads 1 -> 2")
+    best = report["target"]
+    (tmp_path / "a.json").unlink()
+    report, text = measured(tmp_path, "noise.*", "--target", f"{best},{best}")
+    assert report["targets"] == [best, best] and best in text
+    assert [case["name"] for case in report["cases"]] == sorted(NOISE, reverse=True)
+    for case in report["cases"]:
+        assert_positive(case["units_per_second"], best)
+    assert [run["target"] for run in report["runs"]] == [best, best]
+
+
+def test_compares_all_targets(tmp_path: Path) -> None:
+    report, text = measured(tmp_path, "sampler.point", "--compare-targets")
+    assert len(report["targets"]) == len(set(report["targets"])) > 0
+    assert all(target in text for target in report["targets"])
+
+
+def test_help_version_and_list() -> None:
+    assert "Examples:" in bench("--help").stdout
+    assert bench("--version").stdout.startswith("solidtex-bench ")
+    listed = [line.split()[0] for line in bench("--list").stdout.splitlines()]
+    assert sorted(listed) == sorted(PARALLEL + SINGLE + NOISE)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["field.17"], 2, "field.256, field.32"),
+        (["field.*", "nothing*"], 2, '"nothing*"'),
+        (["--threads", "0"], 2, "--threads"),
+        (["--clock", "moon"], 2, "--clock"),
+        (["--target", "ABACUS"], 1, 'SOLIDTEX_TARGET is "ABACUS"'),
+        (["--field-model", "marzipan"], 1, "granite-grey"),
+        (["--field-model", "stone-grey"], 1, "expected one of the field family"),
+    ],
+)
+def test_refusals(arguments: list[str], code: int, message: str) -> None:
+    result = bench("--quick", *arguments)
+    assert result.returncode == code
+    assert message in result.stderr
+
+
+def test_an_existing_file_is_kept_unless_forced(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_text("mine")
+    result = bench("--quick", "noise.uniform", "--json", path)
+    assert result.returncode == 1 and "--force" in result.stderr
+    assert path.read_text() == "mine"
+    assert bench("--quick", "noise.uniform", "--json", path, "--force").returncode == 0
+    assert json.loads(path.read_text())["cases"]
+
+
+@pytest.mark.parametrize("case", ["sampler.batch", "bake.memory"])
+def test_interruption_leaves_nothing(tmp_path: Path, case: str) -> None:
+    command = [BENCH, case, "--seconds", "100", "--json", tmp_path / "a.json"]
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        time.sleep(1)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(60) == 130
+        assert "interrupted" in process.stderr.read()
+    assert os.listdir(tmp_path) == []
