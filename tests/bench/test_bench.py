@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import shlex
 import signal
 import subprocess
 import time
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 BENCH = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bench"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md"
 # Those that run on all threads, and those that run on one.
 PARALLEL = ["field.256", "sampler.batch", "sampler.fast", "sampler.coherent", "bake.memory"]
 SINGLE = ["field.32", "field.16", "field.16.neighbours", "field.voxel", "sampler.point"]
@@ -101,6 +103,20 @@ def test_help_version_and_list() -> None:
     assert bench("--version").stdout.startswith("solidtex-bench ")
     listed = [line.split()[0] for line in bench("--list").stdout.splitlines()]
     assert sorted(listed) == sorted(PARALLEL + SINGLE + NOISE)
+
+
+def documented_commands() -> list[list[str]]:
+    text = PAGE.read_text().split("```sh\n")[1].split("```")[0]
+    commands = [shlex.split(line, comments=True) for line in text.splitlines()]
+    assert all(command[0] == "build/bin/solidtex-bench" for command in commands)
+    return [command[1:] for command in commands]
+
+
+@pytest.mark.parametrize("arguments", documented_commands(), ids=" ".join)
+def test_commands_of_the_page(tmp_path: Path, arguments: list[str]) -> None:
+    result = bench("--quick", *arguments, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "field.32" in result.stdout or "memory" in result.stdout or "--scaling" in arguments
 
 
 @pytest.mark.parametrize(
