@@ -55,8 +55,7 @@ def export(args: argparse.Namespace) -> None:
         from .onnx_model import onnx_model
     except ModuleNotFoundError as error:
         raise OutputError(
-            f"{args.output}: found no Python package {error.name!r}, expected what"
-            " pip install 'solidtex[onnx]' installs"
+            f"{args.output}: found no Python package {error.name!r}, expected it (pip install onnx)"
         ) from error
     data = onnx_model(model, box).SerializeToString()
     write_whole(args.output, data)
