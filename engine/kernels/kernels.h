@@ -11,7 +11,13 @@ namespace solidtex::engine::kernels {
 void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out);
 void conv_transpose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,
                       const Volume& out);
+
+// Inputs are read and outputs written to a multiple of kPointStep points and LinearLayer::kPack
+// outputs: what lies behind `count` and `outputs` is no result.
+inline constexpr int kPointStep = 16;
 void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out);
+// One point, the same bits; writes layer.pitch values.
+void dense_point(const PointLayer& layer, const float* in, float* out);
 
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out);
 void leaky_relu(float slope, const ConstVolume& in, const Volume& out);

@@ -1,4 +1,4 @@
-// The inner loop of every convolution and dense layer: weighted sums of shifted runs.
+// The inner loop of every convolution: weighted sums of shifted runs.
 // Included once per Highway target.
 #include <hwy/highway.h>
 

@@ -1,4 +1,4 @@
-// Convolutions and dense layers on the machine's best target. See kernels.h.
+// Convolutions on the machine's best target. See kernels.h.
 #include "engine/kernels/targets.h"
 // foreach_target.h includes this file once per target.
 #undef HWY_TARGET_INCLUDE
@@ -42,19 +42,10 @@ void Conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const V
   });
 }
 
-void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
-  std::vector<std::ptrdiff_t> offsets(layer.terms);
-  for (int t = 0; t < layer.terms; ++t) offsets[t] = t * pitch;
-  EvaluateRun({layer, offsets.data(), pitch}, in, out, count);
-}
-
 #else
 
 void Conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out) {
   reference::conv3d(layer, kernel, in, out);
-}
-void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
-  reference::dense(layer, in, count, pitch, out);
 }
 
 #endif
@@ -66,14 +57,9 @@ HWY_AFTER_NAMESPACE();
 namespace solidtex::engine::kernels {
 
 HWY_EXPORT(Conv3d);
-HWY_EXPORT(Dense);
 
 void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out) {
   HWY_DYNAMIC_DISPATCH(Conv3d)(layer, kernel, in, out);
-}
-
-void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
-  HWY_DYNAMIC_DISPATCH(Dense)(layer, in, count, pitch, out);
 }
 
 }  // namespace solidtex::engine::kernels

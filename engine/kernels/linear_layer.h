@@ -1,7 +1,11 @@
-// Weights of a convolution or a dense layer, packed for broadcasting.
+// Weights of a convolution or a dense layer, packed for the kernels.
 #pragma once
 
+#include <hwy/aligned_allocator.h>
+
+#include <algorithm>
 #include <cstddef>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -36,6 +40,32 @@ struct LinearLayer {
   }
   float weight(int o, int t) const { return packed[index(o, t)]; }
   float activate(float v) const { return v > 0 ? v : slope * v; }
+};
+
+// The same layer for one point: neighbouring outputs lie side by side.
+struct PointLayer {
+  static constexpr std::ptrdiff_t kStep = 16;  // whole vectors on every target
+
+  int terms = 0;
+  std::ptrdiff_t pitch = 0;  // outputs, rounded up to kStep
+  // [term][pitch], zeros behind the last output; aligned, as they are read once a point.
+  hwy::AlignedFreeUniquePtr<float[]> weights;
+  std::vector<float> bias;  // [pitch]
+  float slope = 1;
+
+  explicit PointLayer(const LinearLayer& layer)
+      : terms(layer.terms),
+        pitch((layer.outputs + kStep - 1) / kStep * kStep),
+        weights(hwy::AllocateAligned<float>(static_cast<std::size_t>(pitch * std::max(terms, 1)))),
+        bias(static_cast<std::size_t>(pitch)),
+        slope(layer.slope) {
+    if (!weights) throw std::bad_alloc();
+    std::fill_n(weights.get(), pitch * terms, 0.0f);
+    for (int o = 0; o < layer.outputs; ++o) {
+      bias[o] = layer.bias[o];
+      for (int t = 0; t < terms; ++t) weights[t * pitch + o] = layer.weight(o, t);
+    }
+  }
 };
 
 }  // namespace solidtex::engine

@@ -70,6 +70,15 @@ void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t 
     }
 }
 
+void dense_point(const PointLayer& layer, const float* in, float* out) {
+  for (std::ptrdiff_t o = 0; o < layer.pitch; ++o) {
+    float sum = layer.bias[o];
+    for (int t = 0; t < layer.terms; ++t)
+      sum = std::fma(layer.weights[t * layer.pitch + o], in[t], sum);
+    out[o] = sum > 0 ? sum : layer.slope * sum;
+  }
+}
+
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out) {
   map(in, out, [&](int c, float v) { return std::fma(scale[c], v, shift[c]); });
 }

@@ -26,6 +26,7 @@ void conv_transpose3d(const LinearLayer& layer, const TransposedShape& shape, co
 
 // Points are planar: unit u of point p is in[u * pitch + p].
 void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out);
+void dense_point(const PointLayer& layer, const float* in, float* out);
 
 // Element-wise; both volumes have the same size and channels.
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out);

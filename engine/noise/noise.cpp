@@ -40,11 +40,6 @@ void NoiseStream::row(Distribution distribution, std::int32_t x, std::int32_t y,
     values[i] = uniform(x, y, static_cast<std::int32_t>(uz + static_cast<std::uint32_t>(i)));
 }
 
-void NoiseStream::trilinear_normal(const LatticeCells& cells, int count, float* values) const {
-  require_normal(scheme_);
-  solidtex_1::trilinear_normal(key_, cells, count, values);
-}
-
 void require_normal(NoiseScheme scheme) {
   if (scheme == NoiseScheme::solidtex_1) return;
   throw Error(SOLIDTEX_INVALID_MODEL,

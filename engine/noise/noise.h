@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "engine/model/model.h"
-#include "engine/noise/reference.h"
+#include "engine/noise/hash.h"
 
 namespace solidtex::engine {
 
@@ -20,10 +20,6 @@ class NoiseStream {
   // values[i] = value at (x, y, z + i): one lattice row along z, vectorised, the same bits.
   void row(Distribution distribution, std::int32_t x, std::int32_t y, std::int32_t z, int count,
            float* values) const;
-
-  // values[i] = trilinear interpolation of normal lattice noise at point i: the octave lookup of
-  // the point family.
-  void trilinear_normal(const LatticeCells& cells, int count, float* values) const;
 
  private:
   NoiseScheme scheme_;

@@ -15,6 +15,11 @@ struct LatticeCells {
   const float* fraction[3];
 };
 
+// Keys of streams, planar; readable to a multiple of 16 streams.
+struct StreamKeys {
+  const std::uint32_t* word[4];
+};
+
 namespace reference {
 
 // values[i] = the value at (x, y, z + i).
@@ -24,6 +29,10 @@ void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::
 // values[i] = normal noise interpolated at point i, along z, then y, then x; one lerp is
 // fma(t, b - a, a).
 void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values);
+
+// The same where each lookup i has a stream of its own.
+void trilinear_normal_of_streams(const StreamKeys& keys, const LatticeCells& cells, int count,
+                                 float* values);
 
 }  // namespace reference
 }  // namespace solidtex::engine

@@ -17,28 +17,46 @@ namespace solidtex::engine::HWY_NAMESPACE {
 #if HWY_NATIVE_FMA
 
 // The first step of the hash, which each coordinate takes alone.
-HWY_INLINE Words Enter(Words coordinate, std::uint32_t key) {
+HWY_INLINE Words Enter(Words coordinate, Words key) {
   const Word d;
-  const Words word = hn::Xor(coordinate, hn::Set(d, key));
+  const Words word = hn::Xor(coordinate, key);
   return hn::Add(hn::Mul(word, hn::Set(d, 1664525u)), hn::Set(d, 1013904223u));
 }
 
-HWY_INLINE void Cross(Words& a, Words& b, Words& c, Words& d) {
-  a = hn::Add(a, hn::Mul(b, d));
-  b = hn::Add(b, hn::Mul(c, a));
-  c = hn::Add(c, hn::Mul(a, b));
-  d = hn::Add(d, hn::Mul(b, c));
-}
+// kCount hashes, step by step together: the steps of one are a chain of slow multiplications, and a
+// processor looks ahead over no more than a few of them. The eight of a cell one after the other
+// cost 90 cycles of a Sapphire Rapids each, normals included, together 51 (AVX2: 84 and 45).
+template <int kCount>
+using Many = Words[kCount];
 
 HWY_INLINE Words Fold(Words word) { return hn::Xor(word, hn::ShiftRight<16>(word)); }
 
+// to += x * y
+template <int kCount>
+HWY_INLINE void AddProducts(const Many<kCount>& x, const Many<kCount>& y, Many<kCount>& to) {
+  for (int i = 0; i < kCount; ++i) to[i] = hn::Add(to[i], hn::Mul(x[i], y[i]));
+}
+
+template <int kCount>
+HWY_INLINE void Cross(Many<kCount>& a, Many<kCount>& b, Many<kCount>& c, Many<kCount>& d) {
+  AddProducts<kCount>(b, d, a);
+  AddProducts<kCount>(c, a, b);
+  AddProducts<kCount>(a, b, c);
+  AddProducts<kCount>(b, c, d);
+}
+
 // The rest of the hash and the xorshift step.
-HWY_INLINE Words Mix(Words a, Words b, Words c, Words d) {
-  Cross(a, b, c, d);
-  a = Fold(a), b = Fold(b), c = Fold(c), d = Fold(d);
-  Cross(a, b, c, d);
-  const Words t = hn::Xor(a, hn::ShiftLeft<11>(a));
-  return hn::Xor(hn::Xor(d, hn::ShiftRight<19>(d)), hn::Xor(t, hn::ShiftRight<8>(t)));
+template <int kCount>
+HWY_INLINE void Mix(Many<kCount>& a, Many<kCount>& b, Many<kCount>& c, Many<kCount>& d,
+                    Many<kCount>& bits) {
+  Cross<kCount>(a, b, c, d);
+  for (int i = 0; i < kCount; ++i)
+    a[i] = Fold(a[i]), b[i] = Fold(b[i]), c[i] = Fold(c[i]), d[i] = Fold(d[i]);
+  Cross<kCount>(a, b, c, d);
+  for (int i = 0; i < kCount; ++i) {
+    const Words t = hn::Xor(a[i], hn::ShiftLeft<11>(a[i]));
+    bits[i] = hn::Xor(hn::Xor(d[i], hn::ShiftRight<19>(d[i])), hn::Xor(t, hn::ShiftRight<8>(t)));
+  }
 }
 
 HWY_INLINE Floats UniformFromBits(Words bits) {
@@ -47,34 +65,67 @@ HWY_INLINE Floats UniformFromBits(Words bits) {
                  hn::Set(d, 0x1p-24f));
 }
 
-HWY_INLINE Floats NormalFromBits(Words bits) {
+// values = polynomial of x, term by term.
+template <int kCount, std::size_t kTerms>
+HWY_INLINE void Polynomials(const float (&coefficients)[kTerms], const Floats (&x)[kCount],
+                            Floats (&values)[kCount]) {
+  const Float d;
+  for (int i = 0; i < kCount; ++i) values[i] = hn::Set(d, coefficients[kTerms - 1]);
+  for (std::size_t k = kTerms - 1; k-- > 0;)
+    for (int i = 0; i < kCount; ++i)
+      values[i] = hn::MulAdd(values[i], x[i], hn::Set(d, coefficients[k]));
+}
+
+template <int kCount>
+HWY_INLINE void NormalsFromBits(const Many<kCount>& bits, Floats (&values)[kCount]) {
   const Float d;
   const Int di;
   const Word du;
-  const auto low = hn::BitCast(di, hn::And(bits, hn::Set(du, 0x7FFFFFFFu)));
-  const Floats p = hn::Mul(hn::Add(hn::ConvertTo(d, low), hn::Set(d, 0.5f)), hn::Set(d, 0x1p-32f));
-  const auto p_bits = hn::BitCast(di, p);
-  const auto exponent = hn::ShiftRight<23>(hn::Sub(p_bits, hn::Set(di, kSqrtHalfBits)));
-  const Floats f =
-      hn::Sub(hn::BitCast(d, hn::Sub(p_bits, hn::ShiftLeft<23>(exponent))), hn::Set(d, 1.0f));
-  const Floats minus_2_log = hn::MulAdd(hn::ConvertTo(d, exponent), hn::Set(d, kMinus2Log2),
-                                        hn::Mul(Polynomial(kMinus2Log1p, f), f));
-  const Floats s = hn::Sub(hn::Sqrt(minus_2_log), hn::Set(d, kQuantileStart));
-  const Floats top = hn::Mul(s, Polynomial(kQuantileTop, s));
-  const Floats bottom = hn::MulAdd(Polynomial(kQuantileBottom, s), s, hn::Set(d, 1.0f));
-  const Words negate = hn::AndNot(bits, hn::Set(du, 0x80000000u));
-  return hn::Xor(hn::Div(top, bottom), hn::BitCast(d, negate));
+  Floats f[kCount], exponent[kCount], s[kCount], top[kCount], bottom[kCount];
+  for (int i = 0; i < kCount; ++i) {
+    const auto low = hn::BitCast(di, hn::And(bits[i], hn::Set(du, 0x7FFFFFFFu)));
+    const Floats p =
+        hn::Mul(hn::Add(hn::ConvertTo(d, low), hn::Set(d, 0.5f)), hn::Set(d, 0x1p-32f));
+    const auto p_bits = hn::BitCast(di, p);
+    const auto power = hn::ShiftRight<23>(hn::Sub(p_bits, hn::Set(di, kSqrtHalfBits)));
+    exponent[i] = hn::ConvertTo(d, power);
+    f[i] = hn::Sub(hn::BitCast(d, hn::Sub(p_bits, hn::ShiftLeft<23>(power))), hn::Set(d, 1.0f));
+  }
+  Polynomials(kMinus2Log1p, f, s);
+  for (int i = 0; i < kCount; ++i) {
+    const Floats minus_2_log =
+        hn::MulAdd(exponent[i], hn::Set(d, kMinus2Log2), hn::Mul(s[i], f[i]));
+    s[i] = hn::Sub(hn::Sqrt(minus_2_log), hn::Set(d, kQuantileStart));
+  }
+  Polynomials(kQuantileTop, s, top);
+  Polynomials(kQuantileBottom, s, bottom);
+  for (int i = 0; i < kCount; ++i) {
+    const Floats size =
+        hn::Div(hn::Mul(s[i], top[i]), hn::MulAdd(bottom[i], s[i], hn::Set(d, 1.0f)));
+    const Words negate = hn::AndNot(bits[i], hn::Set(du, 0x80000000u));
+    values[i] = hn::Xor(size, hn::BitCast(d, negate));
+  }
+}
+
+HWY_INLINE Floats NormalFromBits(Words bits) {
+  const Many<1> one = {bits};
+  Floats value[1];
+  NormalsFromBits<1>(one, value);
+  return value[0];
 }
 
 template <class FromBits>
 HWY_INLINE void RowOf(FromBits from_bits, const StreamKey& key, std::uint32_t x, std::uint32_t y,
                       std::uint32_t z, int count, float* values) {
   const Word du;
-  const Words a = Enter(hn::Set(du, x), key.word[0]), b = Enter(hn::Set(du, y), key.word[1]),
-              d = Enter(hn::Zero(du), key.word[3]);
+  const auto word = [&](int i) { return hn::Set(du, key.word[i]); };
+  const Words along_x = Enter(hn::Set(du, x), word(0)), along_y = Enter(hn::Set(du, y), word(1)),
+              last = Enter(hn::Zero(du), word(3));
   for (std::ptrdiff_t i = 0; i < count; i += FloatLanes()) {
-    const Words c = Enter(hn::Iota(du, z + static_cast<std::uint32_t>(i)), key.word[2]);
-    StoreFirst(from_bits(Mix(a, b, c, d)), values + i, count - i);
+    Many<1> a = {along_x}, b = {along_y}, d = {last}, bits;
+    Many<1> c = {Enter(hn::Iota(du, z + static_cast<std::uint32_t>(i)), word(2))};
+    Mix<1>(a, b, c, d, bits);
+    StoreFirst(from_bits(bits[0]), values + i, count - i);
   }
 }
 
@@ -88,31 +139,63 @@ void Row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::
 
 HWY_INLINE Floats Lerp(Floats t, Floats a, Floats b) { return hn::MulAdd(t, hn::Sub(b, a), a); }
 
-// The vector of points that begins at point i.
-HWY_INLINE Floats Trilinear(const StreamKey& key, const LatticeCells& cells, std::ptrdiff_t i) {
+// Corner and fractions of one vector of lookups.
+struct Cells {
+  Cells(const LatticeCells& cells, std::ptrdiff_t i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      corner[axis] = hn::BitCast(Word(), hn::LoadU(Int(), cells.corner[axis] + i));
+      fraction[axis] = hn::LoadU(Float(), cells.fraction[axis] + i);
+    }
+  }
+  Words corner[3];
+  Floats fraction[3];
+};
+
+// The normals at the corners (x, y, z) of the cells, z fastest.
+HWY_INLINE void CornerNormals(const Words (&key)[4], const Words (&corner)[3],
+                              Floats (&normals)[8]) {
   const Word du;
   Words word[3][2];
-  Floats fraction[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const Words corner = hn::BitCast(du, hn::LoadU(Int(), cells.corner[axis] + i));
-    word[axis][0] = Enter(corner, key.word[axis]);
-    word[axis][1] = Enter(hn::Add(corner, hn::Set(du, 1)), key.word[axis]);
-    fraction[axis] = hn::LoadU(Float(), cells.fraction[axis] + i);
+    word[axis][0] = Enter(corner[axis], key[axis]);
+    word[axis][1] = Enter(hn::Add(corner[axis], hn::Set(du, 1)), key[axis]);
   }
-  const Words last = Enter(hn::Zero(du), key.word[3]);
-  const auto normal = [&](int x, int y, int z) {
-    return NormalFromBits(Mix(word[0][x], word[1][y], word[2][z], last));
-  };
-  const auto along_z = [&](int x, int y) {
-    return Lerp(fraction[2], normal(x, y, 0), normal(x, y, 1));
-  };
-  const auto along_y = [&](int x) { return Lerp(fraction[1], along_z(x, 0), along_z(x, 1)); };
-  return Lerp(fraction[0], along_y(0), along_y(1));
+  const Words last = Enter(hn::Zero(du), key[3]);
+  Many<8> a, b, c, d, bits;
+  for (int i = 0; i < 8; ++i)
+    a[i] = word[0][i >> 2], b[i] = word[1][i >> 1 & 1], c[i] = word[2][i & 1], d[i] = last;
+  Mix<8>(a, b, c, d, bits);
+  NormalsFromBits<8>(bits, normals);
+}
+
+HWY_INLINE Floats Trilinear(const Floats (&fraction)[3], const Floats (&corner)[8]) {
+  const auto along_z = [&](int i) { return Lerp(fraction[2], corner[i], corner[i + 1]); };
+  const auto along_y = [&](int i) { return Lerp(fraction[1], along_z(i), along_z(i + 2)); };
+  return Lerp(fraction[0], along_y(0), along_y(4));
+}
+
+HWY_INLINE Floats TrilinearNormals(const Words (&key)[4], const Cells& cells) {
+  Floats normals[8];
+  CornerNormals(key, cells.corner, normals);
+  return Trilinear(cells.fraction, normals);
 }
 
 void TrilinearNormal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {
+  const Word d;
+  const Words words[4] = {hn::Set(d, key.word[0]), hn::Set(d, key.word[1]), hn::Set(d, key.word[2]),
+                          hn::Set(d, key.word[3])};
   for (std::ptrdiff_t i = 0; i < count; i += FloatLanes())
-    StoreFirst(Trilinear(key, cells, i), values + i, count - i);
+    StoreFirst(TrilinearNormals(words, Cells(cells, i)), values + i, count - i);
+}
+
+void TrilinearNormalOfStreams(const StreamKeys& keys, const LatticeCells& cells, int count,
+                              float* values) {
+  const Word d;
+  for (std::ptrdiff_t i = 0; i < count; i += FloatLanes()) {
+    const Words words[4] = {hn::LoadU(d, keys.word[0] + i), hn::LoadU(d, keys.word[1] + i),
+                            hn::LoadU(d, keys.word[2] + i), hn::LoadU(d, keys.word[3] + i)};
+    StoreFirst(TrilinearNormals(words, Cells(cells, i)), values + i, count - i);
+  }
 }
 
 #else
@@ -123,6 +206,10 @@ void Row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::
 }
 void TrilinearNormal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {
   reference::trilinear_normal(key, cells, count, values);
+}
+void TrilinearNormalOfStreams(const StreamKeys& keys, const LatticeCells& cells, int count,
+                              float* values) {
+  reference::trilinear_normal_of_streams(keys, cells, count, values);
 }
 
 #endif
@@ -135,6 +222,7 @@ namespace solidtex::engine::solidtex_1 {
 
 HWY_EXPORT(Row);
 HWY_EXPORT(TrilinearNormal);
+HWY_EXPORT(TrilinearNormalOfStreams);
 
 void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
          std::uint32_t z, int count, float* values) {
@@ -143,6 +231,11 @@ void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::
 
 void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {
   HWY_DYNAMIC_DISPATCH(TrilinearNormal)(key, cells, count, values);
+}
+
+void trilinear_normal_of_streams(const StreamKeys& keys, const LatticeCells& cells, int count,
+                                 float* values) {
+  HWY_DYNAMIC_DISPATCH(TrilinearNormalOfStreams)(keys, cells, count, values);
 }
 
 }  // namespace solidtex::engine::solidtex_1

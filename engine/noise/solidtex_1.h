@@ -8,5 +8,7 @@ namespace solidtex::engine::solidtex_1 {
 void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
          std::uint32_t z, int count, float* values);
 void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values);
+void trilinear_normal_of_streams(const StreamKeys& keys, const LatticeCells& cells, int count,
+                                 float* values);
 
 }  // namespace solidtex::engine::solidtex_1

@@ -1,11 +1,18 @@
-// Where a block of points falls on an octave's lattice.
+// Where points fall on the octaves' lattices: a block of points on one octave's, or one point on
+// all of them.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <vector>
+
+#include "engine/model/model.h"
+#include "engine/noise/reference.h"
 
 namespace solidtex::engine {
 
-inline constexpr int kOctaveBlock = 96;  // points: whole vectors and register tiles on every target
+inline constexpr int kOctaveBlock = 48;  // points: whole vectors and register tiles on every target
 
 struct PlanarPositions {
   alignas(64) double axis[3][kOctaveBlock];
@@ -14,15 +21,41 @@ struct PlanarPositions {
 struct OctaveCells {
   alignas(64) std::int32_t corner[3][kOctaveBlock];  // modulo 2^32
   alignas(64) float fraction[3][kOctaveBlock];       // in [0, 1]
+
+  LatticeCells view() const {
+    return {{corner[0], corner[1], corner[2]}, {fraction[0], fraction[1], fraction[2]}};
+  }
+};
+
+// Octaves side by side: entry [i] belongs to octave i. Rounded up to kStep octaves.
+struct OctaveBank {
+  static constexpr int kStep = 16;  // whole vectors on every target
+
+  OctaveBank(const Tensor& transforms, std::uint64_t seed);
+
+  std::array<double, 9> transform_of(int octave) const;
+  StreamKey key_of(int octave) const;
+  StreamKeys keys(int first) const;
+  std::size_t padded() const { return key[0].size(); }
+
+  int count;
+  std::vector<double> transform[9];
+  std::vector<std::uint32_t> key[4];
 };
 
 // transform (3 x 3, row-major) times each position, all in double, split into cell and fraction.
 void find_octave_cells(const double* transform, const PlanarPositions& positions, int count,
                        OctaveCells& cells);
 
+// The same for one position and the octaves [first, first + count) of a bank.
+void find_point_cells(const OctaveBank& bank, int first, int count, const double position[3],
+                      OctaveCells& cells);
+
 namespace reference {
 void find_octave_cells(const double* transform, const PlanarPositions& positions, int count,
                        OctaveCells& cells);
-}
+void find_point_cells(const OctaveBank& bank, int first, int count, const double position[3],
+                      OctaveCells& cells);
+}  // namespace reference
 
 }  // namespace solidtex::engine

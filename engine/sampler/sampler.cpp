@@ -6,11 +6,33 @@
 #include <new>
 
 #include "engine/kernels/kernels.h"
-#include "engine/sampler/octave.h"
+#include "engine/noise/noise.h"
+#include "engine/noise/solidtex_1.h"
 
 namespace solidtex::engine {
 
 namespace {
+
+// Up to so many points are evaluated one by one: a block costs as much as four of them.
+constexpr std::size_t kFewPoints = 4;
+
+// Working memory of one point: on the stack for networks of usual sizes.
+class PointBuffer {
+ public:
+  explicit PointBuffer(std::size_t size) {
+    if (size > kOnStack) heap_.resize(size);
+    data_ = size > kOnStack ? heap_.data() : stack_;
+  }
+  PointBuffer(const PointBuffer&) = delete;
+  PointBuffer& operator=(const PointBuffer&) = delete;
+  float* data() { return data_; }
+
+ private:
+  static constexpr std::size_t kOnStack = 2048;
+  alignas(64) float stack_[kOnStack];
+  std::vector<float> heap_;
+  float* data_;
+};
 
 // Layer 0 sees the same input everywhere: bias + W c, summed in double, in ascending order.
 std::vector<float> folded_bias(const SamplerModel& model) {
@@ -42,13 +64,12 @@ LinearLayer pack(const Tensor& weight, const Tensor& noise, std::vector<float> b
 
 // Everything a block of points needs, planar. An activation buffer has the rows of a layer's input:
 // the previous layer's units, then its octaves.
-struct Sampler::Buffers {
-  Buffers(int width, int octaves)
-      : storage(hwy::AllocateAligned<float>(
-            2 * static_cast<std::size_t>(width + octaves) * kOctaveBlock + kReadSlack)) {
+struct Sampler::BlockBuffers {
+  explicit BlockBuffers(std::size_t rows)
+      : storage(hwy::AllocateAligned<float>(2 * rows * kOctaveBlock)) {
     if (!storage) throw std::bad_alloc();
     current = storage.get();
-    next = current + static_cast<std::ptrdiff_t>(width + octaves) * kOctaveBlock;
+    next = current + rows * kOctaveBlock;
   }
   hwy::AlignedFreeUniquePtr<float[]> storage;
   float *current, *next;
@@ -59,13 +80,9 @@ struct Sampler::Buffers {
 Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed,
                  [[maybe_unused]] Precision precision)
     : width_(model.width),
-      octaves_per_layer_(model.octaves / static_cast<int>(model.hidden.size() - 1)) {
+      octaves_per_layer_(model.octaves / static_cast<int>(model.hidden.size() - 1)),
+      octaves_(model.transforms, seed) {
   require_normal(scheme);
-  for (int i = 0; i < model.octaves; ++i) {
-    octaves_.push_back({{}, NoiseStream(scheme, seed, static_cast<std::uint32_t>(i), 0)});
-    std::copy_n(&model.transforms.values[static_cast<std::size_t>(i) * 9], 9,
-                octaves_.back().transform);
-  }
   const auto& hidden = model.hidden;
   for (std::size_t l = 0; l < hidden.size(); ++l)
     layers_.push_back(pack(hidden[l].weight, hidden[l].noise,
@@ -73,17 +90,29 @@ Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t se
                            l + 1 < hidden.size() ? octaves_per_layer_ : 0, model.slope));
   layers_.push_back(
       pack(model.output_weight, {}, model.output_bias.values, width_, 0, /*slope=*/1));
+  for (const LinearLayer& layer : layers_) point_layers_.emplace_back(layer);
+}
+
+// Rows of an activation buffer: what the kernels write behind the last output included.
+std::size_t Sampler::activation_rows() const {
+  return static_cast<std::size_t>(std::max(width_, channels()) + PointLayer::kStep +
+                                  octaves_per_layer_);
 }
 
 void Sampler::evaluate(const double* positions, std::size_t count, float* values) const {
-  Buffers buffers(std::max(width_, channels()), octaves_per_layer_);
-  for (std::size_t done = 0; done < count; done += kOctaveBlock) {
-    const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
-    evaluate_block(positions + 3 * done, block, buffers, values + done * channels());
+  const std::size_t alone = count % kOctaveBlock <= kFewPoints ? count % kOctaveBlock : 0;
+  if (count > alone) {
+    BlockBuffers buffers(activation_rows());
+    for (std::size_t done = 0; done < count - alone; done += kOctaveBlock) {
+      const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
+      evaluate_block(positions + 3 * done, block, buffers, values + done * channels());
+    }
   }
+  for (std::size_t point = count - alone; point < count; ++point)
+    evaluate_point(positions + 3 * point, values + point * channels());
 }
 
-void Sampler::evaluate_block(const double* positions, int count, Buffers& buffers,
+void Sampler::evaluate_block(const double* positions, int count, BlockBuffers& buffers,
                              float* values) const {
   for (int p = 0; p < count; ++p)
     for (int axis = 0; axis < 3; ++axis) buffers.positions.axis[axis][p] = positions[3 * p + axis];
@@ -92,7 +121,7 @@ void Sampler::evaluate_block(const double* positions, int count, Buffers& buffer
     const LinearLayer& layer = layers_[l];
     const int inputs = l == 0 ? 0 : width_;
     for (int t = inputs; t < layer.terms; ++t)
-      octave_noise(l * octaves_per_layer_ + (t - inputs), count, buffers,
+      octave_noise(static_cast<int>(l) * octaves_per_layer_ + (t - inputs), count, buffers,
                    buffers.current + t * kOctaveBlock);
     kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
     std::swap(buffers.current, buffers.next);
@@ -101,13 +130,37 @@ void Sampler::evaluate_block(const double* positions, int count, Buffers& buffer
     for (int c = 0; c < channels(); ++c) *values++ = buffers.current[c * kOctaveBlock + p];
 }
 
-void Sampler::octave_noise(std::size_t octave, int count, Buffers& buffers, float* values) const {
+void Sampler::octave_noise(int octave, int count, BlockBuffers& buffers, float* values) const {
   const OctaveCells& cells = buffers.cells;
-  find_octave_cells(octaves_[octave].transform, buffers.positions, count, buffers.cells);
-  octaves_[octave].noise.trilinear_normal(
-      {{cells.corner[0], cells.corner[1], cells.corner[2]},
-       {cells.fraction[0], cells.fraction[1], cells.fraction[2]}},
-      count, values);
+  find_octave_cells(octaves_.transform_of(octave).data(), buffers.positions, count, buffers.cells);
+  solidtex_1::trilinear_normal(octaves_.key_of(octave), cells.view(), count, values);
+}
+
+void Sampler::evaluate_point(const double* position, float* values) const {
+  const std::size_t rows = activation_rows(), octaves = octaves_.padded();
+  PointBuffer buffer(2 * rows + octaves);
+  float *current = buffer.data(), *next = current + rows, *noise = next + rows;
+  point_noise(position, noise);
+  for (std::size_t l = 0; l < point_layers_.size(); ++l) {
+    const PointLayer& layer = point_layers_[l];
+    const int inputs = l == 0 ? 0 : width_;
+    std::copy_n(noise, layer.terms - inputs, current + inputs);
+    noise += layer.terms - inputs;
+    kernels::dense_point(layer, current, next);
+    std::swap(current, next);
+  }
+  std::copy_n(current, channels(), values);
+}
+
+// The value of every octave at one position.
+void Sampler::point_noise(const double* position, float* values) const {
+  OctaveCells cells;
+  for (int first = 0; first < octaves_.count; first += kOctaveBlock) {
+    const int count = std::min(octaves_.count - first, kOctaveBlock);
+    find_point_cells(octaves_, first, count, position, cells);
+    solidtex_1::trilinear_normal_of_streams(octaves_.keys(first), cells.view(), count,
+                                            values + first);
+  }
 }
 
 }  // namespace solidtex::engine

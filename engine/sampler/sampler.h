@@ -7,7 +7,7 @@
 
 #include "engine/kernels/linear_layer.h"
 #include "engine/model/model.h"
-#include "engine/noise/noise.h"
+#include "engine/sampler/octave.h"
 
 namespace solidtex::engine {
 
@@ -23,24 +23,25 @@ class Sampler {
 
   // Evaluates `count` points on the calling thread. Positions are double (x, y, z) triples in
   // texels; values are count x channels. The bits of a point do not depend on its neighbours.
+  // Most efficient in multiples of kOctaveBlock points.
   void evaluate(const double* positions, std::size_t count, float* values) const;
 
  private:
-  // One octave's lookup: lattice noise at transform * position.
-  struct Octave {
-    double transform[9];
-    NoiseStream noise;
-  };
-  struct Buffers;
+  struct BlockBuffers;
 
-  void evaluate_block(const double* positions, int count, Buffers& buffers, float* values) const;
-  void octave_noise(std::size_t octave, int count, Buffers& buffers, float* values) const;
+  void evaluate_block(const double* positions, int count, BlockBuffers& buffers,
+                      float* values) const;
+  void octave_noise(int octave, int count, BlockBuffers& buffers, float* values) const;
+  void evaluate_point(const double* position, float* values) const;
+  void point_noise(const double* position, float* values) const;
+  std::size_t activation_rows() const;
 
   int width_, octaves_per_layer_;
-  std::vector<Octave> octaves_;
+  OctaveBank octaves_;
   // The hidden layers read [previous layer, octave noise]; layer 0 reads noise only, since its
   // constant input is part of its bias. The last one is the linear output.
   std::vector<LinearLayer> layers_;
+  std::vector<PointLayer> point_layers_;  // the same
 };
 
 }  // namespace solidtex::engine

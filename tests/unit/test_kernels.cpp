@@ -129,25 +129,44 @@ TEST_CASE("conv_transpose3d is its reference bit for bit", "[kernels]") {
       }
 }
 
-TEST_CASE("dense is its reference bit for bit", "[kernels]") {
+TEST_CASE("dense is its reference bit for bit, in blocks and for one point", "[kernels]") {
   constexpr std::ptrdiff_t pitch = 96;
-  for (const auto& [inputs, outputs] :
-       std::vector<std::pair<int, int>>{{1, 1}, {4, 128}, {13, 7}, {130, 33}, {0, 5}}) {
+  for (const auto& [inputs, outputs] : std::vector<std::pair<int, int>>{
+           {1, 1}, {4, 128}, {13, 7}, {130, 33}, {0, 5}, {16, 16}, {5, 257}}) {
     const LinearLayer layer = random_layer(outputs, inputs, 0.2f);
+    const int written_outputs = (outputs + LinearLayer::kPack - 1) / 4 * 4;
     const Block in = random_block(box_of(1, 1, pitch), inputs);
-    for (const int count : {1, 2, 15, 16, 17, 47, 48, 95, 96}) {
+    for (const int count : {1, 2, 15, 16, 17, 33, 47, 48, 49, 95, 96}) {
       CAPTURE(inputs, outputs, count);
-      const Block start = random_block(box_of(1, 1, pitch), outputs);
-      Block expected(box_of(1, 1, pitch), outputs);
-      std::copy_n(start.volume().data, pitch * outputs, expected.volume().data);
-      reference::dense(layer, in.volume().data, count, pitch, expected.volume().data);
+      const int written =
+          (count + kernels::kPointStep - 1) / kernels::kPointStep * kernels::kPointStep;
+      const Block start = random_block(box_of(1, 1, pitch), written_outputs);
+      std::vector<float> expected(pitch * static_cast<std::size_t>(outputs));
+      reference::dense(layer, in.volume().data, count, pitch, expected.data());
       testing::on_every_target([&] {
-        Block found(box_of(1, 1, pitch), outputs);
-        std::copy_n(start.volume().data, pitch * outputs, found.volume().data);
+        Block found(box_of(1, 1, pitch), written_outputs);
+        std::copy_n(start.volume().data, pitch * written_outputs, found.volume().data);
         kernels::dense(layer, in.volume().data, count, pitch, found.volume().data);
-        CHECK(same_bits(values_of(found), values_of(expected)));  // nothing behind count either
+        for (int o = 0; o < written_outputs; ++o) {
+          const float* row = found.volume().data + o * pitch;
+          if (o < outputs)
+            CHECK(std::memcmp(row, &expected[o * pitch], sizeof(float) * count) == 0);
+          const auto behind = static_cast<std::size_t>(pitch - written);
+          CHECK(std::memcmp(row + written, start.volume().data + o * pitch + written,
+                            sizeof(float) * behind) == 0);
+        }
       });
     }
+    std::vector<float> point(static_cast<std::size_t>(inputs)), expected(pitch * outputs);
+    for (int t = 0; t < inputs; ++t) point[t] = in.volume().data[t * pitch];
+    reference::dense(layer, in.volume().data, 1, pitch, expected.data());
+    const PointLayer point_layer(layer);
+    testing::on_every_target([&] {
+      std::vector<float> found(static_cast<std::size_t>(point_layer.pitch));
+      kernels::dense_point(point_layer, point.data(), found.data());
+      for (int o = 0; o < outputs; ++o)
+        CHECK(std::memcmp(&found[o], &expected[o * pitch], sizeof(float)) == 0);
+    });
   }
 }
 

@@ -7,6 +7,7 @@
 #include "catch.hpp"
 #include "engine/noise/noise.h"
 #include "engine/noise/normal.h"
+#include "engine/noise/solidtex_1.h"
 #include "tests/unit/every_target.h"
 
 using namespace solidtex::engine;
@@ -100,6 +101,7 @@ TEST_CASE("trilinear lookups are lerps of single values, on every target", "[noi
   const LatticeCells cells{{corner[0], corner[1], corner[2]},
                            {fraction[0], fraction[1], fraction[2]}};
   const NoiseStream noise(NoiseScheme::solidtex_1, 5, 6, 0);
+  const StreamKey key = make_stream_key(5, 6, 0);
   const auto lerp = [](float t, float a, float b) { return std::fma(t, b - a, a); };
   std::vector<float> expected;
   for (int p = 0; p < kPoints; ++p) {
@@ -116,7 +118,36 @@ TEST_CASE("trilinear lookups are lerps of single values, on every target", "[noi
   for (const std::size_t count : {1, 15, 16, 17, 96})
     testing::on_every_target([&] {
       std::vector<float> values(count);
-      noise.trilinear_normal(cells, static_cast<int>(count), values.data());
+      solidtex_1::trilinear_normal(key, cells, static_cast<int>(count), values.data());
+      CHECK(same_bits(values, {expected.begin(), expected.begin() + static_cast<long>(count)}));
+    });
+}
+
+TEST_CASE("lookups in many streams are those in each, on every target", "[noise]") {
+  constexpr int kStreams = 48;
+  std::mt19937 random(6);
+  std::int32_t corner[3][kStreams];
+  float fraction[3][kStreams];
+  std::uint32_t word[4][kStreams];
+  std::vector<float> expected(kStreams);
+  for (int i = 0; i < kStreams; ++i) {
+    const StreamKey key = make_stream_key(9, static_cast<std::uint32_t>(i), 0);
+    for (int k = 0; k < 4; ++k) word[k][i] = key.word[k];
+    for (int axis = 0; axis < 3; ++axis) {
+      corner[axis][i] = random_coordinate(random);
+      fraction[axis][i] = static_cast<float>(random() % 1024) / 1024;
+    }
+    const LatticeCells one{{&corner[0][i], &corner[1][i], &corner[2][i]},
+                           {&fraction[0][i], &fraction[1][i], &fraction[2][i]}};
+    reference::trilinear_normal(key, one, 1, &expected[i]);
+  }
+  const LatticeCells cells{{corner[0], corner[1], corner[2]},
+                           {fraction[0], fraction[1], fraction[2]}};
+  for (const std::size_t count : {1, 16, 31, 48})
+    testing::on_every_target([&] {
+      std::vector<float> values(count);
+      solidtex_1::trilinear_normal_of_streams({{word[0], word[1], word[2], word[3]}}, cells,
+                                              static_cast<int>(count), values.data());
       CHECK(same_bits(values, {expected.begin(), expected.begin() + static_cast<long>(count)}));
     });
 }

@@ -1,0 +1,143 @@
+// Dense layers on the machine's best target: over a block of points, and for one point. See
+// kernels.h.
+#include "engine/kernels/targets.h"
+// foreach_target.h includes this file once per target.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "engine/kernels/dense.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+
+#include "engine/kernels/kernels.h"
+#include "engine/kernels/vector-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace solidtex::engine::HWY_NAMESPACE {
+
+#if HWY_NATIVE_FMA
+
+HWY_INLINE Floats Activate(Floats sum, Floats slope) {
+  return hn::IfThenElse(hn::Gt(sum, hn::Zero(Float())), sum, hn::Mul(slope, sum));
+}
+
+// Vectors hold neighbouring points, weights are broadcast. Whole vectors are stored, straight from
+// the registers: by way of a buffer the end of a tile cost a tenth of its time.
+struct PointBlock {
+  const LinearLayer& layer;
+  const float* in;
+  std::ptrdiff_t pitch;
+  float* out;
+};
+
+// One register tile: kPacks x 4 outputs from `first` on, kVectors vectors of points.
+template <int kPacks, int kVectors>
+HWY_INLINE void DenseTile(const PointBlock& block, int first, std::ptrdiff_t point) {
+  constexpr int kPack = LinearLayer::kPack, kOutputs = kPacks * kPack;
+  const Float d;
+  const std::ptrdiff_t lanes = FloatLanes();
+  const LinearLayer& layer = block.layer;
+  Floats sum[kOutputs][kVectors];
+  for (int o = 0; o < kOutputs; ++o)
+    for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::Set(d, layer.bias[first + o]);
+
+  const float* HWY_RESTRICT weights = layer.packed.data() + layer.index(first, 0);
+  const float* HWY_RESTRICT from = block.in + point;
+  const std::ptrdiff_t pack_stride = static_cast<std::ptrdiff_t>(layer.terms) * kPack;
+  for (int t = 0; t < layer.terms; ++t, weights += kPack, from += block.pitch) {
+    Floats x[kVectors];
+    for (int v = 0; v < kVectors; ++v) x[v] = hn::LoadU(d, from + v * lanes);
+    for (int o = 0; o < kOutputs; ++o) {
+      const Floats w = hn::Set(d, weights[o / kPack * pack_stride + o % kPack]);
+      for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
+    }
+  }
+
+  const Floats slope = hn::Set(d, layer.slope);
+  float* HWY_RESTRICT to = block.out + first * block.pitch + point;
+  for (int o = 0; o < kOutputs; ++o)
+    for (int v = 0; v < kVectors; ++v)
+      hn::StoreU(Activate(sum[o][v], slope), d, to + o * block.pitch + v * lanes);
+}
+
+template <int kPacks, int kVectors>
+HWY_INLINE void DenseOutputs(const PointBlock& block, std::ptrdiff_t point) {
+  constexpr int kStep = kPacks * LinearLayer::kPack;
+  int first = 0;
+  for (; first + kStep <= block.layer.outputs; first += kStep)
+    DenseTile<kPacks, kVectors>(block, first, point);
+  for (; first < block.layer.outputs; first += LinearLayer::kPack)
+    DenseTile<1, kVectors>(block, first, point);
+}
+
+void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
+  // AVX2 has 16 registers, the other targets 32: three quarters of them hold sums.
+  constexpr int kPacks = HWY_TARGET == HWY_AVX2 ? 1 : 2;
+  const PointBlock block{layer, in, pitch, out};
+  const std::ptrdiff_t lanes = FloatLanes();
+  std::ptrdiff_t point = 0;
+  for (; point + 2 * lanes < count; point += 3 * lanes) DenseOutputs<kPacks, 3>(block, point);
+  if (point + lanes < count) {
+    DenseOutputs<kPacks, 2>(block, point);
+  } else if (point < count) {
+    DenseOutputs<2 * kPacks, 1>(block, point);
+  }
+}
+
+// Vectors hold neighbouring outputs, inputs are broadcast: the sums are those of Dense.
+template <int kVectors>
+HWY_INLINE void PointTile(const PointLayer& layer, int first, const float* in, float* out) {
+  const Float d;
+  const std::ptrdiff_t lanes = FloatLanes();
+  Floats sum[kVectors];
+  for (int v = 0; v < kVectors; ++v) sum[v] = hn::LoadU(d, &layer.bias[first] + v * lanes);
+  const float* HWY_RESTRICT weights = layer.weights.get() + first;
+  for (int t = 0; t < layer.terms; ++t, weights += layer.pitch) {
+    const Floats x = hn::Set(d, in[t]);
+    for (int v = 0; v < kVectors; ++v)
+      sum[v] = hn::MulAdd(hn::LoadU(d, weights + v * lanes), x, sum[v]);
+  }
+  const Floats slope = hn::Set(d, layer.slope);
+  for (int v = 0; v < kVectors; ++v)
+    hn::StoreU(Activate(sum[v], slope), d, out + first + v * lanes);
+}
+
+void DensePoint(const PointLayer& layer, const float* in, float* out) {
+  constexpr int kVectors = 8;  // as many chains as hide the latency of an addition
+  const auto lanes = static_cast<int>(FloatLanes());
+  int first = 0;
+  for (; first + kVectors * lanes <= layer.pitch; first += kVectors * lanes)
+    PointTile<kVectors>(layer, first, in, out);
+  for (; first < layer.pitch; first += lanes) PointTile<1>(layer, first, in, out);
+}
+
+#else
+
+void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
+  reference::dense(layer, in, count, pitch, out);
+}
+void DensePoint(const PointLayer& layer, const float* in, float* out) {
+  reference::dense_point(layer, in, out);
+}
+
+#endif
+
+}  // namespace solidtex::engine::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace solidtex::engine::kernels {
+
+HWY_EXPORT(Dense);
+HWY_EXPORT(DensePoint);
+
+void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
+  HWY_DYNAMIC_DISPATCH(Dense)(layer, in, count, pitch, out);
+}
+
+void dense_point(const PointLayer& layer, const float* in, float* out) {
+  HWY_DYNAMIC_DISPATCH(DensePoint)(layer, in, out);
+}
+
+}  // namespace solidtex::engine::kernels
+#endif
