@@ -63,8 +63,8 @@ class _Exporter:
         ]
 
     def parameters(self, node: Node, *names: str) -> list[str]:
-        names = [f"{node['name']}.{name}" for name in names]
-        return [self.builder.constant(name, self.tensors[name]) for name in names]
+        full_names = [f"{node['name']}.{name}" for name in names]
+        return [self.builder.constant(name, self.tensors[name]) for name in full_names]
 
     def per_channel(self, node: Node, name: str) -> str:
         values = self.tensors[f"{node['name']}.{name}"]

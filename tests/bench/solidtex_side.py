@@ -30,7 +30,7 @@ class BenchResult:
 def run_case(program: Path, case: str, threads: int, options: Sequence[str]) -> BenchResult:
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "result.json"
-        command = [program, case, "--threads", str(threads), *options, "--json", output]
+        command = [str(program), case, "--threads", str(threads), *options, "--json", str(output)]
         try:
             run = subprocess.run(command, capture_output=True, text=True, check=False)
         except OSError as error:

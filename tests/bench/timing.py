@@ -20,7 +20,7 @@ def seconds_of_calls(
     now, parts = CLOCKS[clock], threads if clock == "cpu" else 1
     time.sleep(SETTLE_SECONDS)
     end = time.perf_counter() + budget
-    values = []
+    values: list[float] = []
     while not values or time.perf_counter() < end:
         start = now()
         work()

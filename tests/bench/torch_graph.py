@@ -60,9 +60,8 @@ def _slice(_: Attributes, x: Tensor, starts: Tensor, ends: Tensor, axes: Tensor)
     return x
 
 
-def _conv_transpose(a: Attributes, *inputs: Tensor) -> Tensor:
-    stride, padding = a["strides"], a["output_padding"]
-    return F.conv_transpose3d(*inputs, stride=stride, output_padding=padding)
+def _conv_transpose(a: Attributes, x: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
+    return F.conv_transpose3d(x, weight, bias, a["strides"], output_padding=a["output_padding"])
 
 
 def _one(function: Callable[..., Tensor]) -> Callable[..., tuple[Tensor, ...]]:
