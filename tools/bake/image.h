@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -28,14 +27,11 @@ struct Image {
   }
 };
 
-// 8 bits a channel, sRGB-encoded values in [0, 1], clamped.
+// 8 bits a channel, one or three of them, sRGB-encoded values in [0, 1], clamped.
 void write_png(const std::filesystem::path& path, const Image& image);
 
 // 32-bit float channels of the given names.
 void write_exr(const std::filesystem::path& path, const Image& image,
                const std::vector<std::string>& names);
-
-// Writes the whole file or throws: the path and the reason.
-void write_bytes(const std::filesystem::path& path, std::span<const unsigned char> bytes);
 
 }  // namespace solidtex::tools
