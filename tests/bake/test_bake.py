@@ -193,6 +193,7 @@ def test_a_write_that_fails_is_reported(tmp_path: Path, name: str) -> None:
     options = {"preexec_fn": limit_files, "restore_signals": False}
     result = bake("-o", tmp_path / name, "--size", "30", *more, **options)
     assert result.returncode == 1
+    assert f"{tmp_path / name}" in result.stderr and ".tmp" not in result.stderr
     assert "cannot write: File too large" in result.stderr
     assert os.listdir(tmp_path) == []
 

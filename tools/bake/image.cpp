@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <stdexcept>
 
 #include "tools/bake/output_file.h"
 
@@ -23,7 +22,7 @@ using Bytes = std::vector<unsigned char>;
 
 void write_bytes(const std::filesystem::path& path, const Bytes& bytes) {
   OutputFile file(path);
-  file.write(bytes.data(), bytes.size());
+  file.write(0, bytes.data(), bytes.size());
   file.close();
 }
 
@@ -32,7 +31,7 @@ std::uint8_t to_8_bits(float value) {
   return value > 0 ? static_cast<std::uint8_t>(std::lround(std::min(value, 1.0f) * 255)) : 0;
 }
 
-Bytes encode_png(const Image& image) {
+Bytes encode_png(const std::filesystem::path& path, const Image& image) {
   std::vector<std::uint8_t> pixels(image.values.size());
   std::transform(image.values.begin(), image.values.end(), pixels.begin(), to_8_bits);
   png_image header = {};
@@ -43,7 +42,7 @@ Bytes encode_png(const Image& image) {
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
   Bytes bytes(size);
   if (!png_image_write_to_memory(&header, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
-    throw std::runtime_error(std::string("cannot encode a PNG: ") + header.message);
+    throw WriteError(path, header.message);
   bytes.resize(size);
   return bytes;
 }
@@ -81,7 +80,7 @@ float linear_to_srgb(float value) {
 }
 
 void write_png(const std::filesystem::path& path, const Image& image) {
-  write_bytes(path, encode_png(image));
+  write_bytes(path, encode_png(path, image));
 }
 
 void write_exr(const std::filesystem::path& path, const Image& image,

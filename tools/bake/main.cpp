@@ -4,13 +4,15 @@
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <iostream>
 #include <optional>
 
 #include "tools/bake/options.h"
+#include "tools/bake/output_file.h"
+#include "tools/bake/pieces.h"
 #include "tools/bake/preview.h"
 #include "tools/bake/sink.h"
-#include "tools/bake/slabs.h"
 #include "tools/common/atomic_file.h"
 #include "tools/common/cli.h"
 #include "tools/common/progress.h"
@@ -50,15 +52,15 @@ void check_space(const BakeOptions& options, const Volume& volume) {
                                        options.output.string(), bytes / mib, free / mib));
 }
 
-void bake(const BakeOptions& options, const Volume& volume, int threads, AtomicFile& file) {
+void bake(const BakeOptions& options, const Volume& volume, AtomicFile& file) {
   const OutputKind kind = output_kind(options.output, options.slices);
   if (kind == OutputKind::npy) check_space(options, volume);
-  const std::int64_t block =
-      options.block ? options.block : choose_block(volume, slab_axis(kind), threads);
   Progress progress("Baking " + volume.texture.name(), voxel_count(volume.size));
   const auto sink = make_sink(kind, file.temporary_path(), volume);
-  for_each_slab(volume, slab_axis(kind), block, progress,
-                [&](const Slab& slab) { sink->take(slab); });
+  Index3 largest = choose_piece(volume, sink->depth());
+  if (options.block)
+    largest = {options.block, options.block, std::min(options.block, sink->depth())};
+  for_each_piece(volume, largest, progress, [&](const Piece& piece) { sink->take(piece); });
   sink->finish();
   progress.finish();
   file.commit();
@@ -69,6 +71,16 @@ void preview(const BakeOptions& options, const Volume& volume, AtomicFile& file)
   write_preview(file.temporary_path(), volume);
   file.commit();
   std::cout << options.preview.string() << std::endl;
+}
+
+// A write that fails is reported by the name that the file would have had.
+template <class Work>
+void by_final_name(const AtomicFile& file, const Work& work) {
+  try {
+    work();
+  } catch (const WriteError& error) {
+    throw std::runtime_error(file.final_path(error.path()).string() + ": " + error.what());
+  }
 }
 
 void run(const BakeOptions& options) {
@@ -85,8 +97,9 @@ void run(const BakeOptions& options) {
   if (!options.output.empty()) output_file.emplace(options.output);
   if (!options.preview.empty()) preview_file.emplace(options.preview);
   tbb::task_arena(threads).execute([&] {
-    if (output_file) bake(options, volume, threads, *output_file);
-    if (preview_file) preview(options, volume, *preview_file);
+    if (output_file) by_final_name(*output_file, [&] { bake(options, volume, *output_file); });
+    if (preview_file)
+      by_final_name(*preview_file, [&] { preview(options, volume, *preview_file); });
   });
 }
 

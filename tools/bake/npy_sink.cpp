@@ -25,19 +25,36 @@ std::string npy_header(const Volume& volume) {
 
 class NpySink : public Sink {
  public:
-  NpySink(const std::filesystem::path& path, const Volume& volume) : file_(path) {
-    const std::string header = npy_header(volume);
-    file_.write(header.data(), header.size());
+  NpySink(const std::filesystem::path& path, const Volume& volume)
+      : file_(path), volume_(volume), header_(npy_header(volume)) {
+    file_.write(0, header_.data(), header_.size());
   }
 
-  void take(const Slab& slab) override {
-    file_.write(slab.values.data(), slab.values.size_bytes());
+  std::int64_t depth() const override { return volume_.size[2]; }
+
+  // Rows that go through all of z lie one behind the other in the file.
+  void take(const Piece& piece) override {
+    const std::int64_t rows = piece.size[2] == volume_.size[2] ? piece.size[1] : 1;
+    const std::size_t count = static_cast<std::size_t>(rows * piece.size[2]) * volume_.channels();
+    const float* from = piece.values.data();
+    for (std::int64_t x = 0; x < piece.size[0]; ++x) {
+      for (std::int64_t y = 0; y < piece.size[1]; y += rows, from += count) {
+        const std::int64_t row = (piece.offset[0] + x) * volume_.size[1] + piece.offset[1] + y;
+        file_.write(place(row * volume_.size[2] + piece.offset[2]), from, count * sizeof(float));
+      }
+    }
   }
 
   void finish() override { file_.close(); }
 
  private:
+  std::uint64_t place(std::int64_t voxel) const {
+    return header_.size() + static_cast<std::uint64_t>(voxel) * volume_.channels() * sizeof(float);
+  }
+
   OutputFile file_;
+  Volume volume_;
+  std::string header_;
 };
 
 }  // namespace

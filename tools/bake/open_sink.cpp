@@ -20,10 +20,6 @@ OutputKind output_kind(const std::filesystem::path& output, const std::string& s
                            "folder of images");
 }
 
-int slab_axis(OutputKind kind) {
-  return kind == OutputKind::png_slices || kind == OutputKind::exr_slices ? 2 : 0;
-}
-
 std::unique_ptr<Sink> make_sink(OutputKind kind, const std::filesystem::path& path,
                                 const Volume& volume) {
   switch (kind) {

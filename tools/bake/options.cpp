@@ -91,8 +91,9 @@ void add_options(CLI::App& app, BakeOptions& options) {
          "Variant of the material (default 0)")
       ->type_name("N");
   add_precision(app, options.precision);
-  app.add_option("--block", options.block,
-                 "Edge of the blocks evaluated at a time; changes speed and memory, no value")
+  app.add_option(
+         "--block", options.block,
+         "Edge of the boxes evaluated at a time (default: as memory suits); changes no value")
       ->check(CLI::Range(1, 4096));
   app.add_option("--threads", options.threads, "Default: all cores")->check(CLI::Range(1, 1024));
   auto* output =

@@ -1,44 +1,65 @@
-// A file written from beginning to end, where every failure is an exception with its reason.
+// A file where every failure to write is an exception with its reason.
 #pragma once
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
-#include <cstdio>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 
 namespace solidtex::tools {
+
+// The path is kept apart: what is written to under a temporary name is shown by its final one.
+class WriteError : public std::runtime_error {
+ public:
+  WriteError(std::filesystem::path path, const std::string& reason)
+      : std::runtime_error("cannot write: " + reason), path_(std::move(path)) {}
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path)
-      : path_(std::move(path)), file_(std::fopen(path_.c_str(), "wb")) {
-    if (!file_) fail();
+      : path_(std::move(path)), file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+    if (file_ < 0) fail();
   }
   ~OutputFile() {
-    if (file_) std::fclose(file_);
+    if (file_ >= 0) ::close(file_);
   }
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  void write(const void* bytes, std::size_t count) {
-    if (std::fwrite(bytes, 1, count, file_) != count) fail();
+  void write(std::uint64_t offset, const void* bytes, std::size_t count) {
+    const auto* from = static_cast<const char*>(bytes);
+    while (count > 0) {
+      const ssize_t written = pwrite(file_, from, count, static_cast<off_t>(offset));
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail();
+      from += written;
+      offset += static_cast<std::uint64_t>(written);
+      count -= static_cast<std::size_t>(written);
+    }
   }
 
-  // What the system buffered may fail only here.
+  // Some file systems report a failure only here.
   void close() {
-    std::FILE* file = file_;
-    file_ = nullptr;
-    if (std::fclose(file) != 0) fail();
+    const int file = file_;
+    file_ = -1;
+    if (::close(file) != 0) fail();
   }
 
  private:
-  [[noreturn]] void fail() const {
-    throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
-  }
+  [[noreturn]] void fail() const { throw WriteError(path_, std::strerror(errno)); }
 
   std::filesystem::path path_;
-  std::FILE* file_;
+  int file_;
 };
 
 }  // namespace solidtex::tools

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "tools/bake/slabs.h"
+#include "tools/bake/pieces.h"
 #include "tools/bake/volume.h"
 
 namespace solidtex::tools {
@@ -13,7 +13,9 @@ namespace solidtex::tools {
 class Sink {
  public:
   virtual ~Sink() = default;
-  virtual void take(const Slab& slab) = 0;
+  // How many voxels along z the pieces may have; all with the same z come one after another.
+  virtual std::int64_t depth() const = 0;
+  virtual void take(const Piece& piece) = 0;
   virtual void finish() = 0;
 };
 
@@ -31,9 +33,6 @@ enum class OutputKind { npy, vdb, png_slices, exr_slices };
 
 // From the name of the output and --slices; throws when they say nothing, or contradict each other.
 OutputKind output_kind(const std::filesystem::path& output, const std::string& slices);
-
-// The axis along which a kind takes its slabs.
-int slab_axis(OutputKind kind);
 
 std::unique_ptr<Sink> make_sink(OutputKind kind, const std::filesystem::path& path,
                                 const Volume& volume);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "tools/bake/channel_groups.h"
+#include "tools/bake/output_file.h"
 #include "tools/bake/sink.h"
 
 namespace solidtex::tools {
@@ -18,16 +19,16 @@ openvdb::Vec3f value_at(const float* voxel, const openvdb::Vec3SGrid&) {
 
 float value_at(const float* voxel, const openvdb::FloatGrid&) { return voxel[0]; }
 
-// Every voxel of the slab becomes active, zero ones too: this is a dense volume.
+// Every voxel of the piece becomes active, zero ones too: this is a dense volume.
 template <class Grid>
-void fill(Grid& grid, const Volume& volume, const Slab& slab, std::size_t first_channel) {
+void fill(Grid& grid, const Volume& volume, const Piece& piece, std::size_t first_channel) {
   auto accessor = grid.getAccessor();
-  const float* voxel = slab.values.data() + first_channel;
-  for (std::int64_t x = 0; x < slab.size[0]; ++x) {
-    for (std::int64_t y = 0; y < slab.size[1]; ++y) {
-      for (std::int64_t z = 0; z < slab.size[2]; ++z, voxel += volume.channels()) {
+  const float* voxel = piece.values.data() + first_channel;
+  for (std::int64_t x = 0; x < piece.size[0]; ++x) {
+    for (std::int64_t y = 0; y < piece.size[1]; ++y) {
+      for (std::int64_t z = 0; z < piece.size[2]; ++z, voxel += volume.channels()) {
         const auto index = [&](int axis, std::int64_t step) {
-          return static_cast<std::int32_t>(volume.origin[axis] + slab.offset[axis] + step);
+          return static_cast<std::int32_t>(volume.origin[axis] + piece.offset[axis] + step);
         };
         accessor.setValueOn({index(0, x), index(1, y), index(2, z)}, value_at(voxel, grid));
       }
@@ -79,12 +80,16 @@ class VdbSink : public Sink {
               << " MiB of memory until they are written.\n";
   }
 
-  void take(const Slab& slab) override {
+  std::int64_t depth() const override { return volume_.size[2]; }
+
+  void take(const Piece& piece) override {
     for (std::size_t i = 0; i < groups_.size(); ++i) {
       if (groups_[i].count == 3) {
-        fill(*openvdb::gridPtrCast<openvdb::Vec3SGrid>(grids_[i]), volume_, slab, groups_[i].first);
+        fill(*openvdb::gridPtrCast<openvdb::Vec3SGrid>(grids_[i]), volume_, piece,
+             groups_[i].first);
       } else {
-        fill(*openvdb::gridPtrCast<openvdb::FloatGrid>(grids_[i]), volume_, slab, groups_[i].first);
+        fill(*openvdb::gridPtrCast<openvdb::FloatGrid>(grids_[i]), volume_, piece,
+             groups_[i].first);
       }
     }
   }
@@ -97,7 +102,7 @@ class VdbSink : public Sink {
       StreamArchive().write_grids(stream, {grids_.begin(), grids_.end()});
       stream.close();
     } catch (const std::ios_base::failure&) {
-      throw std::runtime_error(path_.string() + ": cannot write: " + std::strerror(errno));
+      throw WriteError(path_, std::strerror(errno));
     }
   }
 

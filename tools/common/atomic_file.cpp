@@ -41,6 +41,11 @@ AtomicFile::~AtomicFile() {
   fs::remove_all(temporary_, ignored);
 }
 
+fs::path AtomicFile::final_path(const fs::path& path) const {
+  const fs::path inside = path.lexically_relative(temporary_);
+  return inside == "." ? target_ : target_ / inside;
+}
+
 void AtomicFile::commit() {
   std::error_code problem;
   fs::rename(temporary_, target_, problem);

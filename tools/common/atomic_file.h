@@ -17,6 +17,9 @@ class AtomicFile {
   const std::filesystem::path& target() const { return target_; }
   const std::filesystem::path& temporary_path() const { return temporary_; }
 
+  // Where temporary_path(), or a path inside it, will be in the end.
+  std::filesystem::path final_path(const std::filesystem::path& path) const;
+
   // Replaces the target. A folder that holds something is never replaced: that is an error.
   void commit();
 
