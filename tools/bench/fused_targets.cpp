@@ -1,7 +1,6 @@
 #include "tools/bench/fused_targets.h"
 
-// As in the library, which has no body for scalable vectors.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "tools/bench/targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tools/bench/fused_targets.cpp"
 #include <hwy/foreach_target.h>

@@ -1,5 +1,4 @@
-// The accumulators are an array of vectors, which scalable vectors do not allow.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#include "tools/bench/targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tools/bench/peak.cpp"
 #include <hwy/foreach_target.h>
