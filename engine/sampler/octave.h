@@ -15,6 +15,12 @@ namespace solidtex::engine {
 inline constexpr int kOctaveBlock = 48;  // points: whole vectors and register tiles on every target
 
 struct PlanarPositions {
+  // From (x, y, z) triples.
+  void assign(const double* positions, int count) {
+    for (int p = 0; p < count; ++p)
+      for (int a = 0; a < 3; ++a) axis[a][p] = positions[3 * p + a];
+  }
+
   alignas(64) double axis[3][kOctaveBlock];
 };
 

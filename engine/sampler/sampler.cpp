@@ -16,6 +16,13 @@ namespace {
 // Up to so many points are evaluated one by one: a block costs as much as four of them.
 constexpr std::size_t kFewPoints = 4;
 
+// From [channel][kOctaveBlock] to [point][channel]; gives the end of what was written.
+float* interleave(const float* planar, int count, int channels, float* values) {
+  for (int p = 0; p < count; ++p)
+    for (int c = 0; c < channels; ++c) *values++ = planar[c * kOctaveBlock + p];
+  return values;
+}
+
 // Working memory of one point: on the stack for networks of usual sizes.
 class PointBuffer {
  public:
@@ -78,7 +85,7 @@ struct Sampler::BlockBuffers {
 };
 
 Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed,
-                 [[maybe_unused]] Precision precision)
+                 Precision precision)
     : width_(model.width),
       octaves_per_layer_(model.octaves / static_cast<int>(model.hidden.size() - 1)),
       octaves_(model.transforms, seed) {
@@ -91,6 +98,8 @@ Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t se
   layers_.push_back(
       pack(model.output_weight, {}, model.output_bias.values, width_, 0, /*slope=*/1));
   for (const LinearLayer& layer : layers_) point_layers_.emplace_back(layer);
+  if (precision == Precision::fast && MatrixNetwork::supported())
+    fast_.emplace(std::span(layers_).first(hidden.size()));
 }
 
 // Rows of an activation buffer: what the kernels write behind the last output included.
@@ -100,6 +109,7 @@ std::size_t Sampler::activation_rows() const {
 }
 
 void Sampler::evaluate(const double* positions, std::size_t count, float* values) const {
+  if (fast_) return evaluate_fast(positions, count, values);
   const std::size_t alone = count % kOctaveBlock <= kFewPoints ? count % kOctaveBlock : 0;
   if (count > alone) {
     BlockBuffers buffers(activation_rows());
@@ -114,9 +124,7 @@ void Sampler::evaluate(const double* positions, std::size_t count, float* values
 
 void Sampler::evaluate_block(const double* positions, int count, BlockBuffers& buffers,
                              float* values) const {
-  for (int p = 0; p < count; ++p)
-    for (int axis = 0; axis < 3; ++axis) buffers.positions.axis[axis][p] = positions[3 * p + axis];
-
+  buffers.positions.assign(positions, count);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const LinearLayer& layer = layers_[l];
     const int inputs = l == 0 ? 0 : width_;
@@ -126,14 +134,43 @@ void Sampler::evaluate_block(const double* positions, int count, BlockBuffers& b
     kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
     std::swap(buffers.current, buffers.next);
   }
-  for (int p = 0; p < count; ++p)
-    for (int c = 0; c < channels(); ++c) *values++ = buffers.current[c * kOctaveBlock + p];
+  interleave(buffers.current, count, channels(), values);
 }
 
 void Sampler::octave_noise(int octave, int count, BlockBuffers& buffers, float* values) const {
   const OctaveCells& cells = buffers.cells;
   find_octave_cells(octaves_.transform_of(octave).data(), buffers.positions, count, buffers.cells);
   solidtex_1::trilinear_normal(octaves_.key_of(octave), cells.view(), count, values);
+}
+
+void Sampler::evaluate_fast(const double* positions, std::size_t count, float* values) const {
+  BlockBuffers buffers(std::max(activation_rows(), static_cast<std::size_t>(octaves_.count)));
+  MatrixNetwork::Scratch scratch(*fast_);
+  float *octaves = buffers.current, *units = buffers.next;
+  for (std::size_t done = 0; done < count; done += kOctaveBlock) {
+    const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
+    block_noise(positions + 3 * done, block, buffers, octaves);
+    fast_->evaluate(octaves, block, scratch, units);
+    kernels::dense(layers_.back(), units, block, kOctaveBlock, octaves);
+    values = interleave(octaves, block, channels(), values);
+  }
+}
+
+// The values of all octaves for a block of points: [octave][kOctaveBlock].
+void Sampler::block_noise(const double* positions, int count, BlockBuffers& buffers,
+                          float* octaves) const {
+  if (count > static_cast<int>(kFewPoints)) {
+    buffers.positions.assign(positions, count);
+    for (int o = 0; o < octaves_.count; ++o)
+      octave_noise(o, count, buffers, octaves + o * kOctaveBlock);
+    return;
+  }
+  std::fill_n(octaves, octaves_.count * kOctaveBlock, 0.0f);
+  std::vector<float> point(octaves_.padded());
+  for (int p = 0; p < count; ++p) {
+    point_noise(positions + 3 * p, point.data());
+    for (int o = 0; o < octaves_.count; ++o) octaves[o * kOctaveBlock + p] = point[o];
+  }
 }
 
 void Sampler::evaluate_point(const double* position, float* values) const {

@@ -3,10 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "engine/kernels/linear_layer.h"
 #include "engine/model/model.h"
+#include "engine/sampler/matrix_network.h"
 #include "engine/sampler/octave.h"
 
 namespace solidtex::engine {
@@ -32,6 +34,8 @@ class Sampler {
   void evaluate_block(const double* positions, int count, BlockBuffers& buffers,
                       float* values) const;
   void octave_noise(int octave, int count, BlockBuffers& buffers, float* values) const;
+  void block_noise(const double* positions, int count, BlockBuffers& buffers, float* octaves) const;
+  void evaluate_fast(const double* positions, std::size_t count, float* values) const;
   void evaluate_point(const double* position, float* values) const;
   void point_noise(const double* position, float* values) const;
   std::size_t activation_rows() const;
@@ -42,6 +46,7 @@ class Sampler {
   // constant input is part of its bias. The last one is the linear output.
   std::vector<LinearLayer> layers_;
   std::vector<PointLayer> point_layers_;  // the same
+  std::optional<MatrixNetwork> fast_;     // the same, where fast precision is asked for and there
 };
 
 }  // namespace solidtex::engine

@@ -73,11 +73,16 @@ std::vector<double> by_definition(const SamplerModel& model, const double* at) {
   return product(model.output_weight, model.output_bias);
 }
 
+// Units and octaves that fill no tile and no vector, and more than one.
+std::vector<SamplerModel> odd_models() {
+  return {example::sampler(), example::sampler(3, 2, 5, 4), example::sampler(4, 3, 33, 1),
+          example::sampler(1, 2, 1, 1), example::sampler(20, 2, 40, 20)};
+}
+
 }  // namespace
 
 TEST_CASE("the sampler is equation 2 of GramGAN", "[sampler]") {
-  for (const SamplerModel& model :
-       {example::sampler(), example::sampler(3, 2, 5, 4), example::sampler(4, 3, 33, 1)}) {
+  for (const SamplerModel& model : odd_models()) {
     const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
     const std::vector<double> positions = random_positions(100, -20);
     const std::vector<float> values = evaluate(sampler, positions);
@@ -90,22 +95,72 @@ TEST_CASE("the sampler is equation 2 of GramGAN", "[sampler]") {
   }
 }
 
-TEST_CASE("a point's bits depend neither on its neighbours nor on the target", "[sampler]") {
-  const Sampler sampler(example::sampler(), NoiseScheme::solidtex_1, kSeed);
-  for (const double centre : {0.0, -0x1p30, 0x1p30}) {
-    const std::vector<double> positions = random_positions(301, centre);
-    const std::vector<float> together = evaluate(sampler, positions);
-    testing::on_every_target([&] { CHECK(evaluate(sampler, positions) == together); });
-    for (const std::size_t first : {0, 1, 47, 48, 49, 250}) {
-      for (const std::size_t count : {1, 2, 4, 5, 17, 49, 51}) {
-        const std::vector<float> part = evaluate(
-            sampler, {positions.begin() + static_cast<std::ptrdiff_t>(3 * first),
-                      positions.begin() + static_cast<std::ptrdiff_t>(3 * (first + count))});
-        CAPTURE(centre, first, count);
-        CHECK(std::equal(part.begin(), part.end(), together.begin() + 3 * first));
-      }
+TEST_CASE("a point's bits do not depend on the target", "[sampler]") {
+  for (const SamplerModel& model : odd_models()) {
+    const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
+    for (const double centre : {0.0, -0x1p30, 0x1p30}) {
+      const std::vector<double> positions = random_positions(301, centre);
+      const std::vector<float> together = evaluate(sampler, positions);
+      testing::on_every_target([&] { CHECK(evaluate(sampler, positions) == together); });
     }
   }
+}
+
+TEST_CASE("a point's bits do not depend on its neighbours, in either precision", "[sampler]") {
+  const std::vector<double> positions = random_positions(301, 1e6);
+  for (const SamplerModel& model : odd_models())
+    for (const Precision precision : {Precision::full, Precision::fast})
+      testing::on_every_target([&] {
+        const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed, precision);
+        const auto channels = static_cast<std::size_t>(sampler.channels());
+        const std::vector<float> together = evaluate(sampler, positions);
+        for (const std::size_t first : {0, 1, 47, 48, 49, 250}) {
+          for (const std::size_t count : {1, 2, 4, 5, 17, 49, 51}) {
+            const std::vector<float> part = evaluate(
+                sampler, {positions.begin() + static_cast<std::ptrdiff_t>(3 * first),
+                          positions.begin() + static_cast<std::ptrdiff_t>(3 * (first + count))});
+            CAPTURE(first, count);
+            CHECK(std::equal(part.begin(), part.end(),
+                             together.begin() + static_cast<std::ptrdiff_t>(channels * first)));
+          }
+        }
+      });
+}
+
+TEST_CASE("fast precision is near full precision", "[sampler]") {
+  for (const char* name : {"stone-grey", "wood-zebrano"}) {
+    const Model file = read_model(std::string(SOLIDTEX_MODELS) + "/" + name + ".solidtex");
+    const auto& model = std::get<SamplerModel>(file.architecture);
+    const std::vector<double> positions = random_positions(4000, 7);
+    const auto values_in = [&](Precision precision) {
+      return evaluate(Sampler(model, NoiseScheme::solidtex_1, kSeed, precision), positions);
+    };
+    const std::vector<float> full = values_in(Precision::full), fast = values_in(Precision::fast);
+    float largest = 0;
+    for (std::size_t i = 0; i < full.size(); ++i)
+      largest = std::max(largest, std::fabs(fast[i] - full[i]));
+    CHECK(largest < 1.0f / 255);  // docs/numerics.md asks this of 99.9 % of the values only
+  }
+  for (const SamplerModel& model : odd_models()) {
+    const std::vector<double> positions = random_positions(100, 7);
+    const auto values_in = [&](Precision precision) {
+      return evaluate(Sampler(model, NoiseScheme::solidtex_1, kSeed, precision), positions);
+    };
+    const std::vector<float> full = values_in(Precision::full), fast = values_in(Precision::fast);
+    for (std::size_t i = 0; i < full.size(); ++i)
+      CHECK(fast[i] == Approx(full[i]).epsilon(0.01).margin(0.02));
+  }
+}
+
+TEST_CASE("fast precision is another computation where the processor has a matrix unit",
+          "[sampler]") {
+  const std::vector<double> positions = random_positions(50, 7);
+  const auto values_in = [&](Precision precision) {
+    return evaluate(Sampler(example::sampler(), NoiseScheme::solidtex_1, kSeed, precision),
+                    positions);
+  };
+  const bool same = values_in(Precision::full) == values_in(Precision::fast);
+  CHECK(same != MatrixNetwork::supported());
 }
 
 TEST_CASE("far positions are distinct and finite", "[sampler]") {

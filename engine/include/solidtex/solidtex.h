@@ -8,7 +8,8 @@
  * far away; they are meant for |c| <= 2^30.
  *
  * Determinism. A value depends on the file, the seed, the precision and the position only: the same
- * bits come from any box, batch, order, thread count and instruction set.
+ * bits come from any box, batch, order, thread count and instruction set (instruction set: in full
+ * precision).
  *
  * Threads. A texture is immutable: any number of threads may query it at once. Queries run on the
  * calling thread's oneTBB arena. Errors are kept per thread.
@@ -44,9 +45,10 @@ typedef struct solidtex_texture solidtex_texture;
 /* How exact values are. */
 typedef enum solidtex_precision {
   SOLIDTEX_PRECISION_FULL = 0, /* float32 throughout */
-  /* Sampler family: faster. 99.9 % of the values of a texture lie within 1/255 of full precision:
-   * for pictures of 8 bits. docs/numerics.md says how far from it the shipped models are. Lattice
-   * family: the same as full. */
+  /* Sampler family, where the processor has a matrix unit for bfloat16 (Intel AMX, Linux): more
+   * than twice as fast, for pictures of 8 bits: 99.9 % of a texture's values lie within 1/255 of
+   * full precision (docs/numerics.md: all of those of the shipped models, their largest error is
+   * 0.4/255). Lattice family, and other processors: the same as full. */
   SOLIDTEX_PRECISION_FAST = 1
 } solidtex_precision;
 

@@ -1,0 +1,255 @@
+#include "engine/sampler/matrix_network.h"
+
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <new>
+
+#if defined(__x86_64__) && defined(__linux__)
+// GCC 12 warns of its own headers' _mm512_undefined_ps.
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#include <immintrin.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#define SOLIDTEX_MATRIX_UNIT __attribute__((target("avx512f,amx-tile,amx-bf16")))
+#endif
+
+namespace solidtex::engine {
+namespace {
+
+constexpr int kTile = 16;                 // outputs or points of a tile
+constexpr int kStep = 2 * kTile;          // inputs of a product of tiles
+constexpr int kTileSize = kTile * kStep;  // weights
+// An octave and its weights are two parts each, as a layer's few octaves leave a step half empty
+// anyway: inputs (low, high, low, high) on weights (high, high, low, low). One part each made half
+// of the error.
+constexpr int kOctaveInputs = 4;
+
+using Sums = float[MatrixNetwork::kBlock / kTile][kTile][kTile];  // [tile of points][output][point]
+
+int tiles_of(int count, int step) { return (count + step - 1) / step; }
+
+// Nearest, ties away from zero: the vectors do the same.
+std::uint16_t to_bfloat16(float value) {
+  return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(value) + 0x8000u) >> 16);
+}
+
+float from_bfloat16(std::uint16_t bits) {
+  return std::bit_cast<float>(static_cast<std::uint32_t>(bits) << 16);
+}
+
+template <class Value>
+hwy::AlignedFreeUniquePtr<Value[]> allocate_zeros(std::size_t count) {
+  auto storage = hwy::AllocateAligned<Value>(std::max<std::size_t>(count, 1));
+  if (!storage) throw std::bad_alloc();
+  std::fill_n(storage.get(), count, Value{});
+  return storage;
+}
+
+}  // namespace
+
+MatrixNetwork::Layer MatrixNetwork::make_layer(const LinearLayer& linear, int units) {
+  const int octaves = linear.terms - units;
+  Layer layer{.output_tiles = tiles_of(linear.outputs, kTile),
+              .octaves = octaves,
+              .octave_steps = tiles_of(octaves * kOctaveInputs, kStep),
+              .unit_steps = tiles_of(units, kStep),
+              .weights = {},
+              .bias = linear.bias,
+              .slope = linear.slope};
+  const int steps = layer.octave_steps + layer.unit_steps;
+  layer.weights = allocate_zeros<std::uint16_t>(static_cast<std::size_t>(layer.output_tiles) *
+                                                steps * kTileSize);
+  layer.bias.resize(static_cast<std::size_t>(layer.output_tiles) * kTile);
+  for (int o = 0; o < linear.outputs; ++o) {
+    const auto set = [&](int input, std::uint16_t weight) {
+      const std::size_t tile = static_cast<std::size_t>(o / kTile) * steps + input / kStep;
+      layer.weights[(tile * kTile + o % kTile) * kStep + input % kStep] = weight;
+    };
+    for (int t = 0; t < units; ++t)
+      set(layer.octave_steps * kStep + t, to_bfloat16(linear.weight(o, t)));
+    for (int i = 0; i < octaves; ++i) {
+      const float weight = linear.weight(o, units + i);
+      const std::uint16_t high = to_bfloat16(weight);
+      const std::uint16_t low = to_bfloat16(weight - from_bfloat16(high));
+      const std::uint16_t inputs[kOctaveInputs] = {high, high, low, low};
+      for (int k = 0; k < kOctaveInputs; ++k) set(i * kOctaveInputs + k, inputs[k]);
+    }
+  }
+  return layer;
+}
+
+MatrixNetwork::MatrixNetwork(std::span<const LinearLayer> layers) {
+  int units = 0;
+  for (const LinearLayer& layer : layers) {
+    layers_.push_back(make_layer(layer, units));
+    units = layer.outputs;
+  }
+  int octave_steps = 0, unit_steps = 0;
+  for (const Layer& layer : layers_) {
+    octave_steps = std::max(octave_steps, layer.octave_steps);
+    unit_steps = std::max(unit_steps, layer.unit_steps);
+  }
+  octave_rows_ = static_cast<std::size_t>(octave_steps) * kTile;
+  rows_ = octave_rows_ + static_cast<std::size_t>(unit_steps) * kTile;
+}
+
+MatrixNetwork::Scratch::Scratch(const MatrixNetwork& network)
+    : storage_(allocate_zeros<std::uint32_t>(2 * network.rows_ * kBlock)),
+      current_(storage_.get()),
+      next_(current_ + network.rows_ * kBlock) {}
+
+#ifdef SOLIDTEX_MATRIX_UNIT
+
+namespace {
+
+struct alignas(64) TileConfiguration {
+  std::uint8_t palette = 1, first_row = 0, reserved[14] = {};
+  std::uint16_t row_bytes[16] = {64, 64, 64, 64, 64, 64, 64, 64};
+  std::uint8_t rows[16] = {16, 16, 16, 16, 16, 16, 16, 16};
+};
+
+// Linux gives a process the unit's registers when it asks for them.
+bool request_tiles() {
+  constexpr int kRequestPermission = 0x1023, kTileData = 18;
+  if (!__builtin_cpu_supports("avx512f")) return false;
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  __asm__("cpuid" : "=a"(a), "=b"(b), "=c"(c), "=d"(d) : "a"(7), "c"(0));
+  constexpr unsigned kBf16 = 1u << 22, kTiles = 1u << 24;
+  if ((d & kBf16) == 0 || (d & kTiles) == 0) return false;
+  return syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
+}
+
+// Two rows of inputs as one of pairs, the first in the low half.
+SOLIDTEX_MATRIX_UNIT inline __m512i pair_of(__m512 first, __m512 second) {
+  const __m512i half = _mm512_set1_epi32(0x8000), high = _mm512_set1_epi32(-0x10000);
+  const __m512i low = _mm512_srli_epi32(_mm512_add_epi32(_mm512_castps_si512(first), half), 16);
+  const __m512i top = _mm512_add_epi32(_mm512_castps_si512(second), half);
+  return _mm512_ternarylogic_epi32(low, top, high, 0xF8);  // low | (top & high)
+}
+
+// The parts of octaves [count][kBlock], each pair of them twice: [2 * count][kBlock].
+SOLIDTEX_MATRIX_UNIT void split_octaves(const float* octaves, int count, int points,
+                                        std::uint32_t* pairs) {
+  constexpr int kBlock = MatrixNetwork::kBlock;
+  const __m512i half = _mm512_set1_epi32(0x8000), high_bits = _mm512_set1_epi32(-0x10000);
+  for (int i = 0; i < count; ++i, octaves += kBlock, pairs += 2 * kBlock)
+    for (int p = 0; p < points; p += kTile) {
+      const __m512 value = _mm512_load_ps(octaves + p);
+      const __m512i rounded = _mm512_add_epi32(_mm512_castps_si512(value), half);
+      const __m512 high = _mm512_castsi512_ps(_mm512_and_epi32(rounded, high_bits));
+      const __m512i pair = pair_of(_mm512_sub_ps(value, high), high);
+      _mm512_store_si512(pairs + p, pair);
+      _mm512_store_si512(pairs + kBlock + p, pair);
+    }
+}
+
+// The sums of one tile of outputs for kTiles tiles of points.
+template <int kTiles>
+SOLIDTEX_MATRIX_UNIT inline void sum_tiles(const std::uint16_t* weights, int steps,
+                                           const std::uint32_t* inputs, Sums& sums) {
+  constexpr int kBlock = MatrixNetwork::kBlock, kPitch = kBlock * sizeof(std::uint32_t);
+  _tile_zero(0);
+  if (kTiles > 1) _tile_zero(1);
+  if (kTiles > 2) _tile_zero(2);
+  for (int s = 0; s < steps; ++s, weights += kTileSize, inputs += kTile * kBlock) {
+    _tile_loadd(3, weights, kStep * sizeof(std::uint16_t));
+    _tile_loadd(4, inputs, kPitch);
+    _tile_dpbf16ps(0, 3, 4);
+    if (kTiles > 1) {
+      _tile_loadd(5, inputs + kTile, kPitch);
+      _tile_dpbf16ps(1, 3, 5);
+    }
+    if (kTiles > 2) {
+      _tile_loadd(6, inputs + 2 * kTile, kPitch);
+      _tile_dpbf16ps(2, 3, 6);
+    }
+  }
+  _tile_stored(0, sums[0], kTile * sizeof(float));
+  if (kTiles > 1) _tile_stored(1, sums[1], kTile * sizeof(float));
+  if (kTiles > 2) _tile_stored(2, sums[2], kTile * sizeof(float));
+}
+
+SOLIDTEX_MATRIX_UNIT void sum_tiles(int tiles, const std::uint16_t* weights, int steps,
+                                    const std::uint32_t* inputs, Sums& sums) {
+  if (tiles == 1) return sum_tiles<1>(weights, steps, inputs, sums);
+  if (tiles == 2) return sum_tiles<2>(weights, steps, inputs, sums);
+  sum_tiles<3>(weights, steps, inputs, sums);
+}
+
+SOLIDTEX_MATRIX_UNIT inline __m512 activated(const float* sums, float bias, __m512 slope) {
+  const __m512 sum = _mm512_add_ps(_mm512_load_ps(sums), _mm512_set1_ps(bias));
+  return _mm512_max_ps(sum, _mm512_mul_ps(sum, slope));
+}
+
+SOLIDTEX_MATRIX_UNIT void store_pairs(const Sums& sums, const float* bias, __m512 slope, int tiles,
+                                      std::uint32_t* pairs) {
+  for (int o = 0; o < kTile; o += 2)
+    for (int t = 0; t < tiles; ++t)
+      _mm512_store_si512(pairs + o / 2 * MatrixNetwork::kBlock + t * kTile,
+                         pair_of(activated(sums[t][o], bias[o], slope),
+                                 activated(sums[t][o + 1], bias[o + 1], slope)));
+}
+
+SOLIDTEX_MATRIX_UNIT void store_values(const Sums& sums, const float* bias, __m512 slope, int tiles,
+                                       float* values) {
+  for (int o = 0; o < kTile; ++o)
+    for (int t = 0; t < tiles; ++t)
+      _mm512_store_ps(values + o * MatrixNetwork::kBlock + t * kTile,
+                      activated(sums[t][o], bias[o], slope));
+}
+
+}  // namespace
+
+bool MatrixNetwork::supported() {
+  static const bool available = request_tiles();
+  return available && (hwy::SupportedTargets() & HWY_AVX3) != 0;
+}
+
+SOLIDTEX_MATRIX_UNIT void MatrixNetwork::run_layer(const Layer& layer, int point_tiles,
+                                                   const std::uint32_t* inputs,
+                                                   std::uint32_t* pairs, float* values) {
+  alignas(64) Sums sums;
+  const int steps = layer.octave_steps + layer.unit_steps;
+  const __m512 slope = _mm512_set1_ps(layer.slope);
+  for (int tile = 0; tile < layer.output_tiles; ++tile) {
+    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(tile) * kTile;
+    sum_tiles(point_tiles, layer.weights.get() + row * steps * kStep, steps, inputs, sums);
+    if (values) {
+      store_values(sums, &layer.bias[row], slope, point_tiles, values + row * kBlock);
+    } else {
+      store_pairs(sums, &layer.bias[row], slope, point_tiles, pairs + row / 2 * kBlock);
+    }
+  }
+}
+
+SOLIDTEX_MATRIX_UNIT void MatrixNetwork::evaluate(const float* octaves, int count, Scratch& scratch,
+                                                  float* units) const {
+  const TileConfiguration configuration;
+  _tile_loadconfig(&configuration);
+  const int point_tiles = tiles_of(count, kTile);
+  std::uint32_t *current = scratch.current_, *next = scratch.next_;
+  for (const Layer& layer : layers_) {
+    // Octaves end where units begin, in every layer at the same row.
+    const auto octave_row = octave_rows_ - static_cast<std::size_t>(layer.octave_steps) * kTile;
+    std::uint32_t* inputs = current + octave_row * kBlock;
+    split_octaves(octaves, layer.octaves, point_tiles * kTile, inputs);
+    octaves += static_cast<std::ptrdiff_t>(layer.octaves) * kBlock;
+    run_layer(layer, point_tiles, inputs, next + octave_rows_ * kBlock,
+              &layer == &layers_.back() ? units : nullptr);
+    std::swap(current, next);
+  }
+  _tile_release();
+}
+
+#else
+
+bool MatrixNetwork::supported() { return false; }
+
+void MatrixNetwork::evaluate(const float*, int, Scratch&, float*) const { std::abort(); }
+
+#endif
+
+}  // namespace solidtex::engine
