@@ -8,6 +8,7 @@ namespace solidtex::engine {
 namespace {
 
 constexpr std::size_t kStep = 10 * kOctaveBlock;  // points evaluated at a time
+constexpr std::size_t kGrain = 4;                 // blocks that are worth a thread
 
 // Centre of the voxel with the given index in [x][y][z] order.
 void voxel_centre(const Box& box, std::size_t index, double* position) {
@@ -38,12 +39,13 @@ class SamplerFamily : public Family {
   template <class PositionOf>
   void evaluate(std::size_t count, float* values, const PositionOf& position_of) const {
     const auto channels = static_cast<std::size_t>(sampler_.channels());
-    // In whole steps, so that only the last one has a block that is not full.
-    for_each_part((count + kStep - 1) / kStep, 1, [&](std::size_t begin, std::size_t end) {
+    // In whole blocks, so that only the last one of all is not full.
+    const std::size_t blocks = (count + kOctaveBlock - 1) / kOctaveBlock;
+    for_each_part(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
       std::array<double, 3 * kStep> positions;
-      for (std::size_t first = begin * kStep; first < std::min(end * kStep, count);
-           first += kStep) {
-        const std::size_t step = std::min(kStep, count - first);
+      const std::size_t stop = std::min(end * kOctaveBlock, count);
+      for (std::size_t first = begin * kOctaveBlock; first < stop; first += kStep) {
+        const std::size_t step = std::min(kStep, stop - first);
         for (std::size_t i = 0; i < step; ++i) position_of(first + i, &positions[3 * i]);
         sampler_.evaluate(positions.data(), step, values + first * channels);
       }
