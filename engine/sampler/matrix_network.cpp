@@ -27,7 +27,8 @@ constexpr int kTileSize = kTile * kStep;  // weights
 // of the error.
 constexpr int kOctaveInputs = 4;
 
-using Sums = float[MatrixNetwork::kBlock / kTile][kTile][kTile];  // [tile of points][output][point]
+constexpr int kGroup = 3;  // tiles of points that share the loading of a tile of weights
+using Sums = float[kGroup][kTile][kTile];  // [tile of points][output][point]
 
 int tiles_of(int count, int step) { return (count + step - 1) / step; }
 
@@ -89,6 +90,7 @@ MatrixNetwork::MatrixNetwork(std::span<const LinearLayer> layers) {
   }
   int octave_steps = 0, unit_steps = 0;
   for (const Layer& layer : layers_) {
+    octaves_ += layer.octaves;
     octave_steps = std::max(octave_steps, layer.octave_steps);
     unit_steps = std::max(unit_steps, layer.unit_steps);
   }
@@ -96,10 +98,15 @@ MatrixNetwork::MatrixNetwork(std::span<const LinearLayer> layers) {
   rows_ = octave_rows_ + static_cast<std::size_t>(unit_steps) * kTile;
 }
 
-MatrixNetwork::Scratch::Scratch(const MatrixNetwork& network)
-    : storage_(allocate_zeros<std::uint32_t>(2 * network.rows_ * kBlock)),
-      current_(storage_.get()),
-      next_(current_ + network.rows_ * kBlock) {}
+MatrixNetwork::Block::Block(const MatrixNetwork& network, int points)
+    : pitch_(tiles_of(points, kTile) * kTile) {
+  const auto columns = static_cast<std::size_t>(pitch_);
+  const int unit_rows = network.layers_.back().output_tiles * kTile;
+  octaves_ = allocate_zeros<float>(static_cast<std::size_t>(network.octaves_) * columns);
+  units_ = allocate_zeros<float>(static_cast<std::size_t>(unit_rows) * columns);
+  current_ = allocate_zeros<std::uint32_t>(network.rows_ * columns);
+  next_ = allocate_zeros<std::uint32_t>(network.rows_ * columns);
+}
 
 #ifdef SOLIDTEX_MATRIX_UNIT
 
@@ -130,40 +137,39 @@ SOLIDTEX_MATRIX_UNIT inline __m512i pair_of(__m512 first, __m512 second) {
   return _mm512_ternarylogic_epi32(low, top, high, 0xF8);  // low | (top & high)
 }
 
-// The parts of octaves [count][kBlock], each pair of them twice: [2 * count][kBlock].
-SOLIDTEX_MATRIX_UNIT void split_octaves(const float* octaves, int count, int points,
+// The parts of octaves [count][pitch], each pair of them twice: [2 * count][pitch].
+SOLIDTEX_MATRIX_UNIT void split_octaves(const float* octaves, int count, int points, int pitch,
                                         std::uint32_t* pairs) {
-  constexpr int kBlock = MatrixNetwork::kBlock;
   const __m512i half = _mm512_set1_epi32(0x8000), high_bits = _mm512_set1_epi32(-0x10000);
-  for (int i = 0; i < count; ++i, octaves += kBlock, pairs += 2 * kBlock)
+  for (int i = 0; i < count; ++i, octaves += pitch, pairs += 2 * pitch)
     for (int p = 0; p < points; p += kTile) {
       const __m512 value = _mm512_load_ps(octaves + p);
       const __m512i rounded = _mm512_add_epi32(_mm512_castps_si512(value), half);
       const __m512 high = _mm512_castsi512_ps(_mm512_and_epi32(rounded, high_bits));
       const __m512i pair = pair_of(_mm512_sub_ps(value, high), high);
       _mm512_store_si512(pairs + p, pair);
-      _mm512_store_si512(pairs + kBlock + p, pair);
+      _mm512_store_si512(pairs + pitch + p, pair);
     }
 }
 
 // The sums of one tile of outputs for kTiles tiles of points.
 template <int kTiles>
 SOLIDTEX_MATRIX_UNIT inline void sum_tiles(const std::uint16_t* weights, int steps,
-                                           const std::uint32_t* inputs, Sums& sums) {
-  constexpr int kBlock = MatrixNetwork::kBlock, kPitch = kBlock * sizeof(std::uint32_t);
+                                           const std::uint32_t* inputs, int pitch, Sums& sums) {
+  const auto row_bytes = static_cast<std::ptrdiff_t>(pitch * sizeof(std::uint32_t));
   _tile_zero(0);
   if (kTiles > 1) _tile_zero(1);
   if (kTiles > 2) _tile_zero(2);
-  for (int s = 0; s < steps; ++s, weights += kTileSize, inputs += kTile * kBlock) {
+  for (int s = 0; s < steps; ++s, weights += kTileSize, inputs += kTile * pitch) {
     _tile_loadd(3, weights, kStep * sizeof(std::uint16_t));
-    _tile_loadd(4, inputs, kPitch);
+    _tile_loadd(4, inputs, row_bytes);
     _tile_dpbf16ps(0, 3, 4);
     if (kTiles > 1) {
-      _tile_loadd(5, inputs + kTile, kPitch);
+      _tile_loadd(5, inputs + kTile, row_bytes);
       _tile_dpbf16ps(1, 3, 5);
     }
     if (kTiles > 2) {
-      _tile_loadd(6, inputs + 2 * kTile, kPitch);
+      _tile_loadd(6, inputs + 2 * kTile, row_bytes);
       _tile_dpbf16ps(2, 3, 6);
     }
   }
@@ -173,10 +179,10 @@ SOLIDTEX_MATRIX_UNIT inline void sum_tiles(const std::uint16_t* weights, int ste
 }
 
 SOLIDTEX_MATRIX_UNIT void sum_tiles(int tiles, const std::uint16_t* weights, int steps,
-                                    const std::uint32_t* inputs, Sums& sums) {
-  if (tiles == 1) return sum_tiles<1>(weights, steps, inputs, sums);
-  if (tiles == 2) return sum_tiles<2>(weights, steps, inputs, sums);
-  sum_tiles<3>(weights, steps, inputs, sums);
+                                    const std::uint32_t* inputs, int pitch, Sums& sums) {
+  if (tiles == 1) return sum_tiles<1>(weights, steps, inputs, pitch, sums);
+  if (tiles == 2) return sum_tiles<2>(weights, steps, inputs, pitch, sums);
+  sum_tiles<3>(weights, steps, inputs, pitch, sums);
 }
 
 SOLIDTEX_MATRIX_UNIT inline __m512 activated(const float* sums, float bias, __m512 slope) {
@@ -185,20 +191,19 @@ SOLIDTEX_MATRIX_UNIT inline __m512 activated(const float* sums, float bias, __m5
 }
 
 SOLIDTEX_MATRIX_UNIT void store_pairs(const Sums& sums, const float* bias, __m512 slope, int tiles,
-                                      std::uint32_t* pairs) {
+                                      int pitch, std::uint32_t* pairs) {
   for (int o = 0; o < kTile; o += 2)
     for (int t = 0; t < tiles; ++t)
-      _mm512_store_si512(pairs + o / 2 * MatrixNetwork::kBlock + t * kTile,
+      _mm512_store_si512(pairs + o / 2 * pitch + t * kTile,
                          pair_of(activated(sums[t][o], bias[o], slope),
                                  activated(sums[t][o + 1], bias[o + 1], slope)));
 }
 
 SOLIDTEX_MATRIX_UNIT void store_values(const Sums& sums, const float* bias, __m512 slope, int tiles,
-                                       float* values) {
+                                       int pitch, float* values) {
   for (int o = 0; o < kTile; ++o)
     for (int t = 0; t < tiles; ++t)
-      _mm512_store_ps(values + o * MatrixNetwork::kBlock + t * kTile,
-                      activated(sums[t][o], bias[o], slope));
+      _mm512_store_ps(values + o * pitch + t * kTile, activated(sums[t][o], bias[o], slope));
 }
 
 }  // namespace
@@ -208,7 +213,7 @@ bool MatrixNetwork::supported() {
   return available && (hwy::SupportedTargets() & HWY_AVX3) != 0;
 }
 
-SOLIDTEX_MATRIX_UNIT void MatrixNetwork::run_layer(const Layer& layer, int point_tiles,
+SOLIDTEX_MATRIX_UNIT void MatrixNetwork::run_layer(const Layer& layer, int point_tiles, int pitch,
                                                    const std::uint32_t* inputs,
                                                    std::uint32_t* pairs, float* values) {
   alignas(64) Sums sums;
@@ -216,30 +221,34 @@ SOLIDTEX_MATRIX_UNIT void MatrixNetwork::run_layer(const Layer& layer, int point
   const __m512 slope = _mm512_set1_ps(layer.slope);
   for (int tile = 0; tile < layer.output_tiles; ++tile) {
     const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(tile) * kTile;
-    sum_tiles(point_tiles, layer.weights.get() + row * steps * kStep, steps, inputs, sums);
-    if (values) {
-      store_values(sums, &layer.bias[row], slope, point_tiles, values + row * kBlock);
-    } else {
-      store_pairs(sums, &layer.bias[row], slope, point_tiles, pairs + row / 2 * kBlock);
+    const std::uint16_t* weights = layer.weights.get() + row * steps * kStep;
+    for (int first = 0; first < point_tiles; first += kGroup) {
+      const int tiles = std::min(kGroup, point_tiles - first), point = first * kTile;
+      sum_tiles(tiles, weights, steps, inputs + point, pitch, sums);
+      if (values) {
+        store_values(sums, &layer.bias[row], slope, tiles, pitch, values + row * pitch + point);
+      } else {
+        store_pairs(sums, &layer.bias[row], slope, tiles, pitch, pairs + row / 2 * pitch + point);
+      }
     }
   }
 }
 
-SOLIDTEX_MATRIX_UNIT void MatrixNetwork::evaluate(const float* octaves, int count, Scratch& scratch,
-                                                  float* units) const {
+SOLIDTEX_MATRIX_UNIT void MatrixNetwork::evaluate(int count, Block& block) const {
   const TileConfiguration configuration;
   _tile_loadconfig(&configuration);
-  const int point_tiles = tiles_of(count, kTile);
-  std::uint32_t *current = scratch.current_, *next = scratch.next_;
+  const int point_tiles = tiles_of(count, kTile), pitch = block.pitch();
+  const std::size_t unit_row = octave_rows_ * static_cast<std::size_t>(pitch);
+  int octave = 0;
   for (const Layer& layer : layers_) {
     // Octaves end where units begin, in every layer at the same row.
-    const auto octave_row = octave_rows_ - static_cast<std::size_t>(layer.octave_steps) * kTile;
-    std::uint32_t* inputs = current + octave_row * kBlock;
-    split_octaves(octaves, layer.octaves, point_tiles * kTile, inputs);
-    octaves += static_cast<std::ptrdiff_t>(layer.octaves) * kBlock;
-    run_layer(layer, point_tiles, inputs, next + octave_rows_ * kBlock,
-              &layer == &layers_.back() ? units : nullptr);
-    std::swap(current, next);
+    const std::ptrdiff_t octave_pairs = static_cast<std::ptrdiff_t>(layer.octave_steps) * kTile;
+    std::uint32_t* inputs = block.current_.get() + unit_row - octave_pairs * pitch;
+    split_octaves(block.octave(octave), layer.octaves, point_tiles * kTile, pitch, inputs);
+    octave += layer.octaves;
+    run_layer(layer, point_tiles, pitch, inputs, block.next_.get() + unit_row,
+              &layer == &layers_.back() ? block.units_.get() : nullptr);
+    std::swap(block.current_, block.next_);
   }
   _tile_release();
 }
@@ -248,7 +257,7 @@ SOLIDTEX_MATRIX_UNIT void MatrixNetwork::evaluate(const float* octaves, int coun
 
 bool MatrixNetwork::supported() { return false; }
 
-void MatrixNetwork::evaluate(const float*, int, Scratch&, float*) const { std::abort(); }
+void MatrixNetwork::evaluate(int, Block&) const { std::abort(); }  // never made
 
 #endif
 

@@ -16,7 +16,7 @@ namespace solidtex::engine {
 
 class MatrixNetwork {
  public:
-  static constexpr int kBlock = kOctaveBlock;  // points: three tiles
+  static constexpr int kBlock = 2 * kOctaveBlock;  // points that are best evaluated at a time
 
   // Whether this processor has the unit, the system lets this process use it, and the targets of
   // the other kernels (a test may choose) have vectors to go with it.
@@ -26,20 +26,27 @@ class MatrixNetwork {
   // output layer is left to float32: it is small, and its rounding would show most.
   explicit MatrixNetwork(std::span<const LinearLayer> layers);
 
-  // Working memory of one call after another.
-  class Scratch {
+  // What blocks of points need, planar.
+  class Block {
    public:
-    explicit Scratch(const MatrixNetwork& network);
+    // For up to `points` of them, one block after another.
+    Block(const MatrixNetwork& network, int points);
+
+    // Rows are so many values apart: the points in whole tiles.
+    int pitch() const { return pitch_; }
+    float* octave(int i) { return octaves_.get() + static_cast<std::ptrdiff_t>(i) * pitch_; }
+    const float* units() const { return units_.get(); }
 
    private:
     friend class MatrixNetwork;
-    hwy::AlignedFreeUniquePtr<std::uint32_t[]> storage_;
-    std::uint32_t *current_, *next_;
+    int pitch_;
+    hwy::AlignedFreeUniquePtr<float[]> octaves_, units_;
+    hwy::AlignedFreeUniquePtr<std::uint32_t[]> current_, next_;  // [row][pitch]
   };
 
-  // octaves: [octave][kBlock], those of all layers; units of the last layer: [unit, rounded up to
-  // 16][kBlock]. Reads and writes whole tiles of points: what lies behind `count` is no result.
-  void evaluate(const float* octaves, int count, Scratch& scratch, float* units) const;
+  // From the octaves of all layers to the units of the last one. Reads and writes whole tiles of
+  // points: what lies behind `count` is no result.
+  void evaluate(int count, Block& block) const;
 
  private:
   // One layer's weights as tiles of 16 outputs x 32 inputs: octaves, then units of the layer
@@ -53,11 +60,12 @@ class MatrixNetwork {
 
   static Layer make_layer(const LinearLayer& layer, int units);
   // Gives pairs of units to the next layer, or the values of the last layer's.
-  static void run_layer(const Layer& layer, int point_tiles, const std::uint32_t* inputs,
+  static void run_layer(const Layer& layer, int point_tiles, int pitch, const std::uint32_t* inputs,
                         std::uint32_t* pairs, float* values);
 
   std::vector<Layer> layers_;
-  std::size_t octave_rows_ = 0;  // of an activation buffer; a row is a pair of inputs
+  int octaves_ = 0;
+  std::size_t octave_rows_ = 0;  // of a layer's inputs; a row is a pair of them
   std::size_t rows_ = 0;
 };
 

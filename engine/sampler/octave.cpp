@@ -29,6 +29,9 @@ HWY_INLINE void StoreCells(Doubles at, int axis, int i, OctaveCells& cells) {
   const auto period = hn::Set(d, 0x1p32), frequency = hn::Set(d, 0x1p-32);
   const auto whole = hn::Floor(at);
   hn::Store(hn::DemoteTo(df, hn::Sub(at, whole)), df, cells.fraction[axis] + i);
+  if (hn::AllTrue(d, hn::Lt(hn::Abs(whole), hn::Set(d, 0x1p31)))) {  // as good as always
+    return hn::Store(hn::DemoteTo(di, whole), di, cells.corner[axis] + i);
+  }
   const auto rest = hn::Sub(whole, hn::Mul(hn::Floor(hn::Mul(whole, frequency)), period));
   // From [0, 2^32) to the signed number with the same low 32 bits.
   const auto above = hn::Ge(rest, hn::Set(d, 0x1p31)), inside = hn::Lt(rest, period);

@@ -16,10 +16,10 @@ namespace {
 // Up to so many points are evaluated one by one: a block costs as much as four of them.
 constexpr std::size_t kFewPoints = 4;
 
-// From [channel][kOctaveBlock] to [point][channel]; gives the end of what was written.
-float* interleave(const float* planar, int count, int channels, float* values) {
+// From [channel][pitch] to [point][channel]; gives the end of what was written.
+float* interleave(const float* planar, int pitch, int count, int channels, float* values) {
   for (int p = 0; p < count; ++p)
-    for (int c = 0; c < channels; ++c) *values++ = planar[c * kOctaveBlock + p];
+    for (int c = 0; c < channels; ++c) *values++ = planar[c * pitch + p];
   return values;
 }
 
@@ -69,6 +69,12 @@ LinearLayer pack(const Tensor& weight, const Tensor& noise, std::vector<float> b
 
 }  // namespace
 
+// Where a block of points is, and where that is in one octave.
+struct Sampler::Lookup {
+  PlanarPositions positions;
+  OctaveCells cells;
+};
+
 // Everything a block of points needs, planar. An activation buffer has the rows of a layer's input:
 // the previous layer's units, then its octaves.
 struct Sampler::BlockBuffers {
@@ -80,8 +86,7 @@ struct Sampler::BlockBuffers {
   }
   hwy::AlignedFreeUniquePtr<float[]> storage;
   float *current, *next;
-  PlanarPositions positions;
-  OctaveCells cells;
+  Lookup lookup;
 };
 
 Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed,
@@ -124,52 +129,52 @@ void Sampler::evaluate(const double* positions, std::size_t count, float* values
 
 void Sampler::evaluate_block(const double* positions, int count, BlockBuffers& buffers,
                              float* values) const {
-  buffers.positions.assign(positions, count);
+  buffers.lookup.positions.assign(positions, count);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const LinearLayer& layer = layers_[l];
     const int inputs = l == 0 ? 0 : width_;
     for (int t = inputs; t < layer.terms; ++t)
-      octave_noise(static_cast<int>(l) * octaves_per_layer_ + (t - inputs), count, buffers,
+      octave_noise(static_cast<int>(l) * octaves_per_layer_ + (t - inputs), count, buffers.lookup,
                    buffers.current + t * kOctaveBlock);
     kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
     std::swap(buffers.current, buffers.next);
   }
-  interleave(buffers.current, count, channels(), values);
+  interleave(buffers.current, kOctaveBlock, count, channels(), values);
 }
 
-void Sampler::octave_noise(int octave, int count, BlockBuffers& buffers, float* values) const {
-  const OctaveCells& cells = buffers.cells;
-  find_octave_cells(octaves_.transform_of(octave).data(), buffers.positions, count, buffers.cells);
-  solidtex_1::trilinear_normal(octaves_.key_of(octave), cells.view(), count, values);
+void Sampler::octave_noise(int octave, int count, Lookup& lookup, float* values) const {
+  find_octave_cells(octaves_.transform_of(octave).data(), lookup.positions, count, lookup.cells);
+  solidtex_1::trilinear_normal(octaves_.key_of(octave), lookup.cells.view(), count, values);
 }
 
 void Sampler::evaluate_fast(const double* positions, std::size_t count, float* values) const {
-  BlockBuffers buffers(std::max(activation_rows(), static_cast<std::size_t>(octaves_.count)));
-  MatrixNetwork::Scratch scratch(*fast_);
-  float *octaves = buffers.current, *units = buffers.next;
-  for (std::size_t done = 0; done < count; done += kOctaveBlock) {
-    const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
-    block_noise(positions + 3 * done, block, buffers, octaves);
-    fast_->evaluate(octaves, block, scratch, units);
-    kernels::dense(layers_.back(), units, block, kOctaveBlock, octaves);
-    values = interleave(octaves, block, channels(), values);
+  constexpr std::size_t kBlock = MatrixNetwork::kBlock;
+  MatrixNetwork::Block block(*fast_, static_cast<int>(std::min(count, kBlock)));
+  std::vector<float> outputs(static_cast<std::size_t>(channels() + LinearLayer::kPack) *
+                             static_cast<std::size_t>(block.pitch()));
+  for (std::size_t done = 0; done < count; done += kBlock) {
+    const auto points = static_cast<int>(std::min(count - done, kBlock));
+    block_noise(positions + 3 * done, points, block);
+    fast_->evaluate(points, block);
+    kernels::dense(layers_.back(), block.units(), points, block.pitch(), outputs.data());
+    values = interleave(outputs.data(), block.pitch(), points, channels(), values);
   }
 }
 
-// The values of all octaves for a block of points: [octave][kOctaveBlock].
-void Sampler::block_noise(const double* positions, int count, BlockBuffers& buffers,
-                          float* octaves) const {
-  if (count > static_cast<int>(kFewPoints)) {
-    buffers.positions.assign(positions, count);
-    for (int o = 0; o < octaves_.count; ++o)
-      octave_noise(o, count, buffers, octaves + o * kOctaveBlock);
+void Sampler::block_noise(const double* positions, int count, MatrixNetwork::Block& block) const {
+  if (count <= static_cast<int>(kFewPoints)) {
+    std::vector<float> values(octaves_.padded());
+    for (int p = 0; p < count; ++p) {
+      point_noise(positions + 3 * p, values.data());
+      for (int o = 0; o < octaves_.count; ++o) block.octave(o)[p] = values[o];
+    }
     return;
   }
-  std::fill_n(octaves, octaves_.count * kOctaveBlock, 0.0f);
-  std::vector<float> point(octaves_.padded());
-  for (int p = 0; p < count; ++p) {
-    point_noise(positions + 3 * p, point.data());
-    for (int o = 0; o < octaves_.count; ++o) octaves[o * kOctaveBlock + p] = point[o];
+  Lookup lookup;
+  for (int first = 0; first < count; first += kOctaveBlock) {
+    const int part = std::min(count - first, kOctaveBlock);
+    lookup.positions.assign(positions + 3 * first, part);
+    for (int o = 0; o < octaves_.count; ++o) octave_noise(o, part, lookup, block.octave(o) + first);
   }
 }
 

@@ -29,13 +29,14 @@ class Sampler {
   void evaluate(const double* positions, std::size_t count, float* values) const;
 
  private:
+  struct Lookup;
   struct BlockBuffers;
 
   void evaluate_block(const double* positions, int count, BlockBuffers& buffers,
                       float* values) const;
-  void octave_noise(int octave, int count, BlockBuffers& buffers, float* values) const;
-  void block_noise(const double* positions, int count, BlockBuffers& buffers, float* octaves) const;
   void evaluate_fast(const double* positions, std::size_t count, float* values) const;
+  void octave_noise(int octave, int count, Lookup& lookup, float* values) const;
+  void block_noise(const double* positions, int count, MatrixNetwork::Block& block) const;
   void evaluate_point(const double* position, float* values) const;
   void point_noise(const double* position, float* values) const;
   std::size_t activation_rows() const;

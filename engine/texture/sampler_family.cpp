@@ -7,7 +7,7 @@
 namespace solidtex::engine {
 namespace {
 
-constexpr std::size_t kStep = 10 * kOctaveBlock;  // points evaluated at a time
+constexpr std::size_t kStep = 20 * kOctaveBlock;  // points evaluated at a time
 constexpr std::size_t kGrain = 4;                 // blocks that are worth a thread
 
 // Centre of the voxel with the given index in [x][y][z] order.
