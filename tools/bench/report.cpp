@@ -65,9 +65,8 @@ constexpr char explanation[] =
     "\nbest, median: of one call. direct GFLOP/s: the arithmetic of the direct method over the "
     "best\n"
     "time ({}), two operations each,\n"
-    "and as a part of the peak that this run measured on as many threads. An algorithm that needs\n"
-    "less arithmetic (Winograd, sub-pixel convolution) can exceed what the direct method could\n"
-    "reach, even 100 %.\n";
+    "and as a part of the float32 peak that this run measured on as many threads. Less arithmetic\n"
+    "(Winograd, sub-pixel convolution) or another unit (fast precision) can exceed 100 %.\n";
 
 }  // namespace
 
