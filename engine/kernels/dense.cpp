@@ -17,9 +17,14 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 #if HWY_NATIVE_FMA
 
+// Two instructions do where 0 < slope <= 1: 2 % of the time of a sampler.
+template <bool kUsualSlope>
 HWY_INLINE Floats Activate(Floats sum, Floats slope) {
+  if (kUsualSlope) return hn::Max(hn::Mul(slope, sum), sum);
   return hn::IfThenElse(hn::Gt(sum, hn::Zero(Float())), sum, hn::Mul(slope, sum));
 }
+
+HWY_INLINE bool IsUsual(float slope) { return 0 < slope && slope <= 1; }
 
 // Vectors hold neighbouring points, weights are broadcast. Whole vectors are stored, straight from
 // the registers: by way of a buffer the end of a tile cost a tenth of its time.
@@ -31,7 +36,7 @@ struct PointBlock {
 };
 
 // One register tile: kPacks x 4 outputs from `first` on, kVectors vectors of points.
-template <int kPacks, int kVectors>
+template <bool kUsualSlope, int kPacks, int kVectors>
 HWY_INLINE void DenseTile(const PointBlock& block, int first, std::ptrdiff_t point) {
   constexpr int kPack = LinearLayer::kPack, kOutputs = kPacks * kPack;
   const Float d;
@@ -57,35 +62,45 @@ HWY_INLINE void DenseTile(const PointBlock& block, int first, std::ptrdiff_t poi
   float* HWY_RESTRICT to = block.out + first * block.pitch + point;
   for (int o = 0; o < kOutputs; ++o)
     for (int v = 0; v < kVectors; ++v)
-      hn::StoreU(Activate(sum[o][v], slope), d, to + o * block.pitch + v * lanes);
+      hn::StoreU(Activate<kUsualSlope>(sum[o][v], slope), d, to + o * block.pitch + v * lanes);
 }
 
-template <int kPacks, int kVectors>
+template <bool kUsualSlope, int kPacks, int kVectors>
 HWY_INLINE void DenseOutputs(const PointBlock& block, std::ptrdiff_t point) {
   constexpr int kStep = kPacks * LinearLayer::kPack;
   int first = 0;
   for (; first + kStep <= block.layer.outputs; first += kStep)
-    DenseTile<kPacks, kVectors>(block, first, point);
+    DenseTile<kUsualSlope, kPacks, kVectors>(block, first, point);
   for (; first < block.layer.outputs; first += LinearLayer::kPack)
-    DenseTile<1, kVectors>(block, first, point);
+    DenseTile<kUsualSlope, 1, kVectors>(block, first, point);
+}
+
+template <bool kUsualSlope>
+HWY_INLINE void DensePoints(const PointBlock& block, int count) {
+  // AVX2 has 16 registers, the other targets 32: three quarters of them hold sums.
+  constexpr int kPacks = HWY_TARGET == HWY_AVX2 ? 1 : 2;
+  const std::ptrdiff_t lanes = FloatLanes();
+  std::ptrdiff_t point = 0;
+  for (; point + 2 * lanes < count; point += 3 * lanes)
+    DenseOutputs<kUsualSlope, kPacks, 3>(block, point);
+  if (point + lanes < count) {
+    DenseOutputs<kUsualSlope, kPacks, 2>(block, point);
+  } else if (point < count) {
+    DenseOutputs<kUsualSlope, 2 * kPacks, 1>(block, point);
+  }
 }
 
 void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
-  // AVX2 has 16 registers, the other targets 32: three quarters of them hold sums.
-  constexpr int kPacks = HWY_TARGET == HWY_AVX2 ? 1 : 2;
   const PointBlock block{layer, in, pitch, out};
-  const std::ptrdiff_t lanes = FloatLanes();
-  std::ptrdiff_t point = 0;
-  for (; point + 2 * lanes < count; point += 3 * lanes) DenseOutputs<kPacks, 3>(block, point);
-  if (point + lanes < count) {
-    DenseOutputs<kPacks, 2>(block, point);
-  } else if (point < count) {
-    DenseOutputs<2 * kPacks, 1>(block, point);
+  if (IsUsual(layer.slope)) {
+    DensePoints<true>(block, count);
+  } else {
+    DensePoints<false>(block, count);
   }
 }
 
 // Vectors hold neighbouring outputs, inputs are broadcast: the sums are those of Dense.
-template <int kVectors>
+template <bool kUsualSlope, int kVectors>
 HWY_INLINE void PointTile(const PointLayer& layer, int first, const float* in, float* out) {
   const Float d;
   const std::ptrdiff_t lanes = FloatLanes();
@@ -99,16 +114,25 @@ HWY_INLINE void PointTile(const PointLayer& layer, int first, const float* in, f
   }
   const Floats slope = hn::Set(d, layer.slope);
   for (int v = 0; v < kVectors; ++v)
-    hn::StoreU(Activate(sum[v], slope), d, out + first + v * lanes);
+    hn::StoreU(Activate<kUsualSlope>(sum[v], slope), d, out + first + v * lanes);
 }
 
-void DensePoint(const PointLayer& layer, const float* in, float* out) {
+template <bool kUsualSlope>
+HWY_INLINE void PointOutputs(const PointLayer& layer, const float* in, float* out) {
   constexpr int kVectors = 8;  // as many chains as hide the latency of an addition
   const auto lanes = static_cast<int>(FloatLanes());
   int first = 0;
   for (; first + kVectors * lanes <= layer.pitch; first += kVectors * lanes)
-    PointTile<kVectors>(layer, first, in, out);
-  for (; first < layer.pitch; first += lanes) PointTile<1>(layer, first, in, out);
+    PointTile<kUsualSlope, kVectors>(layer, first, in, out);
+  for (; first < layer.pitch; first += lanes) PointTile<kUsualSlope, 1>(layer, first, in, out);
+}
+
+void DensePoint(const PointLayer& layer, const float* in, float* out) {
+  if (IsUsual(layer.slope)) {
+    PointOutputs<true>(layer, in, out);
+  } else {
+    PointOutputs<false>(layer, in, out);
+  }
 }
 
 #else
