@@ -180,10 +180,106 @@ HWY_INLINE Floats TrilinearNormals(const Words (&key)[4], const Cells& cells) {
   return Trilinear(cells.fraction, normals);
 }
 
+// The lattice points around some lookups.
+struct Lattice {
+  static constexpr int kMax = 128;
+
+  std::int32_t low[3];
+  int size[3];
+  int count;
+};
+
+// Whether the lookups, at least one vector of them, have less than two lattice points each around
+// them: then it pays to compute those once, instead of eight for each. They have where they are
+// near each other against the cells.
+HWY_INLINE bool ShareLattice(const LatticeCells& cells, std::ptrdiff_t count, Lattice& lattice) {
+  const Int d;
+  const std::ptrdiff_t lanes = FloatLanes();
+  if (count < lanes) return false;
+  const auto most = static_cast<std::uint32_t>(std::min<std::ptrdiff_t>(2 * count, Lattice::kMax));
+  std::uint32_t points = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int32_t* corner = cells.corner[axis];
+    Ints low = hn::LoadU(d, corner + count - lanes), high = low;
+    for (std::ptrdiff_t i = 0; i + lanes < count; i += lanes) {
+      low = hn::Min(low, hn::LoadU(d, corner + i));
+      high = hn::Max(high, hn::LoadU(d, corner + i));
+    }
+    lattice.low[axis] = hn::GetLane(hn::MinOfLanes(d, low));
+    const auto lowest = static_cast<std::uint32_t>(lattice.low[axis]);
+    const std::uint32_t span =
+        static_cast<std::uint32_t>(hn::GetLane(hn::MaxOfLanes(d, high))) - lowest;
+    if (span >= most) return false;
+    lattice.size[axis] = static_cast<int>(span + 2);
+    points *= span + 2;
+    if (points > most) return false;
+  }
+  lattice.count = static_cast<int>(points);
+  return true;
+}
+
+// The normals of a lattice, z fastest, two vectors at a time.
+HWY_INLINE void LatticeNormals(const Words (&key)[4], const Lattice& lattice, float* normals) {
+  constexpr int kTogether = 2, kSlack = kTogether * hn::MaxLanes(Float());
+  const Word du;
+  HWY_ALIGN std::uint32_t place[3][Lattice::kMax + kSlack] = {};
+  int n = 0;
+  for (int x = 0; x < lattice.size[0]; ++x)
+    for (int y = 0; y < lattice.size[1]; ++y)
+      for (int z = 0; z < lattice.size[2]; ++z, ++n) {
+        const int step[3] = {x, y, z};
+        for (int axis = 0; axis < 3; ++axis)
+          place[axis][n] = static_cast<std::uint32_t>(lattice.low[axis]) +
+                           static_cast<std::uint32_t>(step[axis]);
+      }
+  const Words last = Enter(hn::Zero(du), key[3]);
+  const std::ptrdiff_t lanes = FloatLanes();
+  for (std::ptrdiff_t i = 0; i < n; i += kTogether * lanes) {
+    Many<kTogether> a, b, c, d, bits;
+    for (int k = 0; k < kTogether; ++k) {
+      a[k] = Enter(hn::LoadU(du, place[0] + i + k * lanes), key[0]);
+      b[k] = Enter(hn::LoadU(du, place[1] + i + k * lanes), key[1]);
+      c[k] = Enter(hn::LoadU(du, place[2] + i + k * lanes), key[2]);
+      d[k] = last;
+    }
+    Mix<kTogether>(a, b, c, d, bits);
+    Floats values[kTogether];
+    NormalsFromBits<kTogether>(bits, values);
+    for (int k = 0; k < kTogether; ++k) hn::StoreU(values[k], Float(), normals + i + k * lanes);
+  }
+}
+
+// The same values as one by one.
+HWY_INLINE void SharedTrilinear(const Words (&key)[4], const Lattice& lattice,
+                                const LatticeCells& cells, std::ptrdiff_t count, float* values) {
+  const Float df;
+  const Int di;
+  HWY_ALIGN float normals[Lattice::kMax + 2 * hn::MaxLanes(df)];
+  LatticeNormals(key, lattice, normals);
+  const int row = lattice.size[2], plane = lattice.size[1] * row;
+  const std::ptrdiff_t lanes = FloatLanes();
+  for (std::ptrdiff_t next = 0; next < count; next += lanes) {
+    const std::ptrdiff_t i = std::min(next, count - lanes);
+    const auto step = [&](int axis) {
+      return hn::Sub(hn::LoadU(di, cells.corner[axis] + i), hn::Set(di, lattice.low[axis]));
+    };
+    const Ints from = hn::Add(
+        hn::Add(hn::Mul(step(0), hn::Set(di, plane)), hn::Mul(step(1), hn::Set(di, row))), step(2));
+    Floats corner[8];
+    for (int k = 0; k < 8; ++k)
+      corner[k] =
+          hn::GatherIndex(df, normals + (k >> 2) * plane + (k >> 1 & 1) * row + (k & 1), from);
+    hn::StoreU(Trilinear(Cells(cells, i).fraction, corner), df, values + i);
+  }
+}
+
 void TrilinearNormal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {
   const Word d;
   const Words words[4] = {hn::Set(d, key.word[0]), hn::Set(d, key.word[1]), hn::Set(d, key.word[2]),
                           hn::Set(d, key.word[3])};
+  Lattice lattice;
+  if (ShareLattice(cells, count, lattice))
+    return SharedTrilinear(words, lattice, cells, count, values);
   for (std::ptrdiff_t i = 0; i < count; i += FloatLanes())
     StoreFirst(TrilinearNormals(words, Cells(cells, i)), values + i, count - i);
 }

@@ -132,7 +132,7 @@ TEST_CASE("conv_transpose3d is its reference bit for bit", "[kernels]") {
 TEST_CASE("dense is its reference bit for bit, in blocks and for one point", "[kernels]") {
   constexpr std::ptrdiff_t pitch = 96;
   for (const auto& [inputs, outputs] : std::vector<std::pair<int, int>>{
-           {1, 1}, {4, 128}, {13, 7}, {130, 33}, {0, 5}, {16, 16}, {5, 257}}) {
+           {1, 1}, {4, 128}, {13, 7}, {130, 33}, {0, 5}, {16, 16}, {9, 6}, {5, 257}}) {
     const float slopes[] = {0.2f, 1.0f, 0.0f, 1.5f};
     const LinearLayer layer = random_layer(outputs, inputs, slopes[outputs % 4]);
     const int written_outputs = (outputs + LinearLayer::kPack - 1) / 4 * 4;

@@ -123,6 +123,34 @@ TEST_CASE("trilinear lookups are lerps of single values, on every target", "[noi
     });
 }
 
+TEST_CASE("lookups near each other are those one by one, on every target", "[noise]") {
+  constexpr int kPoints = 96;
+  std::mt19937 random(8);
+  const StreamKey key = make_stream_key(5, 6, 0);
+  for (const std::int32_t start : {0, -3, INT32_MAX - 2, INT32_MIN})
+    for (const std::uint32_t range : {1, 2, 3, 4, 5}) {
+      std::int32_t corner[3][kPoints];
+      float fraction[3][kPoints];
+      for (int axis = 0; axis < 3; ++axis)
+        for (int p = 0; p < kPoints; ++p) {
+          corner[axis][p] = static_cast<std::int32_t>(static_cast<std::uint32_t>(start) +
+                                                      random() % (range + axis));
+          fraction[axis][p] = static_cast<float>(random() % 1024) / 1024;
+        }
+      const LatticeCells cells{{corner[0], corner[1], corner[2]},
+                               {fraction[0], fraction[1], fraction[2]}};
+      for (const std::size_t count : {15, 16, 17, 48, 95, 96}) {
+        std::vector<float> expected(count);
+        reference::trilinear_normal(key, cells, static_cast<int>(count), expected.data());
+        testing::on_every_target([&] {
+          std::vector<float> values(count);
+          solidtex_1::trilinear_normal(key, cells, static_cast<int>(count), values.data());
+          CHECK(same_bits(values, expected));
+        });
+      }
+    }
+}
+
 TEST_CASE("lookups in many streams are those in each, on every target", "[noise]") {
   constexpr int kStreams = 48;
   std::mt19937 random(6);
