@@ -222,7 +222,7 @@ HWY_INLINE bool ShareLattice(const LatticeCells& cells, std::ptrdiff_t count, La
 HWY_INLINE void LatticeNormals(const Words (&key)[4], const Lattice& lattice, float* normals) {
   constexpr int kTogether = 2, kSlack = kTogether * hn::MaxLanes(Float());
   const Word du;
-  HWY_ALIGN std::uint32_t place[3][Lattice::kMax + kSlack] = {};
+  HWY_ALIGN std::uint32_t place[3][Lattice::kMax + kSlack];
   int n = 0;
   for (int x = 0; x < lattice.size[0]; ++x)
     for (int y = 0; y < lattice.size[1]; ++y)
@@ -232,6 +232,7 @@ HWY_INLINE void LatticeNormals(const Words (&key)[4], const Lattice& lattice, fl
           place[axis][n] = static_cast<std::uint32_t>(lattice.low[axis]) +
                            static_cast<std::uint32_t>(step[axis]);
       }
+  for (auto& axis : place) std::fill_n(axis + n, kSlack, 0u);
   const Words last = Enter(hn::Zero(du), key[3]);
   const std::ptrdiff_t lanes = FloatLanes();
   for (std::ptrdiff_t i = 0; i < n; i += kTogether * lanes) {
