@@ -107,34 +107,70 @@ HWY_INLINE void NormalsFromBits(const Many<kCount>& bits, Floats (&values)[kCoun
   }
 }
 
-HWY_INLINE Floats NormalFromBits(Words bits) {
-  const Many<1> one = {bits};
-  Floats value[1];
-  NormalsFromBits<1>(one, value);
-  return value[0];
+struct Uniform {
+  template <int kCount>
+  HWY_INLINE static void FromBits(const Many<kCount>& bits, Floats (&values)[kCount]) {
+    for (int i = 0; i < kCount; ++i) values[i] = UniformFromBits(bits[i]);
+  }
+};
+struct Normal {
+  template <int kCount>
+  HWY_INLINE static void FromBits(const Many<kCount>& bits, Floats (&values)[kCount]) {
+    NormalsFromBits<kCount>(bits, values);
+  }
+};
+
+// A row along z: what Enter leaves of its other coordinates and of the key, and its z key.
+struct RowWords {
+  Words x, y, last, z_key;
+};
+
+// The values of kCount vectors from z on.
+template <class Kind, int kCount>
+HWY_INLINE void RowValues(const RowWords& row, std::uint32_t z, Floats (&values)[kCount]) {
+  Many<kCount> a, b, c, d, bits;
+  for (int i = 0; i < kCount; ++i) {
+    const auto first = z + static_cast<std::uint32_t>(i * FloatLanes());
+    a[i] = row.x, b[i] = row.y, d[i] = row.last;
+    c[i] = Enter(hn::Iota(Word(), first), row.z_key);
+  }
+  Mix<kCount>(a, b, c, d, bits);
+  Kind::template FromBits<kCount>(bits, values);
 }
 
-template <class FromBits>
-HWY_INLINE void RowOf(FromBits from_bits, const StreamKey& key, std::uint32_t x, std::uint32_t y,
-                      std::uint32_t z, int count, float* values) {
+// Four vectors at a time while there are so many, for the reason given at Many.
+template <class Kind>
+HWY_INLINE void RowOf(const StreamKey& key, std::uint32_t x, std::uint32_t y, std::uint32_t z,
+                      std::ptrdiff_t count, float* values) {
+  constexpr int kTogether = 4;
   const Word du;
   const auto word = [&](int i) { return hn::Set(du, key.word[i]); };
-  const Words along_x = Enter(hn::Set(du, x), word(0)), along_y = Enter(hn::Set(du, y), word(1)),
-              last = Enter(hn::Zero(du), word(3));
-  for (std::ptrdiff_t i = 0; i < count; i += FloatLanes()) {
-    Many<1> a = {along_x}, b = {along_y}, d = {last}, bits;
-    Many<1> c = {Enter(hn::Iota(du, z + static_cast<std::uint32_t>(i)), word(2))};
-    Mix<1>(a, b, c, d, bits);
-    StoreFirst(from_bits(bits[0]), values + i, count - i);
+  const RowWords row{Enter(hn::Set(du, x), word(0)), Enter(hn::Set(du, y), word(1)),
+                     Enter(hn::Zero(du), word(3)), word(2)};
+  const std::ptrdiff_t lanes = FloatLanes();
+  std::ptrdiff_t i = 0;
+  for (; count - i > (kTogether - 1) * lanes; i += kTogether * lanes) {
+    Floats found[kTogether];
+    RowValues<Kind, kTogether>(row, z + static_cast<std::uint32_t>(i), found);
+    for (int k = 0; k < kTogether; ++k) {
+      const std::ptrdiff_t at = i + k * lanes;
+      StoreFirst(found[k], values + at, count - at);
+    }
+  }
+  for (; i < count; i += lanes) {
+    Floats found[1];
+    RowValues<Kind, 1>(row, z + static_cast<std::uint32_t>(i), found);
+    StoreFirst(found[0], values + i, count - i);
   }
 }
 
 void Row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
          std::uint32_t z, int count, float* values) {
-  if (distribution == Distribution::normal)
-    RowOf([](Words bits) { return NormalFromBits(bits); }, key, x, y, z, count, values);
-  else
-    RowOf([](Words bits) { return UniformFromBits(bits); }, key, x, y, z, count, values);
+  if (distribution == Distribution::normal) {
+    RowOf<Normal>(key, x, y, z, count, values);
+  } else {
+    RowOf<Uniform>(key, x, y, z, count, values);
+  }
 }
 
 HWY_INLINE Floats Lerp(Floats t, Floats a, Floats b) { return hn::MulAdd(t, hn::Sub(b, a), a); }
