@@ -26,14 +26,19 @@ namespace {
 
 HWY_EXPORT(Name);
 
-// Highway gives better targets lower bits. What is disabled is so for all of the process that
-// shares Highway's library.
+// Highway gives better targets lower bits. Not by DisableTargets: SupportedTargets, whoever calls
+// it later, then chooses among all that the processor has, whatever is disabled.
+void keep_to(std::int64_t targets) {
+  hwy::SetSupportedTargetsForTest(targets);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
 bool limit_to(std::string_view wanted) {
   std::string known;
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     const char* name = hwy::TargetName(target);
     if (name == wanted) {
-      hwy::DisableTargets(target - 1);
+      keep_to(hwy::SupportedTargets() & ~(target - 1));
       return true;
     }
     known += (known.empty() ? "" : ", ") + std::string(name);

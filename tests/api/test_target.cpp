@@ -79,6 +79,9 @@ TEST_CASE("print values", "[.]") {
     std::vector<float> values(2 * texture.channel_count());
     texture.eval_points({1e6, 0, -12}, points, values);
     print_bits(values);
+    const solidtex::texture fast(model, {.precision = SOLIDTEX_PRECISION_FAST});
+    fast.eval_points({}, points, values);
+    CHECK(solidtex::target() == target);
   }
   std::printf("\n");
 }
