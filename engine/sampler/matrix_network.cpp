@@ -8,8 +8,9 @@
 #include <new>
 
 #if defined(__x86_64__) && defined(__linux__)
-// GCC 12 warns of its own headers' _mm512_undefined_ps.
+#ifndef __clang__  // GCC 12 warns of its own headers' _mm512_undefined_ps.
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include <immintrin.h>
 #include <sys/syscall.h>
 #include <unistd.h>
