@@ -202,6 +202,22 @@ TEST_CASE("texture: any number of threads gives the same bits", "[texture][threa
   }
 }
 
+TEST_CASE("texture: fast precision has the same bits in any threads, points and boxes",
+          "[texture][threads]") {
+  const FourThreads four;
+  const Texture texture(read_model(std::string(SOLIDTEX_MODELS) + "/stone-grey.solidtex"), kSeed,
+                        kLargeCache, Precision::fast);
+  const Index3 origin{-5, 7, 1 << 20}, size{19, 22, 33};
+  Values voxels;
+  tbb::task_arena(1).execute([&] { voxels = box_of(texture, origin, size); });
+  tbb::task_arena(4).execute([&] {
+    CHECK(same(voxels, box_of(texture, origin, size)));
+    const std::array<double, 3> corner{double(origin[0]), double(origin[1]), double(origin[2])};
+    CHECK(same(voxels, points_of(texture, corner, centres(size))));
+  });
+  CHECK(varied(voxels));
+}
+
 TEST_CASE("texture: order, batches and the cache limit do not change a point", "[texture]") {
   for (const Model& model : models()) {
     const Texture texture(model, kSeed, kLargeCache);
