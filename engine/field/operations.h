@@ -1,21 +1,26 @@
-// The operations that only move or make values: noise, upsampling, concatenation, output.
+// Noise, and the operations that work on whole blocks.
 #pragma once
 
 #include "engine/field/block.h"
+#include "engine/field/window.h"
+#include "engine/kernels/linear_layer.h"
+#include "engine/model/model.h"
 #include "engine/noise/noise.h"
 
 namespace solidtex::engine {
 
-void fill_noise(NoiseScheme scheme, std::uint64_t seed, int level, Distribution distribution,
-                const Block& out);
+struct NoiseField {
+  NoiseScheme scheme;
+  std::uint64_t seed;
+  int level;
+  Distribution distribution;
+};
 
-// out[i] = in[floor(i / 2)].
-void upsample(const Block& in, const Block& out);
+// Fills a box of a window.
+void fill_noise(const NoiseField& noise, const Window& window, const Box& box);
 
-// Copies `in` to the channels of `out` from first_channel on.
-void copy_channels(const Block& in, const Block& out, int first_channel);
-
-// [channel][x][y][z] to [x][y][z][channel].
-void interleave(const Block& in, float* values);
+// A node's values on a box from its input on exactly the box that they need. `layer` holds the
+// weights of a convolution.
+Block apply(const Node& node, const LinearLayer& layer, const Block& in, const Box& box);
 
 }  // namespace solidtex::engine

@@ -1,6 +1,6 @@
-#include <algorithm>
+#include "engine/field/regions.h"
 
-#include "engine/field/field.h"
+#include <algorithm>
 
 namespace solidtex::engine {
 
@@ -44,19 +44,24 @@ struct InputRange {
 
 }  // namespace
 
-std::vector<Box> required_regions(const FieldModel& model, const Box& output) {
+std::vector<Box> required_regions(const FieldModel& model, const Box& output, LookAhead ahead) {
   std::vector<Box> regions(model.nodes.size());
   if (regions.empty()) return regions;
   regions.back() = output;
   for (std::size_t i = regions.size(); i-- > 0;) {
     const Node& node = model.nodes[i];
     if (regions[i].empty()) continue;
-    Box needed = regions[i];
-    for (int axis = 0; axis < 3; ++axis)
-      std::visit(InputRange{needed.lo[axis], needed.hi[axis]}, node.op);
+    if (ahead == LookAhead::whole_tiles) regions[i].hi[0] = 2 * half(regions[i].hi[0] + 1);
+    const Box needed = required_input(node.op, regions[i]);
     for (const int input : node.inputs) regions[input] = unite(regions[input], needed);
   }
   return regions;
+}
+
+Box required_input(const Op& op, const Box& output) {
+  Box needed = output;
+  for (int axis = 0; axis < 3; ++axis) std::visit(InputRange{needed.lo[axis], needed.hi[axis]}, op);
+  return needed;
 }
 
 }  // namespace solidtex::engine

@@ -9,20 +9,24 @@
 namespace solidtex::engine {
 namespace {
 
-constexpr std::int64_t kMaxBlockEdge = 64, kMinBlockEdge = 16;
+constexpr std::array<std::int64_t, 3> kColumn = {256, 64, 64};
+constexpr std::int64_t kMinBlockEdge = 16;
 constexpr std::size_t kBlocksPerThread = 4;
 // Points are sorted by brick so many at a time, to bound the memory of a query.
 constexpr std::size_t kSortedPoints = std::size_t{1} << 18;
 
-// Large blocks waste less on their margins, small ones keep more threads busy.
-std::int64_t block_edge(const Box& box) {
+// Columns along x, which costs no margin: wide ones waste less on the others, narrow ones keep more
+// threads busy and their windows in the second cache. A box that is short of columns is cut along x
+// as well.
+std::array<std::int64_t, 3> block_size(const Box& box) {
   const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-  std::int64_t edge = kMaxBlockEdge;
-  while (edge > kMinBlockEdge && threads > 1 &&
-         BlockSplit(box, edge).count() < kBlocksPerThread * threads) {
-    edge /= 2;
+  std::array<std::int64_t, 3> size = kColumn;
+  while (threads > 1 && BlockSplit(box, size).count() < kBlocksPerThread * threads) {
+    const auto longest = std::max_element(size.begin(), size.end());
+    if (*longest <= kMinBlockEdge) break;
+    *longest /= 2;
   }
-  return edge;
+  return size;
 }
 
 struct PlacedPoint {
@@ -76,15 +80,15 @@ class FieldFamily : public Family {
   }
 
   void eval_box(const Box& box, float* values) const override {
-    const BlockSplit blocks(box, block_edge(box));
-    if (blocks.count() == 1) return field_.evaluate(box, values);
+    const BlockSplit blocks(box, block_size(box));
+    const auto channels = static_cast<std::ptrdiff_t>(channels_);
+    const std::ptrdiff_t y_pitch = box.size(2) * channels, x_pitch = box.size(1) * y_pitch;
     for_each_part(blocks.count(), 1, [&](std::size_t begin, std::size_t end) {
-      std::vector<float> block_values;
       for (std::size_t index = begin; index < end; ++index) {
         const Box block = blocks.block(index);
-        block_values.resize(block.volume() * channels_);
-        field_.evaluate(block, block_values.data());
-        copy_block(block, block_values.data(), box, channels_, values);
+        float* corner = values + (block.lo[0] - box.lo[0]) * x_pitch +
+                        (block.lo[1] - box.lo[1]) * y_pitch + (block.lo[2] - box.lo[2]) * channels;
+        field_.evaluate(block, BoxTarget{corner, x_pitch, y_pitch});
       }
     });
   }

@@ -2,7 +2,7 @@
 #include <set>
 
 #include "catch.hpp"
-#include "engine/field/field.h"
+#include "engine/field/regions.h"
 #include "tests/unit/example_models.h"
 
 using namespace solidtex::engine;

@@ -1,0 +1,178 @@
+#include "engine/field/evaluation.h"
+
+#include <algorithm>
+#include <new>
+
+#include "engine/field/operations.h"
+#include "engine/field/regions.h"
+#include "engine/kernels/kernels.h"
+
+namespace solidtex::engine {
+
+namespace {
+
+// Voxels along x from one step to the next: few, so that the windows fit in the second cache.
+constexpr std::int64_t kStepVoxels = 8;
+
+std::vector<Box> steps_along_x(const Box& box) {
+  std::vector<Box> steps;
+  for (std::int64_t x = box.lo[0]; x < box.hi[0];) {
+    Box step = box;
+    step.lo[0] = x;
+    step.hi[0] = std::min((x & ~(kStepVoxels - 1)) + kStepVoxels, box.hi[0]);
+    x = step.hi[0];
+    steps.push_back(step);
+  }
+  return steps;
+}
+
+// What an upsampled node keeps: the coarse voxels themselves.
+Box kept_box(const Op& op, const Box& region) {
+  return std::holds_alternative<UpsampleOp>(op) ? required_input(op, region) : region;
+}
+
+}  // namespace
+
+float* Workspace::floats(std::size_t count) {
+  if (count > size_) {
+    memory_ = hwy::AllocateAligned<float>(count);
+    size_ = memory_ ? count : 0;
+    if (!memory_) throw std::bad_alloc();
+    std::fill_n(memory_.get(), count, 0.0f);
+  }
+  return memory_.get();
+}
+
+void Evaluation::run(const Box& box, const BoxTarget& target, Workspace& workspace) {
+  const std::vector<Box> steps = steps_along_x(box);
+  regions_.clear();
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    regions_.push_back(required_regions(
+        model_, steps[i], i + 1 < steps.size() ? LookAhead::whole_tiles : LookAhead::exact));
+  place_windows(workspace);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    for (const Step& step : plan_.steps) advance(step, regions_[i][step.node]);
+    BoxTarget rest = target;
+    rest.data += (steps[i].lo[0] - box.lo[0]) * target.x_pitch;
+    write_output(steps[i], rest);
+  }
+}
+
+void Evaluation::place_windows(Workspace& workspace) {
+  windows_.assign(model_.nodes.size(), {});
+  std::size_t size = 0, scratch = 0;
+  std::vector<std::size_t> offsets;
+  for (const Step& step : plan_.steps) {
+    const Node& node = model_.nodes[step.node];
+    Box kept;
+    std::int64_t planes = 1;
+    for (const auto& regions : regions_) {
+      kept = kept_box(node.op, regions[step.node]);
+      planes = std::max(planes, kept.size(0));
+    }
+    offsets.push_back(size);
+    if (kept.empty()) continue;
+    windows_[step.node] = Window(kept, node.channels, is_upsample(step.node) ? 1 : 4, planes);
+    size += windows_[step.node].memory();
+    if (step.is_chain()) scratch = std::max(scratch, kernels::winograd_scratch(step.chain));
+  }
+  scratch_ = workspace.floats(scratch + size);
+  for (std::size_t i = 0; i < offsets.size(); ++i)
+    windows_[plan_.steps[i].node].use(scratch_ + scratch + offsets[i]);
+}
+
+// Computes what the window does not have yet of a region.
+void Evaluation::advance(const Step& step, const Box& region) {
+  Box box = kept_box(model_.nodes[step.node].op, region);
+  if (box.empty()) return;
+  Window& window = windows_[step.node];
+  const std::int64_t first = std::max(box.lo[0], window.planes().x_hi);
+  const bool kept = window.planes().x_lo < window.planes().x_hi && first <= box.hi[0];
+  window.slide(box.lo[0], std::max(box.hi[0], window.planes().x_hi));
+  if (kept) box.lo[0] = first;
+  if (!box.empty()) compute(step, box);
+}
+
+void Evaluation::compute(const Step& step, const Box& box) {
+  const Node& node = model_.nodes[step.node];
+  const Window& window = windows_[step.node];
+  if (step.is_chain()) return convolve(step, box);
+  if (const auto* noise = std::get_if<NoiseOp>(&node.op))
+    return fill_noise({scheme_, seed_, node.level, noise->distribution}, window, box);
+  if (!is_upsample(step.node)) return compute_general(step, box);
+  std::vector<float> row(static_cast<std::size_t>(box.size(2)));
+  for (int c = 0; c < node.channels; ++c)
+    for (std::int64_t x = box.lo[0]; x < box.hi[0]; ++x)
+      for (std::int64_t y = box.lo[1]; y < box.hi[1]; ++y) {
+        read(node.inputs[0], c, x, y, box.lo[2], box.hi[2], row.data());
+        window.write(c, x, y, box.lo[2], box.hi[2], row.data());
+      }
+}
+
+void Evaluation::convolve(const Step& step, const Box& box) {
+  std::vector<ConvSource> sources;
+  for (const int part : plan_.parts[model_.nodes[step.first].inputs[0]])
+    sources.push_back({windows_[part].planes(), is_upsample(part)});
+  const Planes& out = windows_[step.node].planes();
+  const TileRange range{box.lo[0],           box.hi[0], out.y_lo,
+                        out.y_lo + out.rows, out.z_lo,  out.z_lo + out.row_pitch};
+  kernels::winograd_conv3d(step.chain, sources, range, out, scratch_);
+}
+
+// Any other operation works on blocks in plain order.
+void Evaluation::compute_general(const Step& step, const Box& box) {
+  const Node& node = model_.nodes[step.node];
+  const Box needed = required_input(node.op, box);
+  const Block in = gather(node.inputs[0], needed);
+  const Block out = apply(node, step.layer, in, box);
+  const Window& window = windows_[step.node];
+  for (int c = 0; c < node.channels; ++c)
+    for (std::int64_t x = box.lo[0]; x < box.hi[0]; ++x)
+      for (std::int64_t y = box.lo[1]; y < box.hi[1]; ++y)
+        window.write(c, x, y, box.lo[2], box.hi[2],
+                     out.volume().row(c, x - box.lo[0], y - box.lo[1]));
+}
+
+Block Evaluation::gather(int node, const Box& box) const {
+  Block block(box, model_.nodes[node].channels);
+  for (int c = 0; c < block.volume().channels; ++c)
+    for (std::int64_t x = box.lo[0]; x < box.hi[0]; ++x)
+      for (std::int64_t y = box.lo[1]; y < box.hi[1]; ++y)
+        read(node, c, x, y, box.lo[2], box.hi[2],
+             block.volume().row(c, x - box.lo[0], y - box.lo[1]));
+  return block;
+}
+
+void Evaluation::read(int node, int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo,
+                      std::int64_t z_hi, float* values) const {
+  for (const int part : plan_.parts[node]) {
+    const Window& window = windows_[part];
+    const int channels = model_.nodes[part].channels;
+    if (channel >= channels) {
+      channel -= channels;
+    } else if (is_upsample(part)) {
+      std::vector<float> coarse(static_cast<std::size_t>(((z_hi + 1) >> 1) - (z_lo >> 1)));
+      window.read(channel, x >> 1, y >> 1, z_lo >> 1, (z_hi + 1) >> 1, coarse.data());
+      for (std::int64_t z = z_lo; z < z_hi; ++z) values[z - z_lo] = coarse[(z >> 1) - (z_lo >> 1)];
+      return;
+    } else {
+      return window.read(channel, x, y, z_lo, z_hi, values);
+    }
+  }
+}
+
+void Evaluation::write_output(const Box& box, const BoxTarget& target) const {
+  const int output = static_cast<int>(model_.nodes.size()) - 1;
+  const int channels = model_.nodes[output].channels;
+  std::vector<float> row(static_cast<std::size_t>(box.size(2)));
+  for (std::int64_t x = box.lo[0]; x < box.hi[0]; ++x)
+    for (std::int64_t y = box.lo[1]; y < box.hi[1]; ++y)
+      for (int c = 0; c < channels; ++c) {
+        read(output, c, x, y, box.lo[2], box.hi[2], row.data());
+        float* to =
+            target.data + (x - box.lo[0]) * target.x_pitch + (y - box.lo[1]) * target.y_pitch + c;
+        for (const float value : row) *to = value, to += channels;
+      }
+}
+
+}  // namespace solidtex::engine

@@ -1,0 +1,77 @@
+#include "engine/field/window.h"
+
+#include <algorithm>
+
+namespace solidtex::engine {
+
+namespace {
+
+// A convolution reads a line of each phase of each channel at a time: their pitch, in cache lines,
+// is 8 modulo 16, so that they do not all fall into the same few sets of the first cache.
+std::ptrdiff_t spread(std::ptrdiff_t floats) {
+  constexpr std::ptrdiff_t kLine = 16;
+  const std::ptrdiff_t lines = (floats + kLine - 1) / kLine;
+  return (lines + (24 - lines % 16) % 16) * kLine;
+}
+
+}  // namespace
+
+Window::Window(const Box& box, int channels, int phases, std::int64_t planes) {
+  const int step = phases == 4 ? 1 : 0;  // as a shift
+  planes_.channels = channels;
+  planes_.phases = phases;
+  planes_.ring = planes;
+  planes_.y_lo = box.lo[1] >> step;
+  planes_.z_lo = box.lo[2] >> step;
+  planes_.rows = ((box.hi[1] + step) >> step) - planes_.y_lo;
+  planes_.row_pitch = ((box.hi[2] + step) >> step) - planes_.z_lo;
+  planes_.phase_pitch = spread(planes_.rows * planes_.row_pitch);
+}
+
+// Up to a row and a tile beyond, and whole vectors.
+std::size_t Window::slack() const {
+  return static_cast<std::size_t>(planes_.row_pitch) + kReadSlack;
+}
+
+std::size_t Window::memory() const {
+  return static_cast<std::size_t>(planes_.plane_pitch() * planes_.ring) + 2 * slack();
+}
+
+void Window::use(float* memory) { planes_.data = memory + slack(); }
+
+void Window::slide(std::int64_t lo, std::int64_t hi) {
+  planes_.x_lo = lo;
+  planes_.x_hi = hi;
+}
+
+float* Window::row(int channel, std::int64_t x, std::int64_t y) const {
+  float* plane = planes_.plane(x) + channel * planes_.channel_pitch();
+  if (planes_.phases == 1) return plane + planes_.offset(y, planes_.z_lo);
+  return plane + (y & 1) * 2 * planes_.phase_pitch + planes_.offset(y >> 1, planes_.z_lo);
+}
+
+void Window::read(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo, std::int64_t z_hi,
+                  float* values) const {
+  const float* from = row(channel, x, y);
+  if (planes_.phases == 1) {
+    std::copy(from + (z_lo - planes_.z_lo), from + (z_hi - planes_.z_lo), values);
+    return;
+  }
+  for (int parity = 0; parity < 2; ++parity, from += planes_.phase_pitch)
+    for (std::int64_t z = z_lo + ((z_lo + parity) & 1); z < z_hi; z += 2)
+      values[z - z_lo] = from[(z >> 1) - planes_.z_lo];
+}
+
+void Window::write(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo,
+                   std::int64_t z_hi, const float* values) const {
+  float* to = row(channel, x, y);
+  if (planes_.phases == 1) {
+    std::copy(values, values + (z_hi - z_lo), to + (z_lo - planes_.z_lo));
+    return;
+  }
+  for (int parity = 0; parity < 2; ++parity, to += planes_.phase_pitch)
+    for (std::int64_t z = z_lo + ((z_lo + parity) & 1); z < z_hi; z += 2)
+      to[(z >> 1) - planes_.z_lo] = values[z - z_lo];
+}
+
+}  // namespace solidtex::engine

@@ -1,0 +1,44 @@
+// A node's values while a box is evaluated along x: the planes that later nodes still need.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/field/box.h"
+#include "engine/kernels/planes.h"
+#include "engine/kernels/volume.h"
+
+namespace solidtex::engine {
+
+class Window {
+ public:
+  Window() = default;
+
+  // For `channels` on the y and z of a box, at most `planes` planes of x at a time. phases 4: split
+  // by the parities of y and z; 1: as they are.
+  Window(const Box& box, int channels, int phases, std::int64_t planes);
+
+  // Floats of memory to use, with what convolutions may read before and behind.
+  std::size_t memory() const;
+  void use(float* memory);
+
+  // Planes [lo, hi) are the ones that are kept from now on.
+  void slide(std::int64_t lo, std::int64_t hi);
+
+  const Planes& planes() const { return planes_; }
+
+  // Values (x, y, z_lo .. z_hi) of a channel, to and from plain order.
+  void read(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo, std::int64_t z_hi,
+            float* values) const;
+  void write(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo, std::int64_t z_hi,
+             const float* values) const;
+
+ private:
+  std::size_t slack() const;
+  // The first value of a row; the odd z, where they are apart, are a phase behind.
+  float* row(int channel, std::int64_t x, std::int64_t y) const;
+
+  Planes planes_;
+};
+
+}  // namespace solidtex::engine

@@ -1,0 +1,44 @@
+// Views of values kept in planes of x: what a Winograd convolution reads and writes.
+//
+// Within a channel a plane is split by the parities of y and z, so that a vector holds neighbouring
+// tiles of two by two voxels, and goes on from one row of tiles to the next.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace solidtex::engine {
+
+// Value (channel, x, 2 Y + py, 2 Z + pz) is
+// plane(x)[(4 * channel + 2 * py + pz) * phase_pitch + (Y - y_lo) * row_pitch + Z - z_lo].
+// With one phase Y and Z are y and z themselves. Planes of x are kept in a ring.
+template <class Value>
+struct BasicPlanes {
+  Value* data = nullptr;
+  int channels = 0, phases = 4;
+  std::int64_t x_lo = 0, x_hi = 0;
+  std::int64_t ring = 1;  // planes; any x finds one: if it is not kept any more, another's
+  std::int64_t y_lo = 0, z_lo = 0, rows = 0;
+  std::ptrdiff_t row_pitch = 0, phase_pitch = 0;
+
+  std::ptrdiff_t channel_pitch() const { return phases * phase_pitch; }
+  std::ptrdiff_t plane_pitch() const { return channels * channel_pitch(); }
+
+  Value* plane(std::int64_t x) const { return data + (x % ring + ring) % ring * plane_pitch(); }
+  // From the first value of a plane.
+  std::ptrdiff_t offset(std::int64_t tile_y, std::int64_t tile_z) const {
+    return (tile_y - y_lo) * row_pitch + tile_z - z_lo;
+  }
+};
+
+struct Planes : BasicPlanes<float> {};
+
+struct ConstPlanes : BasicPlanes<const float> {
+  ConstPlanes() = default;
+  ConstPlanes(const Planes& p)
+      : BasicPlanes{p.data, p.channels, p.phases, p.x_lo,      p.x_hi,       p.ring,
+                    p.y_lo, p.z_lo,     p.rows,   p.row_pitch, p.phase_pitch} {}
+};
+
+}  // namespace solidtex::engine

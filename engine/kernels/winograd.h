@@ -1,0 +1,89 @@
+// 3^3 convolutions by Winograd's minimal filtering F(2^3, 3^3): 64 products for each tile of 2^3
+// voxels instead of 216 (Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks", 2016,
+// section 4.1, nested along x, y and z).
+//
+// Tiles begin at even absolute coordinates, so that no partition into blocks changes a bit.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/kernels/planes.h"
+
+namespace solidtex::engine {
+
+inline constexpr int kWinogradPositions = 64;
+
+// A dense layer over channels. out[o] = phi(bias[o] + sum over i of weight(i, o) * in[i]), inputs
+// in ascending order, each a fused multiply-add; phi(v) = v > 0 ? v : slope * v.
+struct ChannelLayer {
+  static constexpr int kPack = 4;  // outputs are padded to a multiple of it
+
+  int inputs = 0, outputs = 0, padded = 0;
+  std::vector<float> weights;  // [input][padded]
+  std::vector<float> bias;     // [padded]
+  float slope = 1;
+
+  ChannelLayer() = default;
+  // weights: [output][input].
+  ChannelLayer(int inputs, int outputs, const std::vector<float>& weights, std::vector<float> bias);
+};
+
+// The weights of a 3^3 convolution, transformed in double and rounded once.
+struct WinogradLayer {
+  int inputs = 0, outputs = 0;
+  std::vector<float> weights;  // [ix][iy][input][output][iz]
+  std::vector<float> bias;     // [output]
+  float slope = 1;
+
+  WinogradLayer() = default;
+  // weights: [output][input][3][3][3].
+  WinogradLayer(int inputs, int outputs, const std::vector<float>& weights,
+                std::vector<float> bias);
+
+  // The weights of positions (ix, iy, 0 .. 3) = (group / 4, group % 4, 0 .. 3) and all outputs.
+  const float* at(int group, int input) const {
+    return weights.data() + (static_cast<std::ptrdiff_t>(group) * inputs + input) * outputs * 4;
+  }
+};
+
+// A 3^3 convolution and the 1^3 convolutions that follow it, evaluated while the tiles are hot.
+struct ConvChain {
+  WinogradLayer first;
+  std::vector<ChannelLayer> rest;
+
+  int outputs() const { return rest.empty() ? first.outputs : rest.back().outputs; }
+};
+
+// The (padded) outputs of the chain's widest layer.
+int widest_layer(const ConvChain& chain);
+
+// Some input channels of a convolution.
+struct ConvSource {
+  ConstPlanes planes;
+  // The planes, of one phase, are those of a volume of half the size and stand for its nearest
+  // upsampling. Its differences inside a tile vanish, and with them 37 of the 64 products.
+  bool upsampled = false;
+};
+
+// What to compute: the voxels [lo, hi) of x, and of y and z the tiles [lo, hi).
+struct TileRange {
+  std::int64_t x_lo, x_hi, y_lo, y_hi, z_lo, z_hi;
+};
+
+namespace kernels {
+
+// Floats of scratch memory that winograd_conv3d needs.
+std::size_t winograd_scratch(const ConvChain& chain);
+
+// Writes planes of `out`; the sources are the inputs in their order. A tile reads its neighbours on
+// every side, whether the source has them or not: what lies there may be anything where no result
+// depends on it, but must be readable (see Window). scratch is aligned to HWY_ALIGNMENT.
+// Fastest where all sources have one row pitch.
+void winograd_conv3d(const ConvChain& chain, std::span<const ConvSource> sources,
+                     const TileRange& range, const Planes& out, float* scratch);
+
+}  // namespace kernels
+}  // namespace solidtex::engine
