@@ -98,7 +98,8 @@ void Evaluation::compute(const Step& step, const Box& box) {
   const Window& window = windows_[step.node];
   if (step.is_chain()) return convolve(step, box);
   if (const auto* noise = std::get_if<NoiseOp>(&node.op))
-    return fill_noise({scheme_, seed_, node.level, noise->distribution}, window, box);
+    return fill_noise({scheme_, seed_, node.level, noise->distribution}, window, box.lo[0],
+                      box.hi[0]);
   if (!is_upsample(step.node)) return compute_general(step, box);
   std::vector<float> row(static_cast<std::size_t>(box.size(2)));
   for (int c = 0; c < node.channels; ++c)

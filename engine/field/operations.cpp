@@ -16,23 +16,40 @@ template <class... Visitors>
 Overloaded(Visitors...) -> Overloaded<Visitors...>;
 
 // Lattice coordinates are taken modulo 2^32.
-std::int32_t wrap(std::int64_t i) {
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(i));
-}
+std::uint32_t wrap(std::int64_t i) { return static_cast<std::uint32_t>(i); }
+
+// The y and z of one phase of a plane, in the order of its values.
+struct PhasePoints {
+  PhasePoints(const Planes& planes, int phase) {
+    const auto size = static_cast<std::size_t>(planes.rows * planes.row_pitch);
+    y.reserve(size + kReadSlack);
+    z.reserve(size + kReadSlack);
+    for (std::int64_t row = 0; row < planes.rows; ++row)
+      for (std::int64_t i = 0; i < planes.row_pitch; ++i) {
+        y.push_back(static_cast<std::int32_t>(wrap(2 * (planes.y_lo + row) + phase / 2)));
+        z.push_back(static_cast<std::int32_t>(wrap(2 * (planes.z_lo + i) + phase % 2)));
+      }
+    y.resize(size + kReadSlack);
+    z.resize(size + kReadSlack);
+  }
+  std::vector<std::int32_t> y, z;
+};
 
 }  // namespace
 
-void fill_noise(const NoiseField& noise, const Window& window, const Box& box) {
-  std::vector<float> row(static_cast<std::size_t>(box.size(2)));
-  for (int c = 0; c < window.planes().channels; ++c) {
-    const NoiseStream stream(noise.scheme, noise.seed, static_cast<std::uint32_t>(noise.level),
-                             static_cast<std::uint32_t>(c));
-    for (std::int64_t x = box.lo[0]; x < box.hi[0]; ++x)
-      for (std::int64_t y = box.lo[1]; y < box.hi[1]; ++y) {
-        stream.row(noise.distribution, wrap(x), wrap(y), wrap(box.lo[2]),
-                   static_cast<int>(box.size(2)), row.data());
-        window.write(c, x, y, box.lo[2], box.hi[2], row.data());
-      }
+void fill_noise(const NoiseField& noise, const Window& window, std::int64_t x_lo,
+                std::int64_t x_hi) {
+  const Planes& planes = window.planes();
+  for (int phase = 0; phase < 4; ++phase) {
+    const PhasePoints points(planes, phase);
+    for (int c = 0; c < planes.channels; ++c) {
+      const NoiseStream stream(noise.scheme, noise.seed, static_cast<std::uint32_t>(noise.level),
+                               static_cast<std::uint32_t>(c));
+      for (std::int64_t x = x_lo; x < x_hi; ++x)
+        stream.plane(noise.distribution, {wrap(x), points.y.data(), points.z.data()},
+                     static_cast<int>(planes.rows * planes.row_pitch),
+                     planes.plane(x) + (4 * c + phase) * planes.phase_pitch);
+    }
   }
 }
 

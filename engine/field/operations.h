@@ -16,8 +16,9 @@ struct NoiseField {
   Distribution distribution;
 };
 
-// Fills a box of a window.
-void fill_noise(const NoiseField& noise, const Window& window, const Box& box);
+// Fills planes [x_lo, x_hi) of a window.
+void fill_noise(const NoiseField& noise, const Window& window, std::int64_t x_lo,
+                std::int64_t x_hi);
 
 // A node's values on a box from its input on exactly the box that they need. `layer` holds the
 // weights of a convolution.

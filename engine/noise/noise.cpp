@@ -29,15 +29,13 @@ float NoiseStream::normal(std::int32_t x, std::int32_t y, std::int32_t z) const 
                                           static_cast<std::uint32_t>(z)));
 }
 
-void NoiseStream::row(Distribution distribution, std::int32_t x, std::int32_t y, std::int32_t z,
-                      int count, float* values) const {
+void NoiseStream::plane(Distribution distribution, const LatticePoints& points, int count,
+                        float* values) const {
   if (distribution == Distribution::normal) require_normal(scheme_);
-  const auto ux = static_cast<std::uint32_t>(x), uy = static_cast<std::uint32_t>(y),
-             uz = static_cast<std::uint32_t>(z);
   if (scheme_ == NoiseScheme::solidtex_1)
-    return solidtex_1::row(key_, distribution, ux, uy, uz, count, values);
+    return solidtex_1::plane(key_, distribution, points, count, values);
   for (int i = 0; i < count; ++i)
-    values[i] = uniform(x, y, static_cast<std::int32_t>(uz + static_cast<std::uint32_t>(i)));
+    values[i] = uniform(static_cast<std::int32_t>(points.x), points.y[i], points.z[i]);
 }
 
 void require_normal(NoiseScheme scheme) {

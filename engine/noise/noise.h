@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "engine/model/model.h"
+#include "engine/noise/reference.h"
 #include "engine/noise/hash.h"
 
 namespace solidtex::engine {
@@ -17,9 +18,9 @@ class NoiseStream {
   float uniform(std::int32_t x, std::int32_t y, std::int32_t z) const;
   float normal(std::int32_t x, std::int32_t y, std::int32_t z) const;
 
-  // values[i] = value at (x, y, z + i): one lattice row along z, vectorised, the same bits.
-  void row(Distribution distribution, std::int32_t x, std::int32_t y, std::int32_t z, int count,
-           float* values) const;
+  // values[i] = value at point i of a plane of the lattice, vectorised, the same bits.
+  void plane(Distribution distribution, const LatticePoints& points, int count,
+             float* values) const;
 
  private:
   NoiseScheme scheme_;

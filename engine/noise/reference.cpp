@@ -6,12 +6,13 @@
 
 namespace solidtex::engine::reference {
 
-void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
-         std::uint32_t z, int count, float* values) {
+void plane(const StreamKey& key, Distribution distribution, const LatticePoints& points, int count,
+           float* values) {
   const auto from_bits =
       distribution == Distribution::normal ? normal_from_bits : uniform_from_bits;
   for (int i = 0; i < count; ++i)
-    values[i] = from_bits(solidtex_1_bits(key, x, y, z + static_cast<std::uint32_t>(i)));
+    values[i] = from_bits(solidtex_1_bits(key, points.x, static_cast<std::uint32_t>(points.y[i]),
+                                          static_cast<std::uint32_t>(points.z[i])));
 }
 
 namespace {

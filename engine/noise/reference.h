@@ -1,4 +1,4 @@
-// Rows and lookups of the scheme solidtex-1 as plain loops: the definition of correct.
+// Planes and lookups of the scheme solidtex-1 as plain loops: the definition of correct.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,13 @@
 #include "engine/noise/hash.h"
 
 namespace solidtex::engine {
+
+// Lattice points of one plane: (x, y[i], z[i]), modulo 2^32. Readable to a multiple of 16 points,
+// whatever the count.
+struct LatticePoints {
+  std::uint32_t x;
+  const std::int32_t *y, *z;
+};
 
 // Where points fall on a lattice, planar: the lower corner of the cell (modulo 2^32) and the
 // fractions in [0, 1]. Readable to a multiple of 16 points, whatever the count.
@@ -22,9 +29,9 @@ struct StreamKeys {
 
 namespace reference {
 
-// values[i] = the value at (x, y, z + i).
-void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
-         std::uint32_t z, int count, float* values);
+// values[i] = the value at point i.
+void plane(const StreamKey& key, Distribution distribution, const LatticePoints& points, int count,
+           float* values);
 
 // values[i] = normal noise interpolated at point i, along z, then y, then x; one lerp is
 // fma(t, b - a, a).

@@ -1,4 +1,4 @@
-// Rows and trilinear lookups of the scheme solidtex-1 on the machine's best target.
+// Planes and trilinear lookups of the scheme solidtex-1 on the machine's best target.
 #include "engine/noise/solidtex_1.h"
 
 #include "engine/kernels/targets.h"
@@ -120,19 +120,21 @@ struct Normal {
   }
 };
 
-// A row along z: what Enter leaves of its other coordinates and of the key, and its z key.
-struct RowWords {
-  Words x, y, last, z_key;
-};
-
-// The values of kCount vectors from z on.
+// The values of kCount vectors of points from point i on.
 template <class Kind, int kCount>
-HWY_INLINE void RowValues(const RowWords& row, std::uint32_t z, Floats (&values)[kCount]) {
+HWY_INLINE void PointValues(const StreamKey& key, const LatticePoints& points, std::ptrdiff_t i,
+                            Floats (&values)[kCount]) {
+  const Word du;
+  const auto word = [&](int axis) { return hn::Set(du, key.word[axis]); };
+  const auto load = [&](const std::int32_t* from) {
+    return hn::BitCast(du, hn::LoadU(Int(), from));
+  };
+  const Words along_x = Enter(hn::Set(du, points.x), word(0)), last = Enter(hn::Zero(du), word(3));
   Many<kCount> a, b, c, d, bits;
-  for (int i = 0; i < kCount; ++i) {
-    const auto first = z + static_cast<std::uint32_t>(i * FloatLanes());
-    a[i] = row.x, b[i] = row.y, d[i] = row.last;
-    c[i] = Enter(hn::Iota(Word(), first), row.z_key);
+  for (int k = 0; k < kCount; ++k) {
+    a[k] = along_x, d[k] = last;
+    b[k] = Enter(load(points.y + i + k * FloatLanes()), word(1));
+    c[k] = Enter(load(points.z + i + k * FloatLanes()), word(2));
   }
   Mix<kCount>(a, b, c, d, bits);
   Kind::template FromBits<kCount>(bits, values);
@@ -140,37 +142,29 @@ HWY_INLINE void RowValues(const RowWords& row, std::uint32_t z, Floats (&values)
 
 // Four vectors at a time while there are so many, for the reason given at Many.
 template <class Kind>
-HWY_INLINE void RowOf(const StreamKey& key, std::uint32_t x, std::uint32_t y, std::uint32_t z,
-                      std::ptrdiff_t count, float* values) {
+HWY_INLINE void PlaneOf(const StreamKey& key, const LatticePoints& points, std::ptrdiff_t count,
+                        float* values) {
   constexpr int kTogether = 4;
-  const Word du;
-  const auto word = [&](int i) { return hn::Set(du, key.word[i]); };
-  const RowWords row{Enter(hn::Set(du, x), word(0)), Enter(hn::Set(du, y), word(1)),
-                     Enter(hn::Zero(du), word(3)), word(2)};
   const std::ptrdiff_t lanes = FloatLanes();
   std::ptrdiff_t i = 0;
-  for (; count - i > (kTogether - 1) * lanes; i += kTogether * lanes) {
+  for (; i + kTogether * lanes <= count; i += kTogether * lanes) {
     Floats found[kTogether];
-    RowValues<Kind, kTogether>(row, z + static_cast<std::uint32_t>(i), found);
-    for (int k = 0; k < kTogether; ++k) {
-      const std::ptrdiff_t at = i + k * lanes;
-      StoreFirst(found[k], values + at, count - at);
-    }
+    PointValues<Kind, kTogether>(key, points, i, found);
+    for (int k = 0; k < kTogether; ++k) hn::StoreU(found[k], Float(), values + i + k * lanes);
   }
   for (; i < count; i += lanes) {
     Floats found[1];
-    RowValues<Kind, 1>(row, z + static_cast<std::uint32_t>(i), found);
+    PointValues<Kind, 1>(key, points, i, found);
     StoreFirst(found[0], values + i, count - i);
   }
 }
 
-void Row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
-         std::uint32_t z, int count, float* values) {
-  if (distribution == Distribution::normal) {
-    RowOf<Normal>(key, x, y, z, count, values);
-  } else {
-    RowOf<Uniform>(key, x, y, z, count, values);
-  }
+void Plane(const StreamKey& key, Distribution distribution, const LatticePoints& points, int count,
+           float* values) {
+  if (distribution == Distribution::normal)
+    PlaneOf<Normal>(key, points, count, values);
+  else
+    PlaneOf<Uniform>(key, points, count, values);
 }
 
 HWY_INLINE Floats Lerp(Floats t, Floats a, Floats b) { return hn::MulAdd(t, hn::Sub(b, a), a); }
@@ -333,9 +327,9 @@ void TrilinearNormalOfStreams(const StreamKeys& keys, const LatticeCells& cells,
 
 #else
 
-void Row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
-         std::uint32_t z, int count, float* values) {
-  reference::row(key, distribution, x, y, z, count, values);
+void Plane(const StreamKey& key, Distribution distribution, const LatticePoints& points, int count,
+           float* values) {
+  reference::plane(key, distribution, points, count, values);
 }
 void TrilinearNormal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {
   reference::trilinear_normal(key, cells, count, values);
@@ -353,13 +347,13 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace solidtex::engine::solidtex_1 {
 
-HWY_EXPORT(Row);
+HWY_EXPORT(Plane);
 HWY_EXPORT(TrilinearNormal);
 HWY_EXPORT(TrilinearNormalOfStreams);
 
-void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
-         std::uint32_t z, int count, float* values) {
-  HWY_DYNAMIC_DISPATCH(Row)(key, distribution, x, y, z, count, values);
+void plane(const StreamKey& key, Distribution distribution, const LatticePoints& points, int count,
+           float* values) {
+  HWY_DYNAMIC_DISPATCH(Plane)(key, distribution, points, count, values);
 }
 
 void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {

@@ -5,8 +5,8 @@
 
 namespace solidtex::engine::solidtex_1 {
 
-void row(const StreamKey& key, Distribution distribution, std::uint32_t x, std::uint32_t y,
-         std::uint32_t z, int count, float* values);
+void plane(const StreamKey& key, Distribution distribution, const LatticePoints& points, int count,
+           float* values);
 void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values);
 void trilinear_normal_of_streams(const StreamKeys& keys, const LatticeCells& cells, int count,
                                  float* values);

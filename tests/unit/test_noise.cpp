@@ -69,20 +69,25 @@ TEST_CASE("rows are single values, on every target", "[noise]") {
   for (int round = 0; round < 40; ++round) {
     const std::uint64_t seed = random() % 3 * 0x123456789ABCDEFu;
     const NoiseStream noise(NoiseScheme::solidtex_1, seed, random() % 21, random() % 8);
-    const auto x = random_coordinate(random), y = random_coordinate(random);
-    const auto z = random_coordinate(random);
-    const int count = 1 + static_cast<int>(random() % 70);
+    const auto x = random_coordinate(random);
+    const int count = 1 + static_cast<int>(random() % 200);
+    std::vector<std::int32_t> y, z;
     std::vector<float> uniform, normal;
-    for (int i = 0, at = z; i < count; ++i, at = next(at)) {
-      uniform.push_back(noise.uniform(x, y, at));
-      normal.push_back(noise.normal(x, y, at));
+    for (int i = 0; i < count; ++i) {
+      y.push_back(random_coordinate(random));
+      z.push_back(random_coordinate(random));
+      uniform.push_back(noise.uniform(x, y.back(), z.back()));
+      normal.push_back(noise.normal(x, y.back(), z.back()));
     }
+    y.resize(y.size() + 16);  // readable to whole vectors
+    z.resize(z.size() + 16);
+    const LatticePoints points{static_cast<std::uint32_t>(x), y.data(), z.data()};
     testing::on_every_target([&] {
-      std::vector<float> row(static_cast<std::size_t>(count));
-      noise.row(Distribution::uniform, x, y, z, count, row.data());
-      CHECK(same_bits(row, uniform));
-      noise.row(Distribution::normal, x, y, z, count, row.data());
-      CHECK(same_bits(row, normal));
+      std::vector<float> plane(static_cast<std::size_t>(count));
+      noise.plane(Distribution::uniform, points, count, plane.data());
+      CHECK(same_bits(plane, uniform));
+      noise.plane(Distribution::normal, points, count, plane.data());
+      CHECK(same_bits(plane, normal));
     });
   }
 }
@@ -185,15 +190,17 @@ TEST_CASE("solidtexturenets is uniform only and repeats as published", "[noise]"
     return NoiseStream(NoiseScheme::solidtexturenets, 0, level, channel);
   };
   CHECK_THROWS(stream(0, 0).normal(1, 2, 3));
-  float row[4];
-  CHECK_THROWS(stream(0, 0).row(Distribution::normal, 0, 0, 0, 4, row));
+  constexpr std::int32_t y[16] = {-8, -8, 7}, z[16] = {65534, 65535, 65536};
+  const LatticePoints points{7, y, z};
+  float values[3];
+  CHECK_THROWS(stream(0, 0).plane(Distribution::normal, points, 3, values));
   CHECK(stream(0, 0).uniform(1, 2, 3) == stream(0, 0).uniform(1 + 65536, 2 - 65536, 3));
   CHECK(stream(0, 0).uniform(1, 2, 3) == stream(5, 3).uniform(1, 2, 3));  // its known flaws
   CHECK(stream(0, 1).uniform(1, 2, 3) == stream(0, 0).uniform(1, 2, 6));
   CHECK(NoiseStream(NoiseScheme::solidtexturenets, 1, 0, 0).uniform(1, 2, 3) !=
         stream(0, 0).uniform(1, 2, 3));
-  stream(2, 1).row(Distribution::uniform, 7, -8, 65534, 4, row);
-  for (int i = 0; i < 4; ++i) CHECK(row[i] == stream(2, 1).uniform(7, -8, 65534 + i));
+  stream(2, 1).plane(Distribution::uniform, points, 3, values);
+  for (int i = 0; i < 3; ++i) CHECK(values[i] == stream(2, 1).uniform(7, y[i], z[i]));
 }
 
 TEST_CASE("every argument of solidtex-1 matters", "[noise]") {
