@@ -36,7 +36,7 @@ float transform_output(const float* m, int step, int parity) {
 
 using Tile = std::array<float, kWinogradPositions>;
 
-// The 4^3 inputs of a tile, transformed along x, then y, then z. `corner` is the place of its first
+// The 4^3 inputs of a tile, transformed along z, then x, then y. `corner` is the place of its first
 // input relative to the volume; what lies outside is needed by none of the volume's outputs.
 Tile transformed_input(const ConstVolume& in, int channel,
                        const std::array<std::int64_t, 3>& corner) {
@@ -47,7 +47,7 @@ Tile transformed_input(const ConstVolume& in, int channel,
     for (int axis = 0; axis < 3; ++axis) inside &= at[axis] >= 0 && at[axis] < in.size[axis];
     if (inside) d[i] = in.row(channel, at[0], at[1])[at[2]];
   }
-  for (const int step : {16, 4, 1})
+  for (const int step : {1, 16, 4})
     for (int i = 0; i < kWinogradPositions; ++i)
       if (i / step % 4 == 0) transform_input(&d[i], step);
   return d;

@@ -16,6 +16,16 @@
 #include "engine/kernels/channels-inl.h"
 #include "engine/kernels/vector-inl.h"
 
+#ifndef SOLIDTEX_WINOGRAD_ONCE
+#define SOLIDTEX_WINOGRAD_ONCE
+namespace solidtex::engine {
+
+inline constexpr int kGroups = 16;
+inline constexpr std::ptrdiff_t kGroupPad = 16;
+
+}  // namespace solidtex::engine
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
@@ -26,11 +36,9 @@ HWY_INLINE void TransformInput(Floats& d0, Floats& d1, Floats& d2, Floats& d3) {
   d0 = v0, d1 = v1, d2 = v2, d3 = v3;
 }
 
-inline constexpr int kGroups = 16;
-
 // Transformed inputs, [group = (ix, iy)][input][iz][tile]. Groups are padded by a line, or stores
 // to all of them would fall into few sets of the first cache.
-constexpr std::ptrdiff_t GroupPitch(int inputs) { return 4 * kStrip * inputs + 16; }
+constexpr std::ptrdiff_t GroupPitch(int inputs) { return 4 * kStrip * inputs + kGroupPad; }
 
 // Position kZ of the transform along z: d0 is the odd one of the tile before, d1 and d2 its own
 // two, d3 the even one of the tile after.
@@ -175,12 +183,12 @@ HWY_INLINE Floats InRegister(Floats v) {
   return v;
 }
 
-template <int kOutputs>
-using ProductSums = Floats[kOutputs][4][kProductVectors];
+template <int kOutputs, int kVectors>
+using ProductSums = Floats[kOutputs][4][kVectors];
 
-template <int kOutputs, bool kUpsampled>
+template <int kOutputs, int kVectors, bool kUpsampled>
 HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, std::ptrdiff_t at,
-                           ProductSums<kOutputs>& sum) {
+                           ProductSums<kOutputs, kVectors>& sum) {
   const Float d;
   const float* HWY_RESTRICT weights = terms.weights + 4 * first;
   const float* HWY_RESTRICT values = terms.values + at;
@@ -188,42 +196,42 @@ HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, st
 #pragma GCC unroll 4
     for (int z = 0; z < 4; ++z) {
       if (kUpsampled && z == 2) continue;
-      Floats x[kProductVectors];
+      Floats x[kVectors];
 #pragma GCC unroll 2
-      for (int v = 0; v < kProductVectors; ++v)
+      for (int v = 0; v < kVectors; ++v)
         x[v] = InRegister(hn::Load(d, values + z * kStrip + v * hn::MaxLanes(d)));
 #pragma GCC unroll 3
       for (int o = 0; o < kOutputs; ++o) {
         const Floats w = hn::Set(d, weights[4 * o + z]);
 #pragma GCC unroll 2
-        for (int v = 0; v < kProductVectors; ++v) sum[o][z][v] = hn::MulAdd(w, x[v], sum[o][z][v]);
+        for (int v = 0; v < kVectors; ++v) sum[o][z][v] = hn::MulAdd(w, x[v], sum[o][z][v]);
       }
     }
   }
 }
 
-template <int kOutputs>
+template <int kOutputs, int kVectors>
 HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, int first,
                             std::ptrdiff_t at, float* HWY_RESTRICT out) {
   const Float d;
-  ProductSums<kOutputs> sum;
+  ProductSums<kOutputs, kVectors> sum;
 #pragma GCC unroll 3
   for (int o = 0; o < kOutputs; ++o)
 #pragma GCC unroll 4
     for (int z = 0; z < 4; ++z)
 #pragma GCC unroll 2
-      for (int v = 0; v < kProductVectors; ++v) sum[o][z][v] = hn::Zero(d);
+      for (int v = 0; v < kVectors; ++v) sum[o][z][v] = hn::Zero(d);
   for (const ProductTerms& part : terms) {
     if (part.upsampled)
-      Accumulate<kOutputs, true>(part, outputs, first, at, sum);
+      Accumulate<kOutputs, kVectors, true>(part, outputs, first, at, sum);
     else
-      Accumulate<kOutputs, false>(part, outputs, first, at, sum);
+      Accumulate<kOutputs, kVectors, false>(part, outputs, first, at, sum);
   }
   out += first * 8 * kStrip + at;
 #pragma GCC unroll 3
   for (int o = 0; o < kOutputs; ++o, out += 8 * kStrip)
 #pragma GCC unroll 2
-    for (int v = 0; v < kProductVectors; ++v) {
+    for (int v = 0; v < kVectors; ++v) {
       Floats even, odd;
       TransformOutput(sum[o][0][v], sum[o][1][v], sum[o][2][v], sum[o][3][v], even, odd);
       hn::Store(even, d, out + v * hn::MaxLanes(d));
@@ -231,32 +239,32 @@ HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, in
     }
 }
 
-// The widest tile that fits what is left, from kOutputs down; gives the output behind it.
-template <int kOutputs>
-HWY_INLINE int WidestProductTile(std::span<const ProductTerms> terms, int outputs, int first,
-                                 std::ptrdiff_t at, float* HWY_RESTRICT out) {
-  if constexpr (kOutputs > 1) {
-    if (outputs - first < kOutputs)
-      return WidestProductTile<kOutputs - 1>(terms, outputs, first, at, out);
-  }
-  ProductTile<kOutputs>(terms, outputs, first, at, out);
-  return first + kOutputs;
+template <int kVectors>
+void ProductTiles(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t at,
+                  float* HWY_RESTRICT out) {
+  int first = 0;
+  for (; first + kProductOutputs <= outputs; first += kProductOutputs)
+    ProductTile<kProductOutputs, kVectors>(terms, outputs, first, at, out);
+  if (first + 2 == outputs) ProductTile<2, kVectors>(terms, outputs, first, at, out);
+  if (first + 1 == outputs) ProductTile<1, kVectors>(terms, outputs, first, at, out);
 }
 
-// The products (ix, iy, 0 .. 3) summed over the terms and transformed along z; output o's two go to
-// out[8 o * kStrip] and out[(8 o + 1) * kStrip].
-void Products(std::span<const ProductTerms> terms, int outputs, float* out) {
-  for (std::ptrdiff_t at = 0; at < kStrip; at += kProductVectors * FloatLanes())
-    for (int first = 0; first < outputs;)
-      first = WidestProductTile<kProductOutputs>(terms, outputs, first, at, out);
+// The products (ix, iy, 0 .. 3) of `count` tiles, summed over the terms and transformed along z;
+// output o's two go to out[8 o * kStrip] and out[(8 o + 1) * kStrip].
+void Products(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t count, float* out) {
+  const std::ptrdiff_t lanes = FloatLanes();
+  std::ptrdiff_t at = 0;
+  for (; at + (kProductVectors - 1) * lanes < count; at += kProductVectors * lanes)
+    ProductTiles<kProductVectors>(terms, outputs, at, out);
+  if (at < count) ProductTiles<1>(terms, outputs, at, out);
 }
 
 #else
 
 // Without fused multiply-add in the instruction set, the same sums one by one.
-void Products(std::span<const ProductTerms> terms, int outputs, float* out) {
+void Products(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t count, float* out) {
   for (int o = 0; o < outputs; ++o)
-    for (std::ptrdiff_t t = 0; t < kStrip; ++t) {
+    for (std::ptrdiff_t t = 0; t < count; ++t) {
       float sum[4] = {};
       for (const ProductTerms& part : terms)
         for (int i = 0; i < part.count; ++i)
@@ -275,14 +283,14 @@ void Products(std::span<const ProductTerms> terms, int outputs, float* out) {
 // finished with bias and activation. Position (iy, pz) of output o is
 // products[(8 o + 2 iy + pz) * kStrip], voxel p is out[(8 o + p) * kStrip].
 template <int kX>
-void OutputSlice(const WinogradLayer& layer, const float* HWY_RESTRICT products,
-                 float* HWY_RESTRICT out) {
+void OutputSlice(const WinogradLayer& layer, std::ptrdiff_t count,
+                 const float* HWY_RESTRICT products, float* HWY_RESTRICT out) {
   const Float d;
   constexpr std::ptrdiff_t kLanes = hn::MaxLanes(d);
   const Floats slope = hn::Set(d, layer.slope);
   for (int o = 0; o < layer.outputs; ++o, products += 8 * kStrip, out += 8 * kStrip) {
     const Floats bias = hn::Set(d, layer.bias[o]);
-    for (std::ptrdiff_t t = 0; t < kStrip; t += kLanes) {
+    for (std::ptrdiff_t t = 0; t < count; t += kLanes) {
 #pragma GCC unroll 2
       for (int z = 0; z < 2; ++z) {
         const auto m = [&](int y) { return hn::Load(d, products + (2 * y + z) * kStrip + t); };
@@ -364,12 +372,14 @@ class Convolution {
       transform(source.planes, strip.x, at, strip.count(), pitch, to);
       to += 4 * kStrip * source.planes.channels;
     }
-    Slice<0>();
-    Slice<1>();
-    Slice<2>();
-    Slice<3>();
+    Slice<0>(strip.count());
+    Slice<1>(strip.count());
+    Slice<2>(strip.count());
+    Slice<3>(strip.count());
     for (const ChannelLayer& layer : chain_.rest) {
-      for (int voxel = 0; voxel < 8; ++voxel) Follow(layer, voxel * kStrip);
+      for (int voxel = 0; voxel < 8; ++voxel)
+        Channels(layer, current_ + voxel * kStrip, 8 * kStrip, strip.count(),
+                 next_ + voxel * kStrip);
       std::swap(current_, next_);
     }
     for (int x = 0; x < 2; ++x)
@@ -404,9 +414,9 @@ class Convolution {
   }
 
   template <int kX>
-  void Slice() {
-    for (int y = 0; y < 4; ++y) Multiply(kX, y);
-    OutputSlice<kX>(chain_.first, products_, current_);
+  void Slice(std::ptrdiff_t count) {
+    for (int y = 0; y < 4; ++y) Multiply(kX, y, count);
+    OutputSlice<kX>(chain_.first, count, products_, current_);
   }
 
   // The terms of the products of each group (ix, iy), which are the same for all strips.
@@ -426,14 +436,10 @@ class Convolution {
     first_term_[kGroups] = terms_.size();
   }
 
-  void Multiply(int x, int y) {
+  void Multiply(int x, int y, std::ptrdiff_t count) {
     const std::size_t first = first_term_[4 * x + y], end = first_term_[4 * x + y + 1];
-    Products({&terms_[first], end - first}, chain_.first.outputs, products_ + 2 * y * kStrip);
-  }
-
-  void Follow(const ChannelLayer& layer, std::ptrdiff_t at) {
-    const TermRange terms{layer.weights.data(), current_ + at, layer.inputs, 8 * kStrip};
-    Sums({&terms, 1}, {next_ + at, 8 * kStrip, layer.padded, layer.bias.data(), layer.slope});
+    Products({&terms_[first], end - first}, chain_.first.outputs, count,
+             products_ + 2 * y * kStrip);
   }
 
   const ConvChain& chain_;
@@ -463,7 +469,7 @@ HWY_EXPORT(WinogradConv3d);
 std::size_t winograd_scratch(const ConvChain& chain) {
   const int floats_per_tile =
       64 * chain.first.inputs + 8 * chain.first.outputs + 16 * widest_layer(chain);
-  return static_cast<std::size_t>(floats_per_tile) * kStrip + 16 * 16 + kReadSlack;
+  return static_cast<std::size_t>(floats_per_tile) * kStrip + kGroups * kGroupPad;
 }
 
 void winograd_conv3d(const ConvChain& chain, std::span<const ConvSource> sources,

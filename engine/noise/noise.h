@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "engine/model/model.h"
-#include "engine/noise/reference.h"
 #include "engine/noise/hash.h"
+#include "engine/noise/reference.h"
 
 namespace solidtex::engine {
 

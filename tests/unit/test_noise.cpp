@@ -64,7 +64,7 @@ TEST_CASE("normal noise is symmetric and monotonic", "[noise]") {
   CHECK(std::fabs(normal_from_bits(0xFFFFFFFFu)) < 1e-6f);
 }
 
-TEST_CASE("rows are single values, on every target", "[noise]") {
+TEST_CASE("planes are single values, on every target", "[noise]") {
   std::mt19937 random(3);
   for (int round = 0; round < 40; ++round) {
     const std::uint64_t seed = random() % 3 * 0x123456789ABCDEFu;

@@ -1,0 +1,202 @@
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "catch.hpp"
+#include "engine/field/block.h"
+#include "engine/field/window.h"
+#include "engine/kernels/reference.h"
+#include "engine/kernels/winograd.h"
+#include "tests/unit/every_target.h"
+
+using namespace solidtex::engine;
+
+namespace {
+
+std::mt19937 random_bits(23);
+
+std::vector<float> random_values(std::size_t count, float size) {
+  std::uniform_real_distribution<float> value(-size, size);
+  std::vector<float> values(count);
+  for (float& v : values) v = value(random_bits);
+  return values;
+}
+
+Block random_block(const Box& box, int channels) {
+  Block block(box, channels);
+  const auto count = static_cast<std::size_t>(block.volume().channel_pitch * channels);
+  std::ranges::copy(random_values(count, 2), block.volume().data);
+  return block;
+}
+
+// A window of a box, with its memory.
+struct Store {
+  Store(const Box& box, int channels, int phases)
+      : window(box, channels, phases, box.size(0)), memory(window.memory(), 0.5f) {
+    window.use(memory.data());
+    window.slide(box.lo[0], box.hi[0]);
+  }
+  Store(const Block& block, int phases) : Store(block.box(), block.volume().channels, phases) {
+    const Box& box = block.box();
+    for (int c = 0; c < block.volume().channels; ++c)
+      for (auto x = box.lo[0]; x < box.hi[0]; ++x)
+        for (auto y = box.lo[1]; y < box.hi[1]; ++y)
+          window.write(c, x, y, box.lo[2], box.hi[2],
+                       block.volume().row(c, x - box.lo[0], y - box.lo[1]));
+  }
+  Window window;
+  std::vector<float> memory;
+};
+
+std::vector<float> values_of(const Window& window, const Box& box) {
+  std::vector<float> values, row(static_cast<std::size_t>(box.size(2)));
+  for (int c = 0; c < window.planes().channels; ++c)
+    for (auto x = box.lo[0]; x < box.hi[0]; ++x)
+      for (auto y = box.lo[1]; y < box.hi[1]; ++y) {
+        window.read(c, x, y, box.lo[2], box.hi[2], row.data());
+        values.insert(values.end(), row.begin(), row.end());
+      }
+  return values;
+}
+
+std::vector<float> values_of(const Block& block) {
+  std::vector<float> values;
+  const Volume& v = block.volume();
+  for (int c = 0; c < v.channels; ++c)
+    for (std::int64_t x = 0; x < v.size[0]; ++x)
+      for (std::int64_t y = 0; y < v.size[1]; ++y)
+        values.insert(values.end(), v.row(c, x, y), v.row(c, x, y) + v.size[2]);
+  return values;
+}
+
+struct Source {
+  int channels;
+  bool upsampled;
+};
+
+struct ConvCase {
+  std::vector<Source> sources;
+  std::vector<int> outputs;  // of the 3^3 convolution and the 1^3 ones behind it
+  std::array<std::int64_t, 3> lo, size;
+  int wider = 0;  // by so many voxels in z the last source exceeds what is needed
+
+  Box box() const { return {lo, {lo[0] + size[0], lo[1] + size[1], lo[2] + size[2]}}; }
+  int inputs() const {
+    int count = 0;
+    for (const Source& source : sources) count += source.channels;
+    return count;
+  }
+};
+
+ConvChain random_chain(const ConvCase& c) {
+  const auto floats = [](int a, int b) { return static_cast<std::size_t>(a) * b; };
+  ConvChain chain;
+  int inputs = c.inputs();
+  for (const int outputs : c.outputs) {
+    const auto bias = random_values(static_cast<std::size_t>(outputs), 1);
+    if (chain.first.outputs == 0) {
+      chain.first =
+          WinogradLayer(inputs, outputs, random_values(floats(inputs, outputs) * 27, 1), bias);
+      chain.first.slope = 0.25f;
+    } else {
+      chain.rest.emplace_back(inputs, outputs, random_values(floats(inputs, outputs), 1), bias);
+      chain.rest.back().slope = 0.5f;
+    }
+    inputs = outputs;
+  }
+  return chain;
+}
+
+// The chain by the loops that define it.
+Block expected_block(const ConvChain& chain, const Block& in, const Box& box) {
+  Block out(box, chain.first.outputs);
+  reference::winograd_conv3d(chain.first, box.lo, in.volume(), out.volume());
+  for (const ChannelLayer& layer : chain.rest) {
+    LinearLayer linear(layer.outputs, layer.inputs, layer.bias,
+                       [&](int o, int i) { return layer.weights[i * layer.padded + o]; });
+    linear.slope = layer.slope;
+    Block next(box, layer.outputs);
+    reference::conv3d(linear, 1, out.volume(), next.volume());
+    out = std::move(next);
+  }
+  return out;
+}
+
+void check(const ConvCase& c) {
+  CAPTURE(c.inputs(), c.outputs, c.lo, c.size);
+  const ConvChain chain = random_chain(c);
+  const Box needed = grown(c.box(), 1);
+  Block in(needed, c.inputs());
+  std::vector<Store> stores;
+  int channel = 0;
+  for (const Source& source : c.sources) {
+    Box kept = needed;
+    if (source.upsampled)
+      for (int axis = 0; axis < 3; ++axis) {
+        kept.lo[axis] >>= 1;
+        kept.hi[axis] = (kept.hi[axis] + 1) >> 1;
+      }
+    else if (&source == &c.sources.back())
+      kept.hi[2] += c.wider;
+    const Block block = random_block(kept, source.channels);
+    stores.emplace_back(block, source.upsampled ? 1 : 4);
+    for (int i = 0; i < source.channels; ++i, ++channel)
+      for (auto x = needed.lo[0]; x < needed.hi[0]; ++x)
+        for (auto y = needed.lo[1]; y < needed.hi[1]; ++y)
+          for (auto z = needed.lo[2]; z < needed.hi[2]; ++z) {
+            const int step = source.upsampled ? 1 : 0;
+            in.volume().row(channel, x - needed.lo[0], y - needed.lo[1])[z - needed.lo[2]] =
+                block.volume().row(i, (x >> step) - kept.lo[0],
+                                   (y >> step) - kept.lo[1])[(z >> step) - kept.lo[2]];
+          }
+  }
+  const std::vector<float> expected = values_of(expected_block(chain, in, c.box()));
+  std::vector<ConvSource> sources;
+  for (std::size_t i = 0; i < stores.size(); ++i)
+    sources.push_back({stores[i].window.planes(), c.sources[i].upsampled});
+  const std::size_t scratch_size = kernels::winograd_scratch(chain);
+  testing::on_every_target([&] {
+    const Store out(c.box(), chain.outputs(), 4);
+    const Planes& planes = out.window.planes();
+    const auto scratch = hwy::AllocateAligned<float>(scratch_size);
+    kernels::winograd_conv3d(chain, sources,
+                             {c.box().lo[0], c.box().hi[0], planes.y_lo, planes.y_lo + planes.rows,
+                              planes.z_lo, planes.z_lo + planes.row_pitch},
+                             planes, scratch.get());
+    CHECK(values_of(out.window, c.box()) == expected);
+  });
+}
+
+}  // namespace
+
+TEST_CASE("a Winograd convolution is its reference bit for bit", "[kernels]") {
+  const std::vector<ConvCase> cases = {
+      {{{1, false}}, {1}, {0, 0, 0}, {1, 1, 1}},
+      {{{3, false}}, {4}, {-1, 5, -3}, {3, 2, 7}},
+      {{{2, true}}, {5}, {1, -1, 3}, {2, 5, 4}},
+      {{{5, true}, {4, false}}, {7, 3}, {-6, 3, 8}, {3, 4, 37}},
+      {{{4, false}, {3, true}, {2, false}}, {6, 9, 2}, {7, -2, -31}, {1, 7, 70}},
+      {{{20, true}, {4, false}}, {24, 24, 3}, {100001, -4, -5}, {2, 3, 21}},
+      {{{5, true}, {4, false}}, {8}, {2, 2, 2}, {4, 6, 9}, /*wider=*/5}};
+  for (const ConvCase& c : cases) check(c);
+}
+
+TEST_CASE("a Winograd convolution is a convolution", "[kernels]") {
+  const Box box{{-3, 2, 5}, {4, 6, 12}};
+  const int inputs = 6, outputs = 5;
+  const Block in = random_block(grown(box, 1), inputs);
+  const auto weights = random_values(inputs * outputs * 27, 1);
+  const auto bias = random_values(outputs, 1);
+  Block found(box, outputs), expected(box, outputs);
+  reference::winograd_conv3d(WinogradLayer(inputs, outputs, weights, bias), box.lo, in.volume(),
+                             found.volume());
+  const LinearLayer direct(outputs, inputs * 27, bias,
+                           [&](int o, int t) { return weights[o * inputs * 27 + t]; });
+  reference::conv3d(direct, 3, in.volume(), expected.volume());
+  const auto a = values_of(found), b = values_of(expected);
+  float error = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) error = std::max(error, std::fabs(a[i] - b[i]));
+  CHECK(error < 1e-4f);  // of sums of 162 products of up to 2
+  CHECK(error > 0);
+}
