@@ -86,23 +86,35 @@ HWY_INLINE void InputPositions(const TilePlanes& planes, std::ptrdiff_t pitch,
   }
 }
 
-// All positions of `count` tiles, for all channels of a source. The tiles are neighbours in memory;
-// `at` is the offset of the first one, `out` the place of its first position.
-void TransformTiles(const ConstPlanes& source, std::int64_t tile_x, std::ptrdiff_t at,
-                    std::ptrdiff_t count, std::ptrdiff_t pitch, float* HWY_RESTRICT out) {
-  TilePlanes planes{{}, source.row_pitch, source.phase_pitch};
-  for (int x = 0; x < 4; ++x) planes.x[x] = source.plane(2 * tile_x - 1 + x) + at;
-  for (int c = 0; c < source.channels; ++c, out += 4 * kStrip) {
-    TilePlanes tiles = planes;
-    for (std::ptrdiff_t t = 0; t < count; t += FloatLanes()) {
-      InputPositions<0>(tiles, pitch, out + t);
-      InputPositions<1>(tiles, pitch, out + t);
-      InputPositions<2>(tiles, pitch, out + t);
-      InputPositions<3>(tiles, pitch, out + t);
-      for (const float*& plane : tiles.x) plane += FloatLanes();
-    }
-    for (const float*& plane : planes.x) plane += source.channel_pitch();
+// A vector of tiles that are neighbours in memory, of which the first `count` are wanted. It may go
+// on from one row to the next.
+struct TileVector {
+  std::int64_t x, y, z;  // of the first tile
+  std::ptrdiff_t count;
+};
+
+// All positions of some vectors of tiles, for all channels of a source. `out` is the place of the
+// first position.
+void TransformTiles(const ConstPlanes& source, std::span<const TileVector> vectors,
+                    std::ptrdiff_t pitch, float* HWY_RESTRICT out) {
+  TilePlanes tiles[kStrip / hn::MaxLanes(Float())];
+  for (std::size_t i = 0; i < vectors.size(); ++i) {
+    tiles[i].row = source.row_pitch;
+    tiles[i].phase = source.phase_pitch;
+    for (int x = 0; x < 4; ++x)
+      tiles[i].x[x] =
+          source.plane(2 * vectors[i].x - 1 + x) + source.offset(vectors[i].y, vectors[i].z);
   }
+  // Vectors inside: they often share cache lines.
+  for (int c = 0; c < source.channels; ++c, out += 4 * kStrip)
+    for (std::size_t i = 0; i < vectors.size(); ++i) {
+      float* to = out + i * hn::MaxLanes(Float());
+      InputPositions<0>(tiles[i], pitch, to);
+      InputPositions<1>(tiles[i], pitch, to);
+      InputPositions<2>(tiles[i], pitch, to);
+      InputPositions<3>(tiles[i], pitch, to);
+      for (const float*& plane : tiles[i].x) plane += source.channel_pitch();
+    }
 }
 
 // B^T d where d1 = d2, without the position 2 that is zero.
@@ -138,19 +150,19 @@ HWY_INLINE void UpsampledPositions(const float* const (&planes)[3], std::ptrdiff
 }
 
 // The same of an upsampled source: position 2 of every axis is zero and left out.
-void TransformUpsampledTiles(const ConstPlanes& source, std::int64_t tile_x, std::ptrdiff_t at,
-                             std::ptrdiff_t count, std::ptrdiff_t pitch, float* HWY_RESTRICT out) {
-  for (int c = 0; c < source.channels; ++c, out += 4 * kStrip) {
-    const float* planes[3];
-    for (int x = 0; x < 3; ++x)
-      planes[x] = source.plane(tile_x - 1 + x) + at + c * source.channel_pitch();
-    for (std::ptrdiff_t t = 0; t < count; t += FloatLanes()) {
-      UpsampledPositions<0>(planes, source.row_pitch, pitch, out + t);
-      UpsampledPositions<1>(planes, source.row_pitch, pitch, out + t);
-      UpsampledPositions<3>(planes, source.row_pitch, pitch, out + t);
-      for (const float*& plane : planes) plane += FloatLanes();
+void TransformUpsampledTiles(const ConstPlanes& source, std::span<const TileVector> vectors,
+                             std::ptrdiff_t pitch, float* HWY_RESTRICT out) {
+  for (int c = 0; c < source.channels; ++c, out += 4 * kStrip)
+    for (std::size_t i = 0; i < vectors.size(); ++i) {
+      const std::ptrdiff_t at =
+          c * source.channel_pitch() + source.offset(vectors[i].y, vectors[i].z);
+      const float* planes[3];
+      for (int x = 0; x < 3; ++x) planes[x] = source.plane(vectors[i].x - 1 + x) + at;
+      float* to = out + i * hn::MaxLanes(Float());
+      UpsampledPositions<0>(planes, source.row_pitch, pitch, to);
+      UpsampledPositions<1>(planes, source.row_pitch, pitch, to);
+      UpsampledPositions<3>(planes, source.row_pitch, pitch, to);
     }
-  }
 }
 
 // A^T m of F(2, 3): (m0 + m1 + m2, m1 - m2 - m3).
@@ -318,7 +330,7 @@ void OutputSlice(const WinogradLayer& layer, std::ptrdiff_t count,
   }
 }
 
-// One call's work, cut into strips of at most kStrip tiles that are neighbours in memory.
+// One call's work, in strips of at most kStrip tiles.
 class Convolution {
  public:
   Convolution(const ConvChain& chain, std::span<const ConvSource> sources, const TileRange& range,
@@ -331,85 +343,92 @@ class Convolution {
     FindTerms();
   }
 
-  // Where all sources have one row pitch a strip goes on from row to row: what lies between them is
-  // computed as well, but no result.
+  // Vectors either keep to their rows or go on from one to the next, whichever takes fewer of them;
+  // the second needs one row pitch for all sources, and also computes what lies between the rows.
   void Run() {
-    const std::ptrdiff_t pitch = sources_[0].planes.row_pitch;
+    const std::ptrdiff_t width = range_.z_hi - range_.z_lo, rows = range_.y_hi - range_.y_lo;
+    const std::ptrdiff_t pitch = sources_[0].planes.row_pitch, lanes = FloatLanes();
     bool same_pitch = true;
     for (const ConvSource& source : sources_) same_pitch &= source.planes.row_pitch == pitch;
-    const std::int64_t width = range_.z_hi - range_.z_lo, rows = range_.y_hi - range_.y_lo;
-    for (std::int64_t x = range_.x_lo >> 1; 2 * x < range_.x_hi; ++x) {
-      if (same_pitch) {
-        RunTiles({x, range_.y_lo, 0, (rows - 1) * pitch + width, pitch});
-      } else {
-        for (std::int64_t y = range_.y_lo; y < range_.y_hi; ++y) RunTiles({x, y, 0, width, width});
-      }
+    const std::ptrdiff_t run = (rows - 1) * pitch + width;
+    const auto vectors = [lanes](std::ptrdiff_t count) { return (count + lanes - 1) / lanes; };
+    if (same_pitch && vectors(run) < rows * vectors(width)) {
+      wrap_ = pitch;
+      for (std::int64_t x = range_.x_lo >> 1; 2 * x < range_.x_hi; ++x) AddRun(x, range_.y_lo, run);
+    } else {
+      wrap_ = width;
+      for (std::int64_t x = range_.x_lo >> 1; 2 * x < range_.x_hi; ++x)
+        for (std::int64_t y = range_.y_lo; y < range_.y_hi; ++y) AddRun(x, y, width);
     }
+    RunStrip();
   }
 
  private:
-  // Tiles `first` .. `end` of plane x, counted from the beginning of row y; rows are `pitch` apart.
-  struct Strip {
-    std::int64_t x, y;
-    std::ptrdiff_t first, end, pitch;
+  static constexpr std::size_t kMostVectors = kStrip / hn::MaxLanes(Float());
 
-    std::ptrdiff_t count() const { return end - first; }
-  };
-
-  void RunTiles(const Strip& tiles) {
-    for (Strip strip = tiles; strip.first < tiles.end; strip.first += kStrip) {
-      strip.end = std::min(strip.first + kStrip, tiles.end);
-      RunStrip(strip);
+  // Tiles that are neighbours in memory, from the beginning of row y on.
+  void AddRun(std::int64_t x, std::int64_t y, std::ptrdiff_t count) {
+    for (std::ptrdiff_t t = 0; t < count; t += FloatLanes()) {
+      vectors_[vector_count_++] = {x, y + t / wrap_, range_.z_lo + t % wrap_,
+                                   std::min(count - t, FloatLanes())};
+      if (vector_count_ == kMostVectors) RunStrip();
     }
   }
 
-  void RunStrip(const Strip& strip) {
+  void RunStrip() {
+    const std::span<const TileVector> vectors(vectors_, vector_count_);
+    const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(vector_count_) * FloatLanes();
     const std::ptrdiff_t pitch = GroupPitch(chain_.first.inputs);
     float* to = inputs_;
     for (const ConvSource& source : sources_) {
-      const std::ptrdiff_t at = source.planes.offset(strip.y, range_.z_lo) + strip.first;
       const auto transform = source.upsampled ? TransformUpsampledTiles : TransformTiles;
-      transform(source.planes, strip.x, at, strip.count(), pitch, to);
+      transform(source.planes, vectors, pitch, to);
       to += 4 * kStrip * source.planes.channels;
     }
-    Slice<0>(strip.count());
-    Slice<1>(strip.count());
-    Slice<2>(strip.count());
-    Slice<3>(strip.count());
+    Slice<0>(count);
+    Slice<1>(count);
+    Slice<2>(count);
+    Slice<3>(count);
     for (const ChannelLayer& layer : chain_.rest) {
       for (int voxel = 0; voxel < 8; ++voxel)
-        Channels(layer, current_ + voxel * kStrip, 8 * kStrip, strip.count(),
-                 next_ + voxel * kStrip);
+        Channels(layer, current_ + voxel * kStrip, 8 * kStrip, count, next_ + voxel * kStrip);
       std::swap(current_, next_);
     }
-    for (int x = 0; x < 2; ++x)
-      if (2 * strip.x + x >= range_.x_lo && 2 * strip.x + x < range_.x_hi)
-        StorePlane(strip, x, out_.plane(2 * strip.x + x));
+    for (std::size_t i = 0; i < vector_count_; ++i) StoreVector(i);
+    vector_count_ = 0;
   }
 
-  // The strip's voxels of one plane, row by row.
-  void StorePlane(const Strip& strip, int x, float* plane) {
-    const std::int64_t width = range_.z_hi - range_.z_lo;
-    for (std::ptrdiff_t t = strip.first; t < strip.end;) {
-      const std::ptrdiff_t row = t / strip.pitch, z = t % strip.pitch;
-      const std::ptrdiff_t next = std::min(strip.end, (row + 1) * strip.pitch);
-      StoreRun(current_ + 4 * x * kStrip + (t - strip.first),
-               plane + out_.offset(strip.y + row, range_.z_lo + z), std::min(next - t, width - z));
-      t = next;
+  void StoreVector(std::size_t index) {
+    const TileVector& vector = vectors_[index];
+    const float* from = current_ + index * hn::MaxLanes(Float());
+    for (int x = 0; x < 2; ++x, from += 4 * kStrip)
+      if (2 * vector.x + x >= range_.x_lo && 2 * vector.x + x < range_.x_hi)
+        StorePlane(vector, from, out_.plane(2 * vector.x + x));
+  }
+
+  // One x of a vector of tiles, row by row.
+  void StorePlane(const TileVector& vector, const float* from, float* plane) {
+    const std::ptrdiff_t width = range_.z_hi - range_.z_lo;
+    std::ptrdiff_t z = vector.z - range_.z_lo;
+    std::int64_t y = vector.y;
+    for (std::ptrdiff_t t = 0; t < vector.count; ++y, z = 0) {
+      const std::ptrdiff_t count = std::min(vector.count - t, width - z);
+      if (count > 0) StoreRun(from + t, plane + out_.offset(y, range_.z_lo + z), count);
+      t += wrap_ - z;
     }
   }
 
-  // `count` neighbouring tiles of all channels and phases.
+  // At most a vector of neighbouring tiles, for all channels and phases.
   void StoreRun(const float* from, float* to, std::ptrdiff_t count) {
     const Float d;
-    const std::ptrdiff_t lanes = FloatLanes();
-    for (int o = 0; o < out_.channels; ++o, from += 4 * kStrip)
-      for (int phase = 0; phase < 4; ++phase, from += kStrip, to += out_.phase_pitch) {
-        std::ptrdiff_t t = 0;
-        for (; t + lanes <= count; t += lanes) hn::StoreU(hn::LoadU(d, from + t), d, to + t);
-        if (t < count)
-          hn::BlendedStore(hn::LoadU(d, from + t),
-                           hn::FirstN(d, static_cast<std::size_t>(count - t)), d, to + t);
+    const auto used = hn::FirstN(d, static_cast<std::size_t>(count));
+    for (int o = 0; o < out_.channels; ++o, from += 8 * kStrip)
+      for (int phase = 0; phase < 4; ++phase, to += out_.phase_pitch) {
+        const Floats values = hn::LoadU(d, from + phase * kStrip);
+        if (count == FloatLanes())
+          hn::StoreU(values, d, to);
+        else
+          hn::BlendedStore(values, used, d, to);
       }
   }
 
@@ -451,6 +470,9 @@ class Convolution {
   float *current_, *next_;  // [channel][voxel of a tile][tile]
   std::vector<ProductTerms> terms_;
   std::size_t first_term_[kGroups + 1];
+  TileVector vectors_[kMostVectors];
+  std::size_t vector_count_ = 0;
+  std::ptrdiff_t wrap_ = 1;  // from one row of tiles to the next, in tiles
 };
 
 void WinogradConv3d(const ConvChain& chain, std::span<const ConvSource> sources,
