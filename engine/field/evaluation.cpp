@@ -86,10 +86,9 @@ void Evaluation::advance(const Step& step, const Box& region) {
   Box box = kept_box(model_.nodes[step.node].op, region);
   if (box.empty()) return;
   Window& window = windows_[step.node];
-  const std::int64_t first = std::max(box.lo[0], window.planes().x_hi);
-  const bool kept = window.planes().x_lo < window.planes().x_hi && first <= box.hi[0];
-  window.slide(box.lo[0], std::max(box.hi[0], window.planes().x_hi));
-  if (kept) box.lo[0] = first;
+  const std::int64_t computed = window.empty() ? box.lo[0] : window.planes().x_hi;
+  window.slide(box.lo[0], std::max(box.hi[0], computed));
+  box.lo[0] = std::max(box.lo[0], computed);
   if (!box.empty()) compute(step, box);
 }
 

@@ -52,26 +52,30 @@ float* Window::row(int channel, std::int64_t x, std::int64_t y) const {
 
 void Window::read(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo, std::int64_t z_hi,
                   float* values) const {
-  const float* from = row(channel, x, y);
+  const float* even = row(channel, x, y);
+  const float* odd = even + planes_.phase_pitch;
   if (planes_.phases == 1) {
-    std::copy(from + (z_lo - planes_.z_lo), from + (z_hi - planes_.z_lo), values);
+    std::copy(even + (z_lo - planes_.z_lo), even + (z_hi - planes_.z_lo), values);
     return;
   }
-  for (int parity = 0; parity < 2; ++parity, from += planes_.phase_pitch)
-    for (std::int64_t z = z_lo + ((z_lo + parity) & 1); z < z_hi; z += 2)
-      values[z - z_lo] = from[(z >> 1) - planes_.z_lo];
+  std::int64_t tile = (z_lo >> 1) - planes_.z_lo, z = z_lo;
+  if (z < z_hi && (z & 1) != 0) *values++ = odd[tile++], ++z;
+  for (; z + 2 <= z_hi; z += 2, ++tile, values += 2) values[0] = even[tile], values[1] = odd[tile];
+  if (z < z_hi) *values = even[tile];
 }
 
 void Window::write(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo,
                    std::int64_t z_hi, const float* values) const {
-  float* to = row(channel, x, y);
+  float* even = row(channel, x, y);
+  float* odd = even + planes_.phase_pitch;
   if (planes_.phases == 1) {
-    std::copy(values, values + (z_hi - z_lo), to + (z_lo - planes_.z_lo));
+    std::copy(values, values + (z_hi - z_lo), even + (z_lo - planes_.z_lo));
     return;
   }
-  for (int parity = 0; parity < 2; ++parity, to += planes_.phase_pitch)
-    for (std::int64_t z = z_lo + ((z_lo + parity) & 1); z < z_hi; z += 2)
-      to[(z >> 1) - planes_.z_lo] = values[z - z_lo];
+  std::int64_t tile = (z_lo >> 1) - planes_.z_lo, z = z_lo;
+  if (z < z_hi && (z & 1) != 0) odd[tile++] = *values++, ++z;
+  for (; z + 2 <= z_hi; z += 2, ++tile, values += 2) even[tile] = values[0], odd[tile] = values[1];
+  if (z < z_hi) even[tile] = *values;
 }
 
 }  // namespace solidtex::engine

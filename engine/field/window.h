@@ -22,6 +22,7 @@ class Window {
   std::size_t memory() const;
   void use(float* memory);
 
+  bool empty() const { return planes_.x_lo == planes_.x_hi; }
   // Planes [lo, hi) are the ones that are kept from now on.
   void slide(std::int64_t lo, std::int64_t hi);
 

@@ -67,6 +67,19 @@ TEST_CASE("any partition into boxes and any target give the same bits", "[field]
   }
 }
 
+TEST_CASE("a box of many steps along x has the bits of its voxels", "[field]") {
+  const Field field(example::every_operation(), NoiseScheme::solidtex_1, kSeed);
+  for (const std::int64_t lo : {-29, 3}) {  // across zero, and not
+    const Box whole = box_at({lo, -3, 5}, {53, 2, 3});
+    const std::vector<float> values = evaluate(field, whole);
+    for (std::int64_t x = whole.lo[0]; x < whole.hi[0]; ++x) {
+      const Box part = box_at({x, -2, 6}, {1, 1, 1});
+      CAPTURE(x);
+      CHECK(evaluate(field, part) == crop(values, whole, part, field.channels()));
+    }
+  }
+}
+
 TEST_CASE("an empty box writes nothing", "[field]") {
   const Field field(example::every_operation(), NoiseScheme::solidtex_1, kSeed);
   float untouched = 5;
