@@ -36,7 +36,7 @@ class SamplerFamily : public Family {
   }
 
   void eval_box(const Box& box, float* values) const override {
-    const BlockSplit cubes(box, kCubeEdge);
+    const BlockSplit cubes(box, {kCubeEdge, kCubeEdge, kCubeEdge});
     for_each_part(cubes.count(), kGrain, [&](std::size_t begin, std::size_t end) {
       VoxelBatch batch(sampler_, box, values);
       for (std::size_t index = begin; index < end; ++index) batch.add(cubes.block(index));
