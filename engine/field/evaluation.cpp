@@ -11,15 +11,19 @@ namespace solidtex::engine {
 
 namespace {
 
-// Voxels along x from one step to the next: few, so that the windows fit in the second cache.
-constexpr std::int64_t kStepVoxels = 8;
+// Voxels from one step to the next. Windows are to fit in the second cache: 64 x 64 columns in
+// steps of 8 along x were as fast as in steps of 2 on a quiet machine, and a tenth slower on a busy
+// one. Short steps of small boxes cost more: 16^3 in steps of 2 took 9 % longer than in steps of 8.
+constexpr std::int64_t kStepVoxels = 8192, kLeastStep = 2, kMostStep = 8;
 
 std::vector<Box> steps_along_x(const Box& box) {
+  std::int64_t length = kMostStep;
+  while (length > kLeastStep && length * box.size(1) * box.size(2) > kStepVoxels) length /= 2;
   std::vector<Box> steps;
   for (std::int64_t x = box.lo[0]; x < box.hi[0];) {
     Box step = box;
     step.lo[0] = x;
-    step.hi[0] = std::min((x & ~(kStepVoxels - 1)) + kStepVoxels, box.hi[0]);
+    step.hi[0] = std::min((x & ~(length - 1)) + length, box.hi[0]);
     x = step.hi[0];
     steps.push_back(step);
   }
