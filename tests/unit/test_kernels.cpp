@@ -8,6 +8,7 @@
 #include "engine/field/block.h"
 #include "engine/kernels/kernels.h"
 #include "engine/kernels/math.h"
+#include "tests/unit/block_values.h"
 #include "tests/unit/every_target.h"
 
 using namespace solidtex::engine;
@@ -33,17 +34,6 @@ Block random_block(const Box& box, int channels) {
   const auto count = block.volume().channel_pitch * channels;
   for (std::ptrdiff_t i = 0; i < count; ++i) block.volume().data[i] = random_value();
   return block;
-}
-
-// The values of a block without what lies between its rows.
-std::vector<float> values_of(const Block& block) {
-  std::vector<float> values;
-  const Volume& v = block.volume();
-  for (int c = 0; c < v.channels; ++c)
-    for (std::int64_t x = 0; x < v.size[0]; ++x)
-      for (std::int64_t y = 0; y < v.size[1]; ++y)
-        values.insert(values.end(), v.row(c, x, y), v.row(c, x, y) + v.size[2]);
-  return values;
 }
 
 // Error 0 means the same bits: also of zeros, infinities and NaN.

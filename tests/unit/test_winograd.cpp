@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "engine/field/block.h"
 #include "engine/field/window.h"
 #include "engine/kernels/reference.h"
 #include "engine/kernels/winograd.h"
+#include "tests/unit/block_values.h"
 #include "tests/unit/every_target.h"
 
 using namespace solidtex::engine;
@@ -57,16 +57,6 @@ std::vector<float> values_of(const Window& window, const Box& box) {
         window.read(c, x, y, box.lo[2], box.hi[2], row.data());
         values.insert(values.end(), row.begin(), row.end());
       }
-  return values;
-}
-
-std::vector<float> values_of(const Block& block) {
-  std::vector<float> values;
-  const Volume& v = block.volume();
-  for (int c = 0; c < v.channels; ++c)
-    for (std::int64_t x = 0; x < v.size[0]; ++x)
-      for (std::int64_t y = 0; y < v.size[1]; ++y)
-        values.insert(values.end(), v.row(c, x, y), v.row(c, x, y) + v.size[2]);
   return values;
 }
 
