@@ -49,16 +49,32 @@ float* Workspace::floats(std::size_t count) {
 
 void Evaluation::run(const Box& box, const BoxTarget& target, Workspace& workspace) {
   const std::vector<Box> steps = steps_along_x(box);
-  regions_.clear();
-  for (std::size_t i = 0; i < steps.size(); ++i)
-    regions_.push_back(required_regions(
-        model_, steps[i], i + 1 < steps.size() ? LookAhead::whole_tiles : LookAhead::exact));
+  find_regions(box, steps);
   place_windows(workspace);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     for (const Step& step : plan_.steps) advance(step, regions_[i][step.node]);
     BoxTarget rest = target;
     rest.data += (steps[i].lo[0] - box.lo[0]) * target.x_pitch;
     write_output(steps[i], rest);
+  }
+}
+
+// Along y and z every step has the whole box's regions: a reader that needs nothing of one step (a
+// transposed convolution of kernel 1 reaches every other voxel) may need its planes in the next.
+void Evaluation::find_regions(const Box& box, const std::vector<Box>& steps) {
+  const std::vector<Box> whole = required_regions(model_, box);
+  regions_.clear();
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const auto ahead = i + 1 < steps.size() ? LookAhead::whole_tiles : LookAhead::exact;
+    regions_.push_back(required_regions(model_, steps[i], ahead));
+    for (std::size_t node = 0; node < whole.size(); ++node) {
+      Box& region = regions_.back()[node];
+      if (region.empty()) continue;
+      for (const int axis : {1, 2}) {
+        region.lo[axis] = whole[node].lo[axis];
+        region.hi[axis] = whole[node].hi[axis];
+      }
+    }
   }
 }
 
@@ -71,6 +87,7 @@ void Evaluation::place_windows(Workspace& workspace) {
     Box kept;
     std::int64_t planes = 1;
     for (const auto& regions : regions_) {
+      if (regions[step.node].empty()) continue;
       kept = kept_box(node.op, regions[step.node]);
       planes = std::max(planes, kept.size(0));
     }

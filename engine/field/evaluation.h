@@ -37,6 +37,7 @@ class Evaluation {
   void run(const Box& box, const BoxTarget& target, Workspace& workspace);
 
  private:
+  void find_regions(const Box& box, const std::vector<Box>& steps);
   void place_windows(Workspace& workspace);
   void advance(const Step& step, const Box& region);
   void compute(const Step& step, const Box& box);

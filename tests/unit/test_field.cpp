@@ -67,17 +67,40 @@ TEST_CASE("any partition into boxes and any target give the same bits", "[field]
   }
 }
 
-TEST_CASE("a box of many steps along x has the bits of its voxels", "[field]") {
-  const Field field(example::every_operation(), NoiseScheme::solidtex_1, kSeed);
-  for (const std::int64_t lo : {-29, 3}) {  // across zero, and not
-    const Box whole = box_at({lo, -3, 5}, {53, 2, 3});
-    const std::vector<float> values = evaluate(field, whole);
-    for (std::int64_t x = whole.lo[0]; x < whole.hi[0]; ++x) {
-      const Box part = box_at({x, -2, 6}, {1, 1, 1});
-      CAPTURE(x);
+namespace {
+
+// A transposed convolution of kernel 1 needs no input at odd coordinates; beside it a wide reader
+// of the same input.
+FieldModel sparse_reader() {
+  example::FieldBuilder b(5);
+  const int coarse = b.conv(b.noise(1, 2), 3, 3);
+  const int sparse = b.conv_transpose(coarse, 2, 1, 0);
+  b.conv(b.concat(sparse, b.upsample(b.conv(coarse, 2, 5))), 2, 1);
+  return b.model;
+}
+
+// Voxels one by one, along the diagonal of y and z.
+void check_voxels(const FieldModel& model, const Box& whole) {
+  const Field field(model, NoiseScheme::solidtex_1, kSeed);
+  const std::vector<float> values = evaluate(field, whole);
+  for (std::int64_t x = whole.lo[0]; x < whole.hi[0]; ++x)
+    for (std::int64_t i = 0; i < std::min(whole.size(1), whole.size(2)); ++i) {
+      const Box part = box_at({x, whole.lo[1] + i, whole.lo[2] + i}, {1, 1, 1});
+      CAPTURE(x, i);
       CHECK(evaluate(field, part) == crop(values, whole, part, field.channels()));
     }
+}
+
+}  // namespace
+
+TEST_CASE("a box of many steps along x has the bits of its voxels", "[field]") {
+  for (const std::int64_t lo : {-29, 3}) {  // across zero, and not
+    check_voxels(example::every_operation(), box_at({lo, -3, 5}, {53, 2, 3}));
+    check_voxels(example::gutierrez(2), box_at({lo, -3, 5}, {53, 2, 3}));
   }
+  for (const std::int64_t lo : {6, 7, -9})  // steps of one voxel at both ends
+    for (const std::int64_t size : {9, 10, 11, 18})
+      check_voxels(sparse_reader(), box_at({lo, lo, 4}, {size, 3, 4}));
 }
 
 TEST_CASE("an empty box writes nothing", "[field]") {
