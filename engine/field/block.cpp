@@ -18,14 +18,4 @@ Block::Block(const Box& box, int channels, std::ptrdiff_t row_pitch) : box_(box)
   volume_.data = values_.get();
 }
 
-ConstVolume Block::view(const Box& inner) const {
-  ConstVolume result = volume_;
-  for (int axis = 0; axis < 3; ++axis)
-    result.size[axis] = std::max<std::int64_t>(inner.size(axis), 0);
-  if (!inner.empty())
-    result.data += (inner.lo[0] - box_.lo[0]) * volume_.plane_pitch +
-                   (inner.lo[1] - box_.lo[1]) * volume_.row_pitch + (inner.lo[2] - box_.lo[2]);
-  return result;
-}
-
 }  // namespace solidtex::engine

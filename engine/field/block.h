@@ -19,9 +19,6 @@ class Block {
   const Box& box() const { return box_; }
   const Volume& volume() const { return volume_; }
 
-  // The view of a box inside this one: a crop by coordinates.
-  ConstVolume view(const Box& inner) const;
-
  private:
   Box box_;
   Volume volume_;

@@ -20,13 +20,4 @@ struct Box {
   friend bool operator==(const Box&, const Box&) = default;
 };
 
-// The box with `margin` more cells on every side.
-inline Box grown(Box box, std::int64_t margin) {
-  for (int axis = 0; axis < 3; ++axis) {
-    box.lo[axis] -= margin;
-    box.hi[axis] += margin;
-  }
-  return box;
-}
-
 }  // namespace solidtex::engine

@@ -7,7 +7,6 @@
 #include <hwy/aligned_allocator.h>
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "engine/field/block.h"

@@ -30,6 +30,15 @@ Block random_block(const Box& box, int channels) {
   return block;
 }
 
+// The box with `margin` more cells on every side.
+Box grown(Box box, std::int64_t margin) {
+  for (int axis = 0; axis < 3; ++axis) {
+    box.lo[axis] -= margin;
+    box.hi[axis] += margin;
+  }
+  return box;
+}
+
 // A window of a box, with its memory.
 struct Store {
   Store(const Box& box, int channels, int phases)
