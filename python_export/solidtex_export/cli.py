@@ -7,11 +7,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from . import __version__
-from .engine import EngineError
-from .lattice_state import StateError
-from .model_checks import ModelFileError
-from .model_output import OutputError
+from solidtex_export import __version__
+from solidtex_export.file_format.checks import ModelFileError
+from solidtex_export.generators.lattice_state import StateError
+from solidtex_export.verification.engine import EngineError
+from solidtex_export.verification.model_output import OutputError
 
 FAILURES = (EngineError, ModelFileError, OutputError, StateError, OSError)
 

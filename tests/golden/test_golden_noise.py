@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solidtex_export import engine, model_file, noise, random_models
-from solidtex_export.model_file import ModelFile
+from solidtex_export.file_format import model_file
+from solidtex_export.file_format.model_file import ModelFile
+from solidtex_export.generators import random_models
+from solidtex_export.verification import engine, noise
 
 ORIGINS = [(0, 0, 0), (-40, 7, -3), (65530, -65540, 131070), (2**30, -(2**30), 2**30 - 9)]
 SIZE = (5, 6, 70)  # longer along z than a vector

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solidtex_export import random_models
-from solidtex_export.model_file import ModelFile, ModelFileError, read, serialize, write
+from solidtex_export.file_format.model_file import ModelFile, ModelFileError, read, serialize, write
+from solidtex_export.generators import random_models
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 INFO = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-info"

@@ -14,13 +14,13 @@ import pytest
 import torch
 from PIL import Image
 
-from solidtex_export import cli_train
-from solidtex_export.exemplar import color_axes, load_exemplar, whiten
-from solidtex_export.lattice import Box, LatticeGenerator
-from solidtex_export.preview import evaluate
-from solidtex_export.sampler import HashedLattice, OctaveSampler, trilinear
-from solidtex_export.slices import LatticeSlices
-from solidtex_export.train import Trainer
+from solidtex_export.commands import train as cli_train
+from solidtex_export.generators.lattice import Box, LatticeGenerator
+from solidtex_export.generators.sampler import HashedLattice, OctaveSampler, trilinear
+from solidtex_export.training.exemplar import color_axes, load_exemplar, whiten
+from solidtex_export.training.preview import evaluate
+from solidtex_export.training.slices import LatticeSlices
+from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
 SIZE = 44
@@ -197,7 +197,7 @@ def test_training_moves_the_weights_and_keeps_the_measured_statistics(
 
 def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Path) -> None:
     result = tmp_path / "result"
-    command = [sys.executable, "-m", "solidtex_export.cli_train"]
+    command = [sys.executable, "-m", "solidtex_export.commands.train"]
     command += arguments(photo, result, "--steps", "100000", "--threads", "1")
     steps = []
     for _ in range(2):

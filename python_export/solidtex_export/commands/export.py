@@ -1,0 +1,110 @@
+"""solidtex-export: a training result becomes a `.solidtex` file, proven equal to its network."""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidtex_export import cli
+from solidtex_export.file_format.model_file import VERSION, ModelFile
+from solidtex_export.generators.fold import fold_lattice
+from solidtex_export.generators.lattice import LatticeGenerator
+from solidtex_export.generators.networks import Network, lattice_network, sampler_network
+from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.training.training_result import TrainingResult, read_result
+from solidtex_export.verification.model_output import check_output, summary, write_verified
+
+PROGRAM = "solidtex-export"
+SCHEME = "solidtex-1"
+
+EXAMPLES = f"""  {PROGRAM} results/granite -o granite.solidtex
+  {PROGRAM} results/granite -o models/granite.solidtex --license Apache-2.0 --force
+Then: solidtex-bake granite.solidtex --preview granite.png -o granite.npy"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    return cli.run(make_parser(), arguments, export)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(
+        PROGRAM,
+        "Export a result of solidtex-train: fold it in float64, write it, compare the C++ engine"
+        " with the trained network. A file that differs is not written.",
+        EXAMPLES,
+    )
+    p.add_argument("result", metavar="RESULT", type=Path, help="result folder of solidtex-train")
+    cli.add_model_arguments(p)
+    return p
+
+
+def export(args: argparse.Namespace) -> None:
+    check_output(args.output, args.force)
+    result = read_result(args.result)
+    model = build_model(result, args.name or args.output.stem, args.license)
+    found = write_verified(args.output, model, unfolded_network(result))
+    print(summary(args.output, model, found))
+
+
+def build_model(result: TrainingResult, name: str, license: str | None) -> ModelFile:
+    """The folded model, with everything known about where it comes from."""
+    architecture, tensors = _FOLDERS[result.family](result.generator)
+    document = {
+        "version": VERSION,
+        "name": name,
+        "family": result.family,
+        "channels": ["albedo.r", "albedo.g", "albedo.b"],
+        "color_space": "srgb",
+        "noise": {"scheme": SCHEME},
+        result.family: architecture,
+        "exemplar": exemplar_documents(result.config),
+        "training": result.config | result.progress,
+        **({"license": license} if license else {}),
+    }
+    return ModelFile(document, tensors)
+
+
+def unfolded_network(result: TrainingResult) -> Network:
+    """The network as it was trained."""
+    generator = copy.deepcopy(result.generator)
+    if isinstance(generator, LatticeGenerator):
+        return lattice_network(generator, SCHEME)
+    return sampler_network(generator, SCHEME)
+
+
+def exemplar_documents(config: dict[str, Any]) -> dict[str, str] | list[dict[str, str]]:
+    """One object for one photograph, a list for more; licence and source are theirs together."""
+    shared = {key: config[key] for key in ("license", "source") if config.get(key)}
+    documents = [
+        {"file": exemplar["file"], "sha256": exemplar["sha256"], **shared}
+        for exemplar in config["exemplars"]
+    ]
+    return documents[0] if len(documents) == 1 else documents
+
+
+def _fold_field(generator: LatticeGenerator) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    slope = generator.get_submodule("cb1_1").act.negative_slope
+    return fold_lattice(generator.state_dict(), slope)
+
+
+def _fold_sampler(network: OctaveSampler) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    tensors = {k: v.float().numpy() for k, v in network.effective_tensors().items()}
+    sizes = {
+        "octaves": len(tensors["transforms"]),
+        "hidden_layers": len(network.hidden),
+        "width": len(tensors["constant"]),
+        "slope": network.hidden[0].slope,
+    }
+    return sizes, tensors
+
+
+_FOLDERS = {"field": _fold_field, "sampler": _fold_sampler}
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,100 @@
+"""solidtex-export-onnx: a `.solidtex` model becomes an ONNX graph for any runtime."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from solidtex_export import cli
+from solidtex_export.file_format import model_file
+from solidtex_export.file_format.model_file import ModelFile
+from solidtex_export.generators.lattice import Box
+from solidtex_export.verification.model_output import OutputError, check_output
+from solidtex_export.whole_file import write_whole
+
+PROGRAM = "solidtex-export-onnx"
+MAX_SIZE = 4096
+DEFAULT_SIZE = (64, 64, 64)
+DEFAULT_ORIGIN = (0, 0, 0)
+
+Triple = tuple[int, int, int]
+
+EXAMPLES = f"""  {PROGRAM} granite.solidtex --size 64 -o granite.onnx
+  {PROGRAM} granite.solidtex --size 128,128,32 --origin=-5,0,7 -o slab.onnx
+  {PROGRAM} wood.solidtex -o wood.onnx
+How to feed it: docs/onnx.md."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    return cli.run(make_parser(), arguments, export)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(
+        PROGRAM,
+        "Export a model as ONNX. A model of the lattice family becomes a graph from noise to the"
+        " voxels of one block, with fixed sizes; one of the point family becomes the bare network,"
+        " from the octaves' noise to colours, for any number of points.",
+        EXAMPLES,
+    )
+    p.add_argument("model", metavar="SOLIDTEX", type=Path, help="the .solidtex file to read")
+    p.add_argument("--size", metavar="N|X,Y,Z", type=size,
+                   help="lattice family: voxels along each axis (default 64)")  # fmt: skip
+    p.add_argument("--origin", metavar="X,Y,Z", type=triple,
+                   help="lattice family: first voxel (default 0,0,0); the graph also fits where"
+                   " that differs by multiples of the coarsest voxel, usually 32")  # fmt: skip
+    cli.add_output_arguments(p, "ONNX", ".onnx")
+    return p
+
+
+def export(args: argparse.Namespace) -> None:
+    check_output(args.output, args.force, ".onnx")
+    model = model_file.read(args.model)
+    box = block(args, model)
+    try:
+        from solidtex_export.onnx_export.model import onnx_model
+    except ModuleNotFoundError as error:
+        raise OutputError(
+            f"{args.output}: found no Python package {error.name!r}, expected it (pip install onnx)"
+        ) from error
+    data = onnx_model(model, box).SerializeToString()
+    write_whole(args.output, data)
+    print(f"{args.output}: {len(data)} bytes, {describe(box)}")
+
+
+def block(args: argparse.Namespace, model: ModelFile) -> Box | None:
+    """The voxels to compute; the point family computes points, wherever they are."""
+    if model.document["family"] == "field":
+        lo, extent = args.origin or DEFAULT_ORIGIN, args.size or DEFAULT_SIZE
+        return Box(lo, tuple(l + e for l, e in zip(lo, extent, strict=True)))
+    for option in ("size", "origin"):
+        if getattr(args, option) is not None:
+            raise OutputError(
+                f"--{option}: found it with {args.model}, expected a model of the lattice family;"
+                " the point family takes any number of points"
+            )
+    return None
+
+
+def describe(box: Box | None) -> str:
+    return f"voxels {box.lo} to {box.hi}" if box else "any number of points"
+
+
+def size(text: str) -> Triple:
+    values = triple(text if "," in text else ",".join([text] * 3))
+    if not all(1 <= value <= MAX_SIZE for value in values):
+        raise argparse.ArgumentTypeError(f"found {text}, expected 1 to {MAX_SIZE} along each axis")
+    return values
+
+
+def triple(text: str) -> Triple:
+    try:
+        x, y, z = map(int, text.split(","))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"found {text}, expected integers X,Y,Z") from error
+    return x, y, z
+
+
+if __name__ == "__main__":
+    sys.exit(main())

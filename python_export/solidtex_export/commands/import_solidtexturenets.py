@@ -1,0 +1,130 @@
+"""solidtex-import-solidtexturenets: a published checkpoint becomes a `.solidtex` file.
+
+The public implementation of Gutierrez et al. 2020 saves `params.pytorch`, a state dict with the
+keys of `lattice.py`. Its last convolution gives B, G, R times 255 with a mean colour taken off.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from solidtex_export import cli
+from solidtex_export.file_format.model_file import VERSION, ModelFile
+from solidtex_export.generators.fold import fold_lattice
+from solidtex_export.generators.lattice_state import (
+    COLOR_BUFFERS,
+    LatticeSizes,
+    StateError,
+    check_lattice_state,
+)
+from solidtex_export.generators.networks import lattice_network
+from solidtex_export.verification.model_output import check_output, summary, write_verified
+
+PROGRAM = "solidtex-import-solidtexturenets"
+SCHEME = "solidtexturenets"
+SLOPE = 0.01
+MEAN_BGR = (0.40760392, 0.45795686, 0.48501961)  # of the network's training images
+CHANNELS = 3
+BOUND = 2e-4  # colours of published networks are larger inside, by 255, than ours
+
+EXAMPLES = f"""  {PROGRAM} params.pytorch -o marble.solidtex
+  {PROGRAM} params.pytorch -o marble.solidtex --license CC-BY-4.0 --source "J. Doe, marble"
+Then: solidtex-info marble.solidtex"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    return cli.run(make_parser(), arguments, convert)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(
+        PROGRAM,
+        "Convert a checkpoint of the public SolidTextureNets implementation (Gutierrez et al. 2020)"
+        " and verify that the C++ engine evaluates it as the network does.",
+        EXAMPLES,
+    )
+    p.add_argument("checkpoint", metavar="PARAMS", type=Path, help="params.pytorch, a state dict")
+    cli.add_model_arguments(p)
+    p.add_argument("--exemplar-license", help="licence of the photograph it was trained on")
+    p.add_argument("--source", help="where the photograph comes from")
+    return p
+
+
+def convert(args: argparse.Namespace) -> None:
+    check_output(args.output, args.force)
+    state = load_state(args.checkpoint)
+    try:
+        sizes = check_published(state)
+    except StateError as error:
+        raise StateError(f"{args.checkpoint}: {error}") from error
+    state = with_colors(state)
+    generator = sizes.generator(SLOPE).double()
+    generator.load_state_dict(state, strict=False)  # num_batches_tracked may be missing
+    field, tensors = fold_lattice(state, SLOPE)
+    model = ModelFile(document(args, field), tensors)
+    network = lattice_network(generator, SCHEME)
+    found = write_verified(args.output, model, network, BOUND)
+    print(summary(args.output, model, found))
+
+
+def load_state(path: Path) -> dict[str, Tensor]:
+    """The state dict of a checkpoint; nothing in the file is executed."""
+    if not path.is_file():
+        raise StateError(f"{path}: found no such file, expected a params.pytorch")
+    try:
+        state = torch.load(path, map_location="cpu", weights_only=True)
+    except Exception as error:  # torch raises many kinds for a damaged or unsafe file
+        reason = str(error).splitlines()[0]
+        raise StateError(f"{path}: found no state dict that loads safely ({reason})") from error
+    if not isinstance(state, Mapping):
+        raise StateError(f"{path}: found {type(state).__name__}, expected a state dict")
+    return dict(state)
+
+
+def check_published(state: Mapping[str, Tensor]) -> LatticeSizes:
+    """A whole lattice generator whose output is B, G, R."""
+    for key in COLOR_BUFFERS:
+        if key in state:
+            raise StateError(f"{key}: found a checkpoint of solidtex-train; use solidtex-export")
+    sizes = check_lattice_state(state)
+    if sizes.out_channels != CHANNELS:
+        found = tuple(state["last_conv.weight"].shape)
+        raise StateError(f"last_conv.weight: found shape {found}, expected {CHANNELS} outputs")
+    return sizes
+
+
+def with_colors(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """Adds what turns the network's output into colours: R, G, B = means + reversed(y) / 255."""
+    double = {"dtype": torch.float64}
+    return dict(state) | {
+        "color_mean": torch.tensor(MEAN_BGR[::-1], **double),
+        "color_basis": torch.eye(CHANNELS, **double).flip(0) / 255,
+    }
+
+
+def document(args: argparse.Namespace, field: dict[str, Any]) -> dict[str, Any]:
+    exemplar = {"license": args.exemplar_license, "source": args.source}
+    exemplar = {key: value for key, value in exemplar.items() if value}
+    return {
+        "version": VERSION,
+        "name": args.name or args.output.stem,
+        "family": "field",
+        "channels": ["albedo.r", "albedo.g", "albedo.b"],
+        "color_space": "srgb",
+        "noise": {"scheme": SCHEME},
+        "field": field,
+        "training": {"imported_from": "SolidTextureNets", "file": args.checkpoint.name},
+        **({"exemplar": exemplar} if exemplar else {}),
+        **({"license": args.license} if args.license else {}),
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())

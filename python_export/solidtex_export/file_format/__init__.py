@@ -1,0 +1,1 @@
+"""The `.solidtex` file: reading, checking, writing."""

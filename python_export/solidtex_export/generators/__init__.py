@@ -1,0 +1,1 @@
+"""The networks that define a solid, as torch modules, and how they are folded."""

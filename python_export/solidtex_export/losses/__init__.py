@@ -1,0 +1,1 @@
+"""What judges a slice of the solid beside the exemplar."""

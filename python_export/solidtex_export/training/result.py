@@ -1,0 +1,103 @@
+"""The result folder of a training: config.json, checkpoint.pt, log.csv, exemplars, preview.png."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from solidtex_export.training.config import Config
+from solidtex_export.training.exemplar import Exemplar, save_image
+
+
+class ResultError(ValueError):
+    """A result folder that cannot be used; the message names it."""
+
+
+class ResultFolder:
+    """Every file is written under a temporary name, then renamed."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.checkpoint = path / "checkpoint.pt"
+        self.preview = path / "preview.png"
+        self._config = path / "config.json"
+        self._log = path / "log.csv"
+
+    def open(self, config: Config, exemplars: list[Exemplar]) -> None:
+        """Create the folder, or check that it holds this very training."""
+        if self.path.exists() and not self.path.is_dir():
+            raise ResultError(f"{self.path}: found a file, expected a folder or nothing")
+        if self._config.exists():
+            self._check(config)
+            return
+        if self.path.exists() and any(self.path.iterdir()):
+            raise ResultError(
+                f"{self.path}: found a folder without config.json that is not empty, expected a"
+                " result of solidtex-train or a new folder"
+            )
+        self.path.mkdir(parents=True, exist_ok=True)
+        for i, exemplar in enumerate(exemplars):
+            save_image(exemplar.image, self.path / f"exemplar-{i}.png")
+        text = json.dumps(config.document(), indent=2) + "\n"
+        self._replace(self._config, lambda temporary: temporary.write_text(text))
+
+    def _check(self, config: Config) -> None:
+        try:
+            found = json.loads(self._config.read_text())
+        except (OSError, ValueError) as error:
+            raise ResultError(f"{self._config}: found no readable JSON ({error})") from error
+        wanted = json.loads(json.dumps(config.document()))
+        for key in sorted(found.keys() | wanted.keys() if isinstance(found, dict) else wanted):
+            old = found.get(key) if isinstance(found, dict) else None
+            if old != wanted.get(key):
+                raise ResultError(
+                    f"{self._config}: {key}: found {json.dumps(old)}, expected"
+                    f" {json.dumps(wanted.get(key))}; to resume, repeat the same command, else"
+                    " choose another -o"
+                )
+
+    def load_checkpoint(self) -> dict[str, Any] | None:
+        if not self.checkpoint.exists():
+            return None
+        try:
+            return torch.load(self.checkpoint, map_location="cpu", weights_only=True)
+        except Exception as error:  # torch raises many kinds for a damaged file
+            raise ResultError(
+                f"{self.checkpoint}: found no readable checkpoint ({error}), expected one of"
+                " solidtex-train; delete it to start over"
+            ) from error
+
+    def save_checkpoint(self, state: dict[str, Any]) -> None:
+        self._replace(self.checkpoint, lambda temporary: torch.save(state, temporary))
+
+    def save_preview(self, sheet: torch.Tensor) -> None:
+        self._replace(self.preview, lambda temporary: save_image(sheet, temporary), ".tmp.png")
+
+    def log(self, row: dict[str, float]) -> None:
+        new = not self._log.exists()
+        with self._log.open("a", newline="") as file:
+            writer = csv.DictWriter(file, row.keys())
+            if new:
+                writer.writeheader()
+            writer.writerow(row)
+
+    def trim_log(self, step: int) -> None:
+        """Drop rows later than `step`: a resumed training will write them again."""
+        if not self._log.exists():
+            return
+        header, *rows = self._log.read_text().splitlines(keepends=True)
+        kept = [row for row in rows if int(row.partition(",")[0]) <= step]
+        text = "".join([header, *kept])
+        self._replace(self._log, lambda temporary: temporary.write_text(text))
+
+    @staticmethod
+    def _replace(target: Path, write: Callable[[Path], object], suffix: str = ".tmp") -> None:
+        temporary = target.with_name(target.name + suffix)
+        write(temporary)
+        os.replace(temporary, target)

@@ -1,0 +1,93 @@
+"""Random slices of a solid, as images that are compared with an exemplar.
+
+Texture space is x, y, z with z upwards in a photograph of an upright surface. A slice normal to x
+shows (columns, rows downwards) = (y, -z), normal to y: (x, -z), normal to z: (x, -y). So vertical
+grain in one photograph that is used for x and y runs along z in both.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import torch
+from torch import Tensor
+
+from solidtex_export.generators.lattice import Box, LatticeGenerator
+from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
+
+SLICE_AXES = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
+"""Normal -> the axis that an image's columns follow, and the one its rows run against."""
+
+MAX_DISTANCE = 4096.0  # of the sampler's slices from the origin, in texels
+
+
+class SliceSource(Protocol):
+    """Where training draws its slices from."""
+
+    def draw(self, direction: str, size: int, batch: int) -> Tensor:
+        """Whitened slices [batch, channel, size, size]."""
+
+
+class LatticeSlices:
+    """Axis slices, one voxel thick, at random offsets modulo 2^K (Gutierrez et al., equation 8)."""
+
+    def __init__(self, generator: LatticeGenerator) -> None:
+        self.generator = generator
+        self.period = 2 ** (generator.levels - 1)
+
+    def draw(self, direction: str, size: int, batch: int) -> Tensor:
+        normal = "xyz".index(direction)
+        columns, rows = SLICE_AXES[direction]
+        lo = tuple(int(v) for v in torch.randint(self.period, (3,)))
+        box = Box(lo, (lo[0] + 1, lo[1] + size, lo[2] + size))
+        noise = self.generator.draw_noise(box, batch)
+        y = self.generator(noise, box, (normal, rows, columns))
+        return y.squeeze(2).flip(2)
+
+
+class SamplerSlices:
+    """Planes through the point family, each through its own realisation of the noise.
+
+    GramGAN, section 4: completely random planes for an isotropic material ("any"), rotation about
+    one axis for grain along it ("about-z"). With a photograph per direction: axis slices ("axes").
+    """
+
+    def __init__(self, generator: OctaveSampler, planes: str) -> None:
+        self.generator = generator
+        self.planes = planes
+
+    def draw(self, direction: str, size: int, batch: int) -> Tensor:
+        return torch.stack([self._draw_one(direction, size) for _ in range(batch)])
+
+    def _draw_one(self, direction: str, size: int) -> Tensor:
+        device = self.generator.color_mean.device
+        right, down = self._frame(direction)
+        origin = (torch.rand(3) * 2 - 1) * MAX_DISTANCE
+        points = plane_points(origin, right, down, size, size).to(device)
+        y = self.generator(points, HashedLattice(self.generator.octaves, device))
+        return y.view(size, size, -1).permute(2, 0, 1)
+
+    def _frame(self, direction: str) -> tuple[Tensor, Tensor]:
+        if self.planes == "any":
+            q, _ = torch.linalg.qr(torch.randn(3, 3))
+            return q[0], q[1]
+        if self.planes == "about-z":
+            angle = 2 * math.pi * float(torch.rand(()))
+            right = torch.tensor([math.cos(angle), math.sin(angle), 0.0])
+            return right, torch.tensor([0.0, 0.0, -1.0])
+        return axis_frame(direction)
+
+
+def axis_frame(direction: str) -> tuple[Tensor, Tensor]:
+    """Unit vectors (right, down) of the slice normal to `direction`."""
+    columns, rows = SLICE_AXES[direction]
+    unit = torch.eye(3)
+    return unit[columns], -unit[rows]
+
+
+def plane_points(origin: Tensor, right: Tensor, down: Tensor, rows: int, columns: int) -> Tensor:
+    """Points [rows * columns, 3], one texel apart."""
+    r = torch.arange(rows, dtype=torch.float32).view(-1, 1, 1)
+    c = torch.arange(columns, dtype=torch.float32).view(1, -1, 1)
+    return (origin + r * down + c * right).view(-1, 3)

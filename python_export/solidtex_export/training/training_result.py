@@ -1,0 +1,81 @@
+"""Reads a result folder of solidtex-train: what was trained, how, and the network itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from solidtex_export.file_format.checks import Fields, ModelFileError
+from solidtex_export.file_format.container import parse_json
+from solidtex_export.generators.lattice import LatticeGenerator
+from solidtex_export.generators.lattice_state import StateError, check_lattice_state
+from solidtex_export.generators.sampler import OctaveSampler
+
+GENERATORS = {"field": LatticeGenerator, "sampler": OctaveSampler}
+
+
+@dataclass
+class TrainingResult:
+    """A finished or interrupted training."""
+
+    family: str
+    config: dict[str, Any]
+    progress: dict[str, float]
+    generator: LatticeGenerator | OctaveSampler
+
+
+def read_result(folder: Path) -> TrainingResult:
+    """Reads config.json and checkpoint.pt; nothing in them is executed."""
+    config_path, checkpoint_path = folder / "config.json", folder / "checkpoint.pt"
+    for path in (config_path, checkpoint_path):
+        if not path.is_file():
+            raise StateError(f"{path}: found no such file, expected a result of solidtex-train")
+    config = _read_config(config_path)
+    checkpoint = _read_checkpoint(checkpoint_path)
+    try:
+        generator = _generator(config, checkpoint["generator"])
+    except StateError as error:
+        raise StateError(f"{checkpoint_path}: {error}") from error
+    progress = {k: checkpoint[k] for k in ("step", "seconds") if k in checkpoint}
+    return TrainingResult(config["family"], config, progress, generator)
+
+
+def _read_config(path: Path) -> dict[str, Any]:
+    try:
+        config = parse_json(str(path), "file", path.read_text())
+    except UnicodeDecodeError as error:
+        raise ModelFileError(f"{path}: found invalid UTF-8 ({error})") from error
+    fields = Fields(str(path), "", config)
+    fields.choice("family", tuple(GENERATORS))
+    fields.child("generator")
+    exemplars = fields.array("exemplars", 1, 3)
+    for index, value in enumerate(exemplars):
+        exemplar = Fields(str(path), f"exemplars[{index}]", value)
+        exemplar.string("file")
+        exemplar.string("sha256")
+    return config
+
+
+def _read_checkpoint(path: Path) -> dict[str, Any]:
+    try:
+        checkpoint = torch.load(path, map_location="cpu", weights_only=True)
+    except Exception as error:  # torch raises many kinds for a damaged or unsafe file
+        reason = str(error).splitlines()[0]
+        raise StateError(f"{path}: found no checkpoint that loads safely ({reason})") from error
+    if not isinstance(checkpoint, dict) or not isinstance(checkpoint.get("generator"), dict):
+        raise StateError(f"{path}: generator: found no state dict, expected one")
+    return checkpoint
+
+
+def _generator(config: dict[str, Any], state: dict[str, Any]) -> LatticeGenerator | OctaveSampler:
+    if config["family"] == "field":
+        check_lattice_state(state)
+    try:
+        generator = GENERATORS[config["family"]](**config["generator"])
+        generator.load_state_dict(state)
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise StateError(f"generator: does not fit config.json: {error}") from error
+    return generator

@@ -1,0 +1,1 @@
+"""Independent evaluations of a model that what is written is compared with."""
