@@ -201,8 +201,8 @@ def test_what_cannot_be_exported_is_named(
 
 
 def test_a_missing_onnx_package_is_named(tmp_path: Path, capsys: Any, monkeypatch: Any) -> None:
-    for module in ("onnx_model", "onnx_field", "onnx_sampler", "onnx_graph"):
-        monkeypatch.delitem(sys.modules, f"solidtex_export.{module}", raising=False)
+    for module in ("model", "field", "sampler", "graph"):
+        monkeypatch.delitem(sys.modules, f"solidtex_export.onnx_export.{module}", raising=False)
     monkeypatch.setitem(sys.modules, "onnx", None)
     model_file.write(tmp_path / "m.solidtex", SAMPLERS["n=1 L=2 m=1"])
     assert export_onnx.main([str(tmp_path / "m.solidtex"), "-o", str(tmp_path / "m.onnx")]) == 1
