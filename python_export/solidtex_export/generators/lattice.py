@@ -14,11 +14,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor, nn
 
-Axes = tuple[int, int, int]
-XYZ: Axes = (0, 1, 2)
+from solidtex_export.generators.planes import (
+    XYZ,
+    Axes,
+    PlaneConvolution,
+    PlaneNorm,
+    from_planes,
+    to_planes,
+)
 
 BLOCK_MARGIN = 2  # two 3^3 convolutions without padding
 
@@ -45,36 +50,23 @@ class Box:
         return Box(tuple(self.lo[a] for a in axes), tuple(self.hi[a] for a in axes))
 
 
-class Convolution(nn.Conv3d):
-    """A convolution whose input may have its spatial axes in another order, as its output then."""
-
-    def reset_parameters(self) -> None:
-        nn.init.kaiming_normal_(self.weight, a=1.0)  # keeps the variance
-        assert self.bias is not None
-        nn.init.zeros_(self.bias)
-
-    def forward(self, x: Tensor, axes: Axes = XYZ) -> Tensor:
-        weight = self.weight.permute(0, 1, *(a + 2 for a in axes)).contiguous()
-        return F.conv3d(x, weight, self.bias)
-
-
 class ConvBlock(nn.Module):
     """Section 4.1: convolutions 3^3, 3^3, 1^3, each with batch normalisation and leaky ReLU."""
 
     def __init__(self, in_channels: int, out_channels: int, slope: float) -> None:
         super().__init__()
-        self.conv1 = Convolution(in_channels, out_channels, 3)
-        self.bn1 = nn.BatchNorm3d(out_channels)
-        self.conv2 = Convolution(out_channels, out_channels, 3)
-        self.bn2 = nn.BatchNorm3d(out_channels)
-        self.conv3 = Convolution(out_channels, out_channels, 1)
-        self.bn3 = nn.BatchNorm3d(out_channels)
+        self.conv1 = PlaneConvolution(in_channels, out_channels, 3)
+        self.bn1 = PlaneNorm(out_channels)
+        self.conv2 = PlaneConvolution(out_channels, out_channels, 3)
+        self.bn2 = PlaneNorm(out_channels)
+        self.conv3 = PlaneConvolution(out_channels, out_channels, 1)
+        self.bn3 = PlaneNorm(out_channels)
         self.act = nn.LeakyReLU(slope)
 
     def forward(self, x: Tensor, axes: Axes) -> Tensor:
-        x = self.act(self.bn1(self.conv1(x, axes)))
-        x = self.act(self.bn2(self.conv2(x, axes)))
-        return self.act(self.bn3(self.conv3(x, axes)))
+        x = self.act(self.conv1(x, axes, self.bn1))
+        x = self.act(self.conv2(x, axes, self.bn2))
+        return self.act(self.conv3(x, axes, self.bn3))
 
 
 class Upsampling(nn.Module):
@@ -82,14 +74,14 @@ class Upsampling(nn.Module):
 
     def __init__(self, channels: int) -> None:
         super().__init__()
-        self.bn = nn.BatchNorm3d(channels)
+        self.bn = PlaneNorm(channels)
 
     def forward(self, x: Tensor, source: Box, target: Box) -> Tensor:
         x = self.bn(x)
         for axis in range(3):
-            x = x.repeat_interleave(2, dim=axis + 2)
+            x = x.repeat_interleave(2, dim=axis + 1)
             start = target.lo[axis] - 2 * source.lo[axis]
-            x = x.narrow(axis + 2, start, target.size[axis])
+            x = x.narrow(axis + 1, start, target.size[axis])
         return x
 
 
@@ -114,7 +106,7 @@ class LatticeGenerator(nn.Module):
                 self.add_module(f"cb{stage}_2", ConvBlock(width, width, slope))
             if stage < levels:
                 self.add_module(f"up{stage}", Upsampling(width))
-        self.last_conv = Convolution(levels * step_channels, out_channels, 1)
+        self.last_conv = PlaneConvolution(levels * step_channels, out_channels, 1)
         self.register_buffer("color_mean", torch.zeros(out_channels))
         self.register_buffer("color_basis", torch.eye(out_channels))
 
@@ -138,14 +130,14 @@ class LatticeGenerator(nn.Module):
         evaluated much faster with its thin axis first.
         """
         boxes = self.feature_boxes(box)
-        y = self.get_submodule("cb1_1")(noise[-1], axes)
+        y = self.get_submodule("cb1_1")(to_planes(noise[-1]), axes)
         for stage in range(2, self.levels + 1):
             level = self.levels - stage
             joint = boxes[level].grown(BLOCK_MARGIN)
             coarse = self.get_submodule(f"up{stage - 1}")(y, boxes[level + 1], joint)
-            fine = self.get_submodule(f"cb{stage}_1")(noise[level], axes)
-            y = self.get_submodule(f"cb{stage}_2")(torch.cat([coarse, fine], dim=1), axes)
-        return self.last_conv(y, axes)
+            fine = self.get_submodule(f"cb{stage}_1")(to_planes(noise[level]), axes)
+            y = self.get_submodule(f"cb{stage}_2")(torch.cat([coarse, fine], dim=4), axes)
+        return from_planes(self.last_conv(y, axes))
 
     def colors(self, y: Tensor) -> Tensor:
         """Colours of whitened values y [batch, channel, ...]."""
