@@ -17,7 +17,8 @@ from PIL import Image
 from solidtex_export.commands import train as cli_train
 from solidtex_export.generators.lattice import Box, LatticeGenerator
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler, trilinear
-from solidtex_export.training.exemplar import color_axes, load_exemplar, whiten
+from solidtex_export.training.axes import channel_axes, whiten
+from solidtex_export.training.exemplar import load_exemplar
 from solidtex_export.training.preview import evaluate
 from solidtex_export.training.slices import LatticeSlices
 from solidtex_export.training.trainer import Trainer
@@ -125,7 +126,7 @@ def test_hashed_lattice_is_white_and_normal() -> None:
 
 def test_whitening_inverts_the_color_affine(photo: Path) -> None:
     exemplar = load_exemplar(photo, 64, SIZE)
-    mean, basis = color_axes([exemplar])
+    mean, basis = channel_axes([exemplar])
     y = whiten(exemplar.image, mean, basis)
     back = torch.einsum("ij,jrc->irc", basis, y) + mean[:, None, None]
     assert (back - exemplar.image).abs().max() < 1e-5
@@ -233,16 +234,7 @@ def test_missing_small_and_broken_photographs(
 ) -> None:
     broken = tmp_path / "broken.png"
     broken.write_bytes(photo.read_bytes()[:300])
-    text = tmp_path / "text.jpg"
-    text.write_text("not a picture")
-    deep = tmp_path / "deep.png"
-    Image.fromarray(np.full((200, 200), 40000, np.uint16)).save(deep)
-    cases = [
-        (tmp_path / "none.png", "no such file"),
-        (broken, "no readable picture"),
-        (text, "no readable picture"),
-        (deep, "more than 8 bits"),
-    ]
+    cases = [(tmp_path / "none.png", "no such file"), (broken, "a damaged or unfinished picture")]
     for path, message in cases:
         assert cli_train.main(arguments(path, tmp_path / "result")) == 1
         error = capsys.readouterr().err

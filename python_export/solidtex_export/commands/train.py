@@ -5,16 +5,15 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
-from pathlib import Path
 from types import FrameType
 
 import torch
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-from solidtex_export import cli
-from solidtex_export.losses.critic import FIELD_OF_VIEW
+from solidtex_export.commands.train_options import check, parser
 from solidtex_export.training.config import RECIPES, Config, exemplar_records
-from solidtex_export.training.exemplar import ExemplarError, load_exemplar
+from solidtex_export.training.exemplar import check_alike, load_exemplar
+from solidtex_export.training.pictures import ExemplarError
 from solidtex_export.training.result import ResultError, ResultFolder
 from solidtex_export.training.trainer import Trainer, TrainError
 
@@ -22,101 +21,16 @@ GENERATORS = {
     "field": {"levels": 6, "noise_channels": 3, "step_channels": 4},
     "sampler": {"octaves": 16, "hidden_layers": 5, "width": 128, "coarsest": 48.0, "finest": 1.0},
 }
-DEFAULT_MINUTES = 15.0
 INTERRUPTED = 130
-
-EXAMPLES = """  solidtex-train granite.jpg -o results/granite
-  solidtex-train plank.png --model sampler --directions xy -o results/plank
-  solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
-  solidtex-train front.png side.png top.png -o results/cube
-
-The same command again resumes an interrupted training. Ctrl-C saves before it stops.
-One photograph serves all directions; two or three are compared with one direction each, in order.
-A slice normal to x shows y to the right and z upwards, normal to y: x and z, normal to z: x and y.
-So for wood use --directions xy and a photograph with vertical grain: the grain runs along z.
-Then: solidtex-export RESULT -o MODEL.solidtex"""
-
-
-def parser() -> argparse.ArgumentParser:
-    p = cli.parser(
-        "solidtex-train", "Learn a solid texture from one, two or three photographs.", EXAMPLES
-    )
-    p.add_argument("photos", metavar="PHOTO", nargs="+", type=Path, help="one to three pictures")
-    p.add_argument("-o", dest="result", metavar="RESULT", required=True, type=Path,
-                   help="result folder, new or of the same training")  # fmt: skip
-    p.add_argument("--model", choices=sorted(GENERATORS), default="field",
-                   help="field: 3D convolutions on a lattice; sampler: a network evaluated at any"
-                   " point (default: field)")  # fmt: skip
-    p.add_argument("--size", type=int, default=96, metavar="N",
-                   help="side of the slices compared with the photograph, in texels"
-                   " (default: 96)")  # fmt: skip
-    p.add_argument("--resolution", type=int, metavar="N",
-                   help="reduce photographs whose shorter side is longer than N pixels; one pixel"
-                   " is then one texel (default: 1.5 times --size)")  # fmt: skip
-    p.add_argument("--crop", type=rectangle, metavar="X,Y,W,H",
-                   help="use only this rectangle of each photograph, in its pixels")  # fmt: skip
-    p.add_argument("--directions", choices=("xyz", "xy", "xz", "yz", "x", "y", "z"),
-                   help="normals of the slices that must look like a photograph"
-                   " (default: xyz, with two photographs xy)")  # fmt: skip
-    p.add_argument("--symmetry", choices=("all", "flips", "none"),
-                   help="orientations in which a photograph looks just as right (default: all for"
-                   " one photograph in three directions, else flips)")  # fmt: skip
-    p.add_argument("--minutes", type=float, metavar="M",
-                   help="how long to train (default: 15)")  # fmt: skip
-    p.add_argument("--steps", type=int, metavar="N", help="train N steps instead of --minutes")
-    p.add_argument("--seed", type=int, default=0, metavar="S", help="(default: 0)")
-    p.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto",
-                   help="auto takes CUDA where there is one (default: auto)")  # fmt: skip
-    p.add_argument("--threads", type=int, metavar="T", help="CPU threads (default: torch's)")
-    p.add_argument("--license", default="", metavar="TEXT",
-                   help="licence of the photographs, stored with the model")  # fmt: skip
-    p.add_argument("--source", default="", metavar="TEXT",
-                   help="where the photographs come from, stored with the model")  # fmt: skip
-    return p
-
-
-def rectangle(text: str) -> tuple[int, ...]:
-    values = tuple(int(v) for v in text.split(","))
-    if len(values) != 4 or min(values[2:]) < 1:
-        raise argparse.ArgumentTypeError(f"found {text}, expected X,Y,W,H, for example 0,0,256,256")
-    return values
-
-
-def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
-    """Fill in what depends on other options, and refuse what cannot work."""
-    if len(args.photos) > 3:
-        p.error(f"PHOTO: found {len(args.photos)}, expected 1 to 3")
-    if args.directions is None:
-        args.directions = "xy" if len(args.photos) == 2 else "xyz"
-    if len(args.photos) not in (1, len(args.directions)):
-        p.error(
-            f"--directions: found {len(args.directions)} ({args.directions}) for"
-            f" {len(args.photos)} photographs, expected one direction for each"
-        )
-    if args.size < FIELD_OF_VIEW:
-        p.error(f"--size: found {args.size}, expected at least {FIELD_OF_VIEW}")
-    args.resolution = args.resolution or args.size + args.size // 2
-    if args.resolution < args.size:
-        p.error(f"--resolution: found {args.resolution}, expected at least --size = {args.size}")
-    if args.minutes is not None and args.steps is not None:
-        p.error("--steps: found together with --minutes, expected one of them")
-    if args.minutes is not None and not 0 < args.minutes < 1e6:
-        p.error(f"--minutes: found {args.minutes}, expected more than 0")
-    if args.steps is not None and args.steps < 1:
-        p.error(f"--steps: found {args.steps}, expected at least 1")
-    if args.threads is not None and args.threads < 1:
-        p.error(f"--threads: found {args.threads}, expected at least 1")
-    if args.minutes is None and args.steps is None:
-        args.minutes = DEFAULT_MINUTES
-    if args.symmetry is None:
-        isotropic = len(args.photos) == 1 and args.directions == "xyz"
-        args.symmetry = "all" if isotropic else "flips"
-    if args.device == "cuda" and not torch.cuda.is_available():
-        p.error("--device: found no CUDA device, expected one (or use --device cpu)")
 
 
 def make_trainer(args: argparse.Namespace) -> Trainer:
-    exemplars = [load_exemplar(path, args.resolution, args.size, args.crop) for path in args.photos]
+    exemplars = [
+        load_exemplar(path, args.resolution, args.size, args.crop, maps, args.color_space)
+        for path, maps in zip(args.photos, args.maps, strict=True)
+    ]
+    check_alike(exemplars)
+    channels = exemplars[0].channels
     config = Config(
         family=args.model,
         size=args.size,
@@ -128,9 +42,11 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
         minutes=args.minutes,
         steps=args.steps,
         exemplars=exemplar_records(exemplars),
+        channels=channels,
+        color_space=exemplars[0].color_space,
         license=args.license,
         source=args.source,
-        generator=GENERATORS[args.model],
+        generator=GENERATORS[args.model] | {"out_channels": len(channels)},
         recipe=RECIPES[args.model],
     )
     folder = ResultFolder(args.result)

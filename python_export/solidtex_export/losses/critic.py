@@ -27,8 +27,8 @@ class Critic(nn.Module):
         super().__init__()
         ins = (channels, *widths[:-1])
         self.layers = nn.ModuleList(
-            nn.Conv2d(i, o, 5) if i == channels else nn.Conv2d(i, o, 4, stride=2)
-            for i, o in zip(ins, widths, strict=True)
+            nn.Conv2d(i, o, 4, stride=2) if layer else nn.Conv2d(i, o, 5)
+            for layer, (i, o) in enumerate(zip(ins, widths, strict=True))
         )
         self.last = nn.Conv2d(widths[-1], 1, 3)
 

@@ -42,7 +42,9 @@ class Config:
     seed: int
     minutes: float | None
     steps: int | None
-    exemplars: list[dict[str, str]]
+    exemplars: list[dict[str, Any]]
+    channels: tuple[str, ...]
+    color_space: str
     license: str
     source: str
     generator: dict[str, Any]
@@ -56,5 +58,9 @@ class Config:
         return 0 if len(self.exemplars) == 1 else self.directions.index(direction)
 
 
-def exemplar_records(exemplars: list[Exemplar]) -> list[dict[str, str]]:
-    return [{"file": e.name, "sha256": e.sha256} for e in exemplars]
+def exemplar_records(exemplars: list[Exemplar]) -> list[dict[str, Any]]:
+    """File names and hashes of the photographs, and of their maps where they have any."""
+    return [
+        {"file": e.name, "sha256": e.sha256, **({"maps": e.maps} if e.maps else {})}
+        for e in exemplars
+    ]

@@ -1,127 +1,142 @@
-"""Exemplar photographs: reading, colour axes, random crops."""
+"""Exemplars: a photograph with its maps, random crops of it."""
 
 from __future__ import annotations
 
-import hashlib
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import torch
-from PIL import Image, ImageOps, UnidentifiedImageError
+from PIL import Image
 from torch import Tensor
 
-MIN_AXIS_RATIO = 0.15  # of the largest: keeps a grey stone's faint hues from being amplified
-
-PICTURE_ERRORS = (
-    UnidentifiedImageError,
-    Image.DecompressionBombError,
-    OSError,
-    ValueError,
-    SyntaxError,  # what PIL raises for some damaged PNG files
+from solidtex_export.training.channels import (
+    COLOR,
+    RGB,
+    check_channels,
+    map_channels,
+    photo_channels,
+    srgb_decode,
+)
+from solidtex_export.training.pictures import (
+    ExemplarError,
+    Picture,
+    read_picture,
+    refuse,
+    write_exr,
 )
 
-
-class ExemplarError(ValueError):
-    """A photograph that cannot be trained on; the message names the file."""
+Crop = tuple[int, ...]
+"""x, y, width, height in pixels of the picture."""
 
 
 @dataclass(frozen=True)
 class Exemplar:
-    """A photograph at training resolution: sRGB-encoded `image` [3, rows, columns] in 0 ... 1."""
+    """A photograph and its maps at training resolution: `image` [channel, row, column].
+
+    albedo.* are encoded as `color_space` says ("data" without any), in 0 ... 1 unless a float
+    picture exceeds it; other channels are the plain data of their files. `maps` has file name and
+    SHA-256 of each map.
+    """
 
     name: str
     sha256: str
     image: Tensor
+    channels: tuple[str, ...] = COLOR
+    color_space: str = "srgb"
+    maps: dict[str, dict[str, str]] = field(default_factory=dict)
 
 
 def load_exemplar(
-    path: Path, resolution: int, needed: int, crop: tuple[int, ...] | None = None
+    path: Path,
+    resolution: int,
+    needed: int,
+    crop: Crop | None = None,
+    maps: Mapping[str, Path] | None = None,
+    color_space: str = "srgb",
 ) -> Exemplar:
-    """Read `path`, reduced so that its shorter side has at most `resolution` pixels.
+    """Read a photograph and its maps, reduced so that the shorter side has at most `resolution`.
 
-    `needed` is the shortest side that training can use; `crop` is (x, y, width, height).
+    All channels are cropped and reduced alike, so they stay registered. `needed` is the shortest
+    side that training can use, in pixels; `maps` are further files of the same size, by name.
     """
-    photo = _read(path)
-    if crop:
-        photo = _cropped(photo, crop, path)
-    if min(photo.size) < needed:
+    photo = read_picture(path)
+    channels = photo_channels(photo, color_space)
+    records = {}
+    for name, file in (maps or {}).items():
+        picture = read_picture(file)
+        if picture.size != photo.size:
+            raise refuse(
+                file, "{} x {} pixels".format(*picture.size),
+                "{} x {}, the size of {}".format(*photo.size, path),
+            )  # fmt: skip
+        for channel, values in map_channels(name, picture).items():
+            if channel in channels:
+                raise refuse(file, f"a second channel {channel}", f"one, and {path} has it")
+            channels[channel] = values
+        records[name] = {"file": file.name, "sha256": picture.sha256}
+    check_channels(path, list(channels))
+    planes = _cropped(photo, list(channels.values()), crop)
+    rows, columns = planes[0].shape
+    if min(rows, columns) < needed:
         raise ExemplarError(
-            f"{path}: found {photo.width} x {photo.height} pixels, expected at least"
+            f"{path}: found {columns} x {rows} pixels, expected at least"
             f" {needed} x {needed} (the size of a training slice; see --size)"
         )
-    factor = resolution / min(photo.size)
-    if factor < 1:
-        size = (round(photo.width * factor), round(photo.height * factor))
-        photo = photo.resize(size, Image.Resampling.LANCZOS)
-    pixels = np.asarray(photo, dtype=np.float32) / 255
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return Exemplar(path.name, digest, torch.from_numpy(pixels.copy()).permute(2, 0, 1))
+    if COLOR[0] not in channels:
+        color_space = "data"
+    image = torch.from_numpy(np.stack([_reduced(p, resolution) for p in planes]))
+    return Exemplar(path.name, photo.sha256, image, tuple(channels), color_space, records)
 
 
-def _read(path: Path) -> Image.Image:
-    """The picture, upright as its camera held it."""
-    if not path.is_file():
-        raise ExemplarError(f"{path}: found no such file, expected a photograph (PNG, JPEG ...)")
-    try:
-        with Image.open(path) as opened:
-            if opened.mode[0] in "IF":  # PIL would clip these to 8 bits
-                raise ValueError(f"mode {opened.mode}: more than 8 bits per channel")
-            return ImageOps.exif_transpose(opened).convert("RGB")
-    except PICTURE_ERRORS as error:
+def check_alike(exemplars: Sequence[Exemplar]) -> None:
+    """Several photographs have to show the same channels, in the same order."""
+    first = exemplars[0]
+    for other in exemplars[1:]:
+        if other.channels != first.channels:
+            raise ExemplarError(
+                f"{other.name}: found the channels {', '.join(other.channels)}, expected"
+                f" {', '.join(first.channels)}, as in {first.name}"
+            )
+
+
+def _cropped(photo: Picture, planes: list[np.ndarray], crop: Crop | None) -> list[np.ndarray]:
+    if crop is None:
+        return planes
+    (x, y, width, height), (columns, rows) = crop, photo.size
+    if x < 0 or y < 0 or x + width > columns or y + height > rows:
         raise ExemplarError(
-            f"{path}: found no readable picture ({error}), expected PNG, JPEG ..."
-        ) from error
-
-
-def _cropped(photo: Image.Image, crop: tuple[int, ...], path: Path) -> Image.Image:
-    x, y, width, height = crop
-    if x < 0 or y < 0 or x + width > photo.width or y + height > photo.height:
-        raise ExemplarError(
-            f"{path}: --crop: found {x},{y},{width},{height}, expected a region of"
-            f" {photo.width} x {photo.height} pixels"
+            f"{photo.path}: --crop: found {x},{y},{width},{height}, expected a region of"
+            f" {columns} x {rows} pixels"
         )
-    return photo.crop((x, y, x + width, y + height))
+    return [plane[y : y + height, x : x + width] for plane in planes]
+
+
+def _reduced(plane: np.ndarray, resolution: int) -> np.ndarray:
+    """A channel [row, column] whose shorter side has at most `resolution` pixels (Lanczos)."""
+    rows, columns = plane.shape
+    factor = resolution / min(rows, columns)
+    if factor >= 1:
+        return np.ascontiguousarray(plane)
+    size = (round(columns * factor), round(rows * factor))
+    return np.array(Image.fromarray(plane).resize(size, Image.Resampling.LANCZOS))
 
 
 def save_image(image: Tensor, path: Path) -> None:
-    """Write colours [3, rows, columns] as an 8-bit PNG."""
+    """Write sRGB-encoded colours [3, row, column] as an 8-bit PNG."""
     pixels = (image.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).cpu().numpy()
     Image.fromarray(pixels).save(path)
 
 
-def color_axes(exemplars: list[Exemplar]) -> tuple[Tensor, Tensor]:
-    """Mean m [3] and axes B [3, 3] of all colours; colour = m + B y with y of unit variance."""
-    colors = torch.cat([e.image.flatten(1) for e in exemplars], dim=1).double()
-    mean = colors.mean(1)
-    values, vectors = torch.linalg.eigh(torch.cov(colors))
-    deviations = values.clamp_min(1e-8).sqrt()
-    deviations = deviations.clamp_min(MIN_AXIS_RATIO * float(deviations.max()))
-    return mean.float(), (vectors * deviations).float()
-
-
-def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
-    """The inverse of the colour affine, for an image [3, rows, columns]."""
-    centred = (image - mean[:, None, None]).flatten(1).double()
-    return torch.linalg.solve(basis.double(), centred).float().view_as(image)
-
-
-def grain_ratio(exemplar: Exemplar) -> float:
-    """How much longer structures are along the columns of pixels than across them."""
-    across = _correlation_length(exemplar.image)
-    return _correlation_length(exemplar.image.transpose(1, 2)) / across
-
-
-def _correlation_length(image: Tensor) -> float:
-    """The distance, along rows, where the mean squared difference is half that of strangers."""
-    half = float(image.var((1, 2)).mean())
-    previous = 0.0
-    for lag in range(1, image.shape[2] // 2):
-        difference = float((image[:, :, lag:] - image[:, :, :-lag]).square().mean())
-        if difference >= half:
-            return lag - 1 + (half - previous) / max(difference - previous, 1e-12)
-        previous = difference
-    return image.shape[2] / 2
+def save_channels(exemplar: Exemplar, path: Path) -> None:
+    """Write all channels as a float EXR, colours linear; read back it gives the same exemplar."""
+    planes = []
+    for name, plane in zip(exemplar.channels, exemplar.image.numpy(), strict=True):
+        encoded = name in COLOR and exemplar.color_space == "srgb"
+        planes.append(srgb_decode(plane) if encoded else plane)
+    names = [dict(zip(COLOR, RGB, strict=True)).get(n, n) for n in exemplar.channels]
+    write_exr(path, names, np.stack(planes, axis=-1))
 
 
 def random_symmetry(images: Tensor, symmetry: str) -> Tensor:

@@ -6,8 +6,9 @@ from torch import nn
 
 from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.training.axes import grain_ratio
 from solidtex_export.training.config import Config
-from solidtex_export.training.exemplar import Exemplar, grain_ratio
+from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.slices import LatticeSlices, SamplerSlices, SliceSource
 
 GRAIN_START = 2.0  # long grain is easily cut shorter, short grain hardly ever grows together

@@ -20,8 +20,8 @@ CROPS = 4
 class Opponent:
     """The critic of one exemplar; recent slices keep it from chasing only the last one."""
 
-    def __init__(self, rate: float, device: torch.device) -> None:
-        self.critic = Critic().to(device)
+    def __init__(self, channels: int, rate: float, device: torch.device) -> None:
+        self.critic = Critic(channels).to(device)
         self._optimizer = Adam(self.critic.parameters(), rate, (0.0, 0.99))
         self._slices: deque[Tensor] = deque(maxlen=REMEMBERED_SLICES)
         self._device = device

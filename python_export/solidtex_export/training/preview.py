@@ -1,6 +1,11 @@
-"""The preview sheet: exemplars beside three axis slices and a 45 degree slice of one solid."""
+"""The preview sheet: exemplars beside three axis slices and a 45 degree slice of one solid.
+
+One row for the colour, and one below it for each further channel.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import torch
 import torch.nn.functional as F
@@ -8,6 +13,8 @@ from torch import Tensor, nn
 
 from solidtex_export.generators.lattice import XYZ, Axes, Box, LatticeGenerator
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
+from solidtex_export.training.display import Display
+from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.slices import SLICE_AXES, axis_frame, plane_points
 
 GAP = 4
@@ -15,9 +22,17 @@ BLOCK = 32
 DIAGONAL = (torch.tensor([0.5**0.5, 0.5**0.5, 0.0]), torch.tensor([0.0, 0.0, -1.0]))
 
 
-@torch.no_grad()
-def preview_sheet(generator: nn.Module, exemplars: list[Tensor], size: int) -> Tensor:
+def preview_sheet(generator: nn.Module, exemplars: Sequence[Exemplar], size: int) -> Tensor:
     """Colours [3, rows, columns]: exemplars, slices normal to x, y and z, the 45 degree slice."""
+    display = Display(exemplars)
+    slices = [s.cpu() for s in solid_slices(generator, size)]
+    columns = [display.images(i) for i in [*(e.image[:, :size, :size] for e in exemplars), *slices]]
+    return _stacked([_stacked(list(row), 2) for row in zip(*columns, strict=True)], 1)
+
+
+@torch.no_grad()
+def solid_slices(generator: nn.Module, size: int) -> list[Tensor]:
+    """Channels [channel, row, column] of slices normal to x, y and z, and of the 45 degree one."""
     was_training = generator.training
     generator.eval()
     if isinstance(generator, LatticeGenerator):
@@ -26,10 +41,18 @@ def preview_sheet(generator: nn.Module, exemplars: list[Tensor], size: int) -> T
         assert isinstance(generator, OctaveSampler)
         slices = _sampler_slices(generator, size)
     generator.train(was_training)
-    images = [e[:, :size, :size] for e in exemplars] + [s.cpu() for s in slices]
-    height = max(i.shape[1] for i in images)
-    images = [F.pad(i, (0, GAP, 0, height - i.shape[1]), value=1.0) for i in images]
-    return torch.cat(images, dim=2)[:, :, :-GAP]
+    return slices
+
+
+def _stacked(images: list[Tensor], dim: int) -> Tensor:
+    """Images [3, row, column] one after another along `dim`, white between and beside them."""
+    height, width = (max(i.shape[d] for i in images) for d in (1, 2))
+    padded = []
+    for image in images:
+        right = GAP if dim == 2 else width - image.shape[2]
+        below = GAP if dim == 1 else height - image.shape[1]
+        padded.append(F.pad(image, (0, right, 0, below), value=1.0))
+    return torch.cat(padded, dim=dim).narrow(dim, 0, sum(p.shape[dim] for p in padded) - GAP)
 
 
 def evaluate(

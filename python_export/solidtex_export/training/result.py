@@ -12,7 +12,8 @@ from typing import Any
 import torch
 
 from solidtex_export.training.config import Config
-from solidtex_export.training.exemplar import Exemplar, save_image
+from solidtex_export.training.display import Display
+from solidtex_export.training.exemplar import Exemplar, save_channels, save_image
 
 
 class ResultError(ValueError):
@@ -43,9 +44,17 @@ class ResultFolder:
             )
         self.path.mkdir(parents=True, exist_ok=True)
         for i, exemplar in enumerate(exemplars):
-            save_image(exemplar.image, self.path / f"exemplar-{i}.png")
+            self._save_exemplar(exemplar, self.path / f"exemplar-{i}")
         text = json.dumps(config.document(), indent=2) + "\n"
         self._replace(self._config, lambda temporary: temporary.write_text(text))
+
+    @staticmethod
+    def _save_exemplar(exemplar: Exemplar, stem: Path) -> None:
+        """The first group of channels as PNG, and all of them as EXR where there are more."""
+        images = Display([exemplar]).images(exemplar.image)
+        save_image(images[0], stem.with_suffix(".png"))
+        if len(images) > 1:
+            save_channels(exemplar, stem.with_suffix(".exr"))
 
     def _check(self, config: Config) -> None:
         try:

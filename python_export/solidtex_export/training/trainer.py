@@ -19,14 +19,9 @@ from torch.optim import Adam
 
 from solidtex_export.losses.critic import critic_loss, generator_losses
 from solidtex_export.losses.random_network import RandomDescriptor
+from solidtex_export.training.axes import channel_axes, whiten
 from solidtex_export.training.config import Config
-from solidtex_export.training.exemplar import (
-    Exemplar,
-    color_axes,
-    random_crops,
-    random_symmetry,
-    whiten,
-)
+from solidtex_export.training.exemplar import Exemplar, random_crops, random_symmetry
 from solidtex_export.training.families import build
 from solidtex_export.training.opponent import Opponent
 from solidtex_export.training.preview import preview_sheet
@@ -52,15 +47,17 @@ class Trainer:
         self.config = config
         self.device = device
         self.folder = folder
-        self.photos = [e.image for e in exemplars]
+        self.originals = exemplars
         self.generator, self.slices = build(config, exemplars)
-        mean, basis = color_axes(exemplars)
+        mean, basis = channel_axes(exemplars)
         self.generator.color_mean.copy_(mean)
         self.generator.color_basis.copy_(basis)
         self.generator.to(device)
         self.exemplars = [whiten(e.image, mean, basis).to(device) for e in exemplars]
         self.optimizer = Adam(_equalized_groups(self.generator), betas=(0.9, 0.99))
-        self.opponents = [Opponent(config.recipe.critic_rate, device) for _ in exemplars]
+        self.opponents = [
+            Opponent(len(config.channels), config.recipe.critic_rate, device) for _ in exemplars
+        ]
         self.descriptor = RandomDescriptor()
         self._measure_statistics()
         self.step = 0
@@ -180,7 +177,7 @@ class Trainer:
     def _save_preview(self) -> None:
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(0)  # so that previews of one training can be compared
-            sheet = preview_sheet(self.generator, self.photos, self.config.size)
+            sheet = preview_sheet(self.generator, self.originals, self.config.size)
         self.folder.save_preview(sheet)
 
     def save(self) -> None:

@@ -10,9 +10,11 @@ import torch
 
 from solidtex_export.file_format.checks import Fields, ModelFileError
 from solidtex_export.file_format.container import parse_json
+from solidtex_export.file_format.model_file import MAX_OUTPUT_CHANNELS
 from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.generators.lattice_state import StateError, check_lattice_state
 from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.training.channels import COLOR
 
 GENERATORS = {"field": LatticeGenerator, "sampler": OctaveSampler}
 
@@ -25,6 +27,14 @@ class TrainingResult:
     config: dict[str, Any]
     progress: dict[str, float]
     generator: LatticeGenerator | OctaveSampler
+
+    @property
+    def channels(self) -> list[str]:
+        return list(self.config.get("channels", COLOR))
+
+    @property
+    def color_space(self) -> str:
+        return self.config.get("color_space", "srgb")
 
 
 def read_result(folder: Path) -> TrainingResult:
@@ -56,6 +66,9 @@ def _read_config(path: Path) -> dict[str, Any]:
         exemplar = Fields(str(path), f"exemplars[{index}]", value)
         exemplar.string("file")
         exemplar.string("sha256")
+    if "channels" in fields:
+        fields.array("channels", 1, MAX_OUTPUT_CHANNELS)
+        fields.choice("color_space", ("srgb", "linear", "data"))
     return config
 
 
