@@ -176,7 +176,7 @@ def _sampler(model: ModelFile, positions: Positions, seed: int) -> np.ndarray:
     scheme = model.document["noise"]["scheme"]
     tensors = {name: values.astype(np.float64) for name, values in model.tensors.items()}
     octaves = [
-        octave_noise(scheme, seed, level, positions @ transform.T)
+        octave_noise(scheme, seed, level, _transformed(positions, transform))
         for level, transform in enumerate(tensors["transforms"])
     ]
     eta = np.stack(octaves, axis=-1)
@@ -188,6 +188,11 @@ def _sampler(model: ModelFile, positions: Positions, seed: int) -> np.ndarray:
             y = y + eta[:, l * bins : (l + 1) * bins] @ tensors[f"hidden.{l}.noise"].T
         x = np.where(y > 0, y, sizes["slope"] * y)
     return x @ tensors["output.weight"].T + tensors["output.bias"]
+
+
+def _transformed(positions: Positions, transform: np.ndarray) -> Positions:
+    """T c in one order of summation: far away, BLAS's order for few or many points would show."""
+    return sum(positions[:, [axis]] * transform[:, axis] for axis in range(3))
 
 
 def octave_noise(scheme: str, seed: int, level: int, positions: Positions) -> np.ndarray:
