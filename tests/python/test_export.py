@@ -74,7 +74,8 @@ def test_one_changed_weight_is_refused_and_the_old_file_stays(
 ) -> None:
     result, output = make_result(family), tmp_path / "stone.solidtex"
     output.write_bytes(b"old")
-    whole = export._FOLDERS[family]
+    kind = type(read_result(result).generator)
+    whole = export._FOLDERS[kind]
 
     def corrupted(generator: Any) -> Any:
         architecture, tensors = whole(generator)
@@ -83,7 +84,7 @@ def test_one_changed_weight_is_refused_and_the_old_file_stays(
         tensors[name].flat[0] += 0.05
         return architecture, tensors
 
-    monkeypatch.setitem(export._FOLDERS, family, corrupted)
+    monkeypatch.setitem(export._FOLDERS, kind, corrupted)
     assert export.main([str(result), "-o", str(output), "--force"]) == 1
     assert "nothing was written" in capsys.readouterr().err
     assert output.read_bytes() == b"old"

@@ -114,9 +114,9 @@ def test_constant_maps_have_finite_axes_and_stay_constant() -> None:
     assert (channels[3] - 0.7).abs().max() < 0.003
 
 
-@pytest.mark.parametrize("family", ["field", "sampler"])
-def test_a_model_of_five_channels(family: str, files: Path) -> None:
-    assert cli_train.main(arguments(files, "--model", family, "--steps", "3")) == 0
+@pytest.mark.parametrize("method", ["default", "default-sampler"])
+def test_a_model_of_five_channels(method: str, files: Path) -> None:
+    assert cli_train.main(arguments(files, "--method", method, "--steps", "3")) == 0
     result = files / "r"
     config = json.loads((result / "config.json").read_text())
     assert config["channels"] == [*COLOR, "roughness", "height"]
@@ -129,12 +129,12 @@ def test_a_model_of_five_channels(family: str, files: Path) -> None:
     assert set(again.channels) == set(original.channels)
     order = [again.channels.index(name) for name in original.channels]
     assert (again.image[order] - original.image).abs().max() < 1e-5
-    assert cli_train.main(arguments(files, "--model", family, "--steps", "3")) == 0  # resumes
+    assert cli_train.main(arguments(files, "--method", method, "--steps", "3")) == 0  # resumes
 
 
-@pytest.mark.parametrize("family", ["field", "sampler"])
-def test_export_names_the_channels_in_order(family: str, files: Path) -> None:
-    assert cli_train.main(arguments(files, "--model", family, "--steps", "1")) == 0
+@pytest.mark.parametrize("method", ["default", "default-sampler"])
+def test_export_names_the_channels_in_order(method: str, files: Path) -> None:
+    assert cli_train.main(arguments(files, "--method", method, "--steps", "1")) == 0
     model = files / "model.solidtex"
     assert cli_export.main([str(files / "r"), "-o", str(model)]) == 0  # compares with the engine
     document = read(model).document

@@ -21,10 +21,10 @@ from solidtex_export.training.axes import channel_axes, whiten
 from solidtex_export.training.exemplar import load_exemplar
 from solidtex_export.training.preview import evaluate
 from solidtex_export.training.slices import LatticeSlices
-from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
 SIZE = 44
+METHODS = {"default": "field", "default-sampler": "sampler"}
 FILES = {"config.json", "checkpoint.pt", "log.csv", "exemplar-0.png", "preview.png"}
 
 
@@ -133,10 +133,12 @@ def test_whitening_inverts_the_color_affine(photo: Path) -> None:
     assert abs(float(y[-1].std()) - 1) < 0.01  # the largest axis has unit variance
 
 
-@pytest.mark.parametrize("family", ["field", "sampler"])
-def test_training_leaves_a_complete_result(family: str, photo: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("method", "family"), list(METHODS.items()))
+def test_training_leaves_a_complete_result(
+    method: str, family: str, photo: Path, tmp_path: Path
+) -> None:
     result = tmp_path / "result"
-    args = arguments(photo, result, "--model", family, "--steps", "4", "--license", "CC0-1.0")
+    args = arguments(photo, result, "--method", method, "--steps", "4", "--license", "CC0-1.0")
     assert cli_train.main(args) == 0
     assert {p.name for p in result.iterdir()} == FILES
     config = json.loads((result / "config.json").read_text())
@@ -149,34 +151,6 @@ def test_training_leaves_a_complete_result(family: str, photo: Path, tmp_path: P
     with Image.open(result / "preview.png") as sheet:
         assert sheet.size == (5 * SIZE + 4 * 4, SIZE)
     assert cli_train.main(args) == 0  # nothing left to do
-
-
-@pytest.mark.parametrize("family", ["field", "sampler"])
-def test_resumed_training_equals_an_uninterrupted_one(
-    family: str, photo: Path, tmp_path: Path
-) -> None:
-    def trainer(name: str) -> Trainer:
-        p = cli_train.parser()
-        more = ("--model", family, "--steps", "6", "--directions", "xy")
-        args = p.parse_args(arguments(photo, tmp_path / name, *more))
-        cli_train.check(p, args)
-        return cli_train.make_trainer(args)
-
-    whole = trainer("whole")
-    whole.run(lambda: False, lambda t: None)
-    first = trainer("parts")
-    first.run(lambda: first.step == 4, lambda t: None)
-    assert not first.finished
-    first.folder.log({"step": 5, "seconds": 1.0, "rate": 0.1})  # logged, then lost in a crash
-    second = trainer("parts")
-    assert second.step == 4
-    second.run(lambda: False, lambda t: None)
-    assert whole.finished and second.finished
-    steps = [line.split(",")[0] for line in log_lines(tmp_path / "parts")]
-    assert steps == ["step", "1"]
-    expected = whole.state()["generator"]
-    for key, value in second.state()["generator"].items():
-        assert torch.equal(value, expected[key]), key
 
 
 def test_training_moves_the_weights_and_keeps_the_measured_statistics(
@@ -223,7 +197,7 @@ def log_lines(result: Path) -> list[str]:
 
 def test_a_photograph_per_direction(photo: Path, tmp_path: Path) -> None:
     result = tmp_path / "result"
-    args = [str(photo), *arguments(photo, result, "--model", "sampler", "--steps", "3")]
+    args = [str(photo), *arguments(photo, result, "--method", "default-sampler", "--steps", "3")]
     assert cli_train.main(args) == 0
     assert json.loads((result / "config.json").read_text())["directions"] == "xy"
     assert (result / "exemplar-1.png").exists()

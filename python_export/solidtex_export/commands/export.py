@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import copy
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,11 @@ import numpy as np
 
 from solidtex_export import cli
 from solidtex_export.file_format.model_file import VERSION, ModelFile
+from solidtex_export.generators.build import Generator
 from solidtex_export.generators.fold import fold_lattice
-from solidtex_export.generators.lattice import LatticeGenerator
+from solidtex_export.generators.lattice import FieldGenerator, LatticeGenerator
 from solidtex_export.generators.networks import Network, lattice_network, sampler_network
+from solidtex_export.generators.pyramid import PyramidGenerator, fold_pyramid
 from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.training.training_result import TrainingResult, read_result
 from solidtex_export.verification.model_output import check_output, summary, write_verified
@@ -53,7 +56,7 @@ def export(args: argparse.Namespace) -> None:
 
 def build_model(result: TrainingResult, name: str, license: str | None) -> ModelFile:
     """The folded model, with everything known about where it comes from."""
-    architecture, tensors = _FOLDERS[result.family](result.generator)
+    architecture, tensors = _fold(result.generator)
     document = {
         "version": VERSION,
         "name": name,
@@ -72,7 +75,7 @@ def build_model(result: TrainingResult, name: str, license: str | None) -> Model
 def unfolded_network(result: TrainingResult) -> Network:
     """The network as it was trained."""
     generator = copy.deepcopy(result.generator)
-    if isinstance(generator, LatticeGenerator):
+    if isinstance(generator, FieldGenerator):
         return lattice_network(generator, SCHEME)
     return sampler_network(generator, SCHEME)
 
@@ -103,7 +106,16 @@ def _fold_sampler(network: OctaveSampler) -> tuple[dict[str, Any], dict[str, np.
     return sizes, tensors
 
 
-_FOLDERS = {"field": _fold_field, "sampler": _fold_sampler}
+_FOLDERS: dict[type, Callable[..., tuple[dict[str, Any], dict[str, np.ndarray]]]] = {
+    LatticeGenerator: _fold_field,
+    PyramidGenerator: fold_pyramid,
+    OctaveSampler: _fold_sampler,
+}
+
+
+def _fold(generator: Generator) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The architecture's object of the document, and its tensors."""
+    return _FOLDERS[type(generator)](generator)
 
 
 if __name__ == "__main__":

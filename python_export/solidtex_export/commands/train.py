@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import signal
 import sys
+from pathlib import Path
 from types import FrameType
 
 import torch
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from solidtex_export.commands.train_options import check, parser
-from solidtex_export.training.config import RECIPES, Config, exemplar_records
-from solidtex_export.training.exemplar import check_alike, load_exemplar
+from solidtex_export.losses.vgg import VggError
+from solidtex_export.training import ranks
+from solidtex_export.training.acceleration import compile_generator
+from solidtex_export.training.config import Config, exemplar_records
+from solidtex_export.training.divergence import TrainError
+from solidtex_export.training.exemplar import Exemplar, check_alike, load_exemplar
+from solidtex_export.training.families import generator_sizes
+from solidtex_export.training.histograms import share_histograms
+from solidtex_export.training.method_file import MethodError
 from solidtex_export.training.pictures import ExemplarError
 from solidtex_export.training.result import ResultError, ResultFolder
-from solidtex_export.training.trainer import Trainer, TrainError
+from solidtex_export.training.trainer import Trainer
 
-GENERATORS = {
-    "field": {"levels": 6, "noise_channels": 3, "step_channels": 4},
-    "sampler": {"octaves": 16, "hidden_layers": 5, "width": 128, "coarsest": 48.0, "finest": 1.0},
-}
 INTERRUPTED = 130
 
 
@@ -30,29 +35,17 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
         for path, maps in zip(args.photos, args.maps, strict=True)
     ]
     check_alike(exemplars)
-    channels = exemplars[0].channels
-    config = Config(
-        family=args.model,
-        size=args.size,
-        resolution=args.resolution,
-        crop=args.crop,
-        directions=args.directions,
-        symmetry=args.symmetry,
-        seed=args.seed,
-        minutes=args.minutes,
-        steps=args.steps,
-        exemplars=exemplar_records(exemplars),
-        channels=channels,
-        color_space=exemplars[0].color_space,
-        license=args.license,
-        source=args.source,
-        generator=GENERATORS[args.model] | {"out_channels": len(channels)},
-        recipe=RECIPES[args.model],
-    )
+    if args.settings.match_histograms:
+        exemplars = share_histograms(exemplars)
+    config = make_config(args, exemplars)
     folder = ResultFolder(args.result)
-    folder.open(config, exemplars)
-    use_cuda = args.device != "cpu" and torch.cuda.is_available()
-    trainer = Trainer(config, exemplars, torch.device("cuda" if use_cuda else "cpu"), folder)
+    own_ranks, device = ranks.join(args.device != "cpu" and torch.cuda.is_available())
+    if own_ranks.leads:
+        folder.open(config, exemplars)
+    own_ranks.wait()
+    trainer = Trainer(config, exemplars, device, folder, own_ranks, args.vgg)
+    if args.compile:
+        compile_generator(trainer.generator)
     state = folder.load_checkpoint()
     if state is not None:
         try:
@@ -63,6 +56,39 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
                 " delete it to start over"
             ) from error
     return trainer
+
+
+def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:
+    try:
+        generator = generator_sizes(args.settings, len(exemplars[0].channels))
+    except (TypeError, ValueError) as error:
+        raise MethodError(f"{args.method}: generator: {error}") from error
+    return Config(
+        family=args.settings.family,
+        size=args.size,
+        resolution=args.resolution,
+        crop=args.crop,
+        directions=args.directions,
+        symmetry=args.symmetry,
+        seed=args.seed,
+        minutes=args.minutes,
+        steps=args.steps,
+        exemplars=exemplar_records(exemplars),
+        channels=exemplars[0].channels,
+        color_space=exemplars[0].color_space,
+        license=args.license,
+        source=args.source,
+        generator=generator,
+        method_name=args.method,
+        method=args.settings,
+        vgg=file_record(args.vgg) if args.vgg else None,
+    )
+
+
+def file_record(path: Path) -> dict[str, str]:
+    if not path.is_file():
+        raise VggError(f"{path}: found no such file, expected weights of VGG-19")
+    return {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
 
 
 def train(trainer: Trainer) -> bool:
@@ -108,9 +134,11 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{args.result}: resuming at step {trainer.step}")
         print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
         finished = train(trainer)
-    except (ExemplarError, ResultError, TrainError, OSError) as error:
+    except (ExemplarError, MethodError, ResultError, TrainError, VggError, OSError) as error:
         print(f"solidtex-train: {error}", file=sys.stderr)
         return 1
+    finally:
+        ranks.leave()
     if not finished:
         print(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
         return INTERRUPTED

@@ -8,17 +8,20 @@ from pathlib import Path
 import torch
 
 from solidtex_export import cli
-from solidtex_export.losses.critic import FIELD_OF_VIEW
+from solidtex_export.losses.critic import field_of_view
 from solidtex_export.training.channels import check_map_name
+from solidtex_export.training.method import Method
+from solidtex_export.training.method_file import DEFAULT, MethodError, load_method, shipped
 from solidtex_export.training.pictures import ExemplarError
 
-FAMILIES = ("field", "sampler")
 DEFAULT_MINUTES = 15.0
+SMALLEST_SIZE = 32  # texels
 
 EXAMPLES = """  solidtex-train granite.jpg -o results/granite
-  solidtex-train plank.png --model sampler --directions xy -o results/plank
+  solidtex-train plank.png --method default-sampler --directions xy -o results/plank
   solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
   solidtex-train front.png side.png top.png -o results/cube
+  solidtex-train granite.jpg --method gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
   solidtex-train albedo.png --map roughness=rough.png --map height=height.tif -o results/rust
 
 The same command again resumes an interrupted training. Ctrl-C saves before it stops.
@@ -43,9 +46,15 @@ def parser() -> argparse.ArgumentParser:
                    help="encoding of the colours that are learned and stored; files are converted,"
                    " EXR and float TIFF from linear, others from sRGB (default: srgb, whose"
                    " differences are closer to the eye's)")  # fmt: skip
-    p.add_argument("--model", choices=FAMILIES, default="field",
-                   help="field: 3D convolutions on a lattice; sampler: a network evaluated at any"
-                   " point (default: field)")  # fmt: skip
+    p.add_argument("--method", default=DEFAULT, metavar="NAME",
+                   help=f"one of {', '.join(shipped())}, or a TOML file of yours like"
+                   f" theirs (default: {DEFAULT})")  # fmt: skip
+    p.add_argument("--set", dest="settings", metavar="KEY=VALUE", action="append", default=[],
+                   help="change one key of the method, for example optimiser.learning_rate=0.01 or"
+                   " losses.0.weight=2")  # fmt: skip
+    p.add_argument("--vgg", type=Path, metavar="FILE",
+                   help="weights of VGG-19, torchvision's or those of Gatys et al., for methods"
+                   " that use it; without them our own descriptor takes its place")  # fmt: skip
     p.add_argument("--size", type=int, default=96, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
                    " (default: 96)")  # fmt: skip
@@ -66,6 +75,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--seed", type=int, default=0, metavar="S", help="(default: 0)")
     p.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto",
                    help="auto takes CUDA where there is one (default: auto)")  # fmt: skip
+    p.add_argument("--compile", action="store_true",
+                   help="compile the generator with torch.compile: slower to start")  # fmt: skip
     p.add_argument("--threads", type=int, metavar="T", help="CPU threads (default: torch's)")
     p.add_argument("--license", default="", metavar="TEXT",
                    help="licence of the photographs, stored with the model")  # fmt: skip
@@ -108,6 +119,23 @@ def maps_of_photographs(p: argparse.ArgumentParser, args: argparse.Namespace) ->
     args.maps = [{name: f[i] for name, f in files.items()} for i in range(len(args.photos))]
 
 
+def method_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Method:
+    """The method, with what --set changes in it."""
+    try:
+        method = load_method(args.method, args.settings)
+    except MethodError as error:
+        p.error(str(error))
+    if args.vgg is not None and not method.uses_vgg:
+        p.error(f"--vgg: found a file for method {args.method}, expected one that uses VGG-19")
+    return method
+
+
+def smallest_size(method: Method) -> int:
+    """Side of the smallest slice that every loss of the method can judge, in texels."""
+    critic = field_of_view(len(method.critic.widths)) if method.uses_critic else 0
+    return max(SMALLEST_SIZE, critic)
+
+
 def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
     """Fill in what depends on other options, and refuse what cannot work."""
     if len(args.photos) > 3:
@@ -120,8 +148,10 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
             f"--directions: found {len(args.directions)} ({args.directions}) for"
             f" {len(args.photos)} photographs, expected one direction for each"
         )
-    if args.size < FIELD_OF_VIEW:
-        p.error(f"--size: found {args.size}, expected at least {FIELD_OF_VIEW}")
+    args.settings = method_of(p, args)
+    needed = smallest_size(args.settings)
+    if args.size < needed:
+        p.error(f"--size: found {args.size}, expected at least {needed}")
     args.resolution = args.resolution or args.size + args.size // 2
     if args.resolution < args.size:
         p.error(f"--resolution: found {args.resolution}, expected at least --size = {args.size}")
@@ -138,5 +168,7 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
     if args.symmetry is None:
         isotropic = len(args.photos) == 1 and args.directions == "xyz"
         args.symmetry = "all" if isotropic else "flips"
+        if args.settings.slicing.symmetry != "auto":
+            args.symmetry = args.settings.slicing.symmetry
     if args.device == "cuda" and not torch.cuda.is_available():
         p.error("--device: found no CUDA device, expected one (or use --device cpu)")

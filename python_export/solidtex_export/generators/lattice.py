@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -50,6 +51,42 @@ class Box:
         return Box(tuple(self.lo[a] for a in axes), tuple(self.hi[a] for a in axes))
 
 
+class FieldGenerator(nn.Module):
+    """What the generators of the lattice family have in common: a network without padding over
+    noise on several levels, evaluated for any box.
+    """
+
+    distribution: ClassVar[str] = "uniform"
+    """Of the noise: uniform in [0, 1), or standard normal."""
+
+    def __init__(self, levels: int, noise_channels: int, out_channels: int) -> None:
+        super().__init__()
+        self.levels = levels
+        self.noise_channels = noise_channels
+        self.register_buffer("color_mean", torch.zeros(out_channels))
+        self.register_buffer("color_basis", torch.eye(out_channels))
+
+    def noise_boxes(self, box: Box) -> list[Box]:
+        """Per level, finest first, the region of noise that `box` depends on."""
+        raise NotImplementedError
+
+    def colors(self, y: Tensor) -> Tensor:
+        """Colours of whitened values y [batch, channel, ...]."""
+        shape = (1, -1, *[1] * (y.ndim - 2))
+        mixed = torch.einsum("ij,bj...->bi...", self.color_basis, y)
+        return mixed + self.color_mean.view(shape)
+
+    def draw_noise(self, box: Box, batch: int = 1) -> list[Tensor]:
+        """Fresh noise for `box`, on the generator's device."""
+        like = self.color_mean
+        draw = torch.rand if self.distribution == "uniform" else torch.randn
+        shape = (batch, self.noise_channels)
+        return [
+            draw((*shape, *b.size), device=like.device, dtype=like.dtype)
+            for b in self.noise_boxes(box)
+        ]
+
+
 class ConvBlock(nn.Module):
     """Section 4.1: convolutions 3^3, 3^3, 1^3, each with batch normalisation and leaky ReLU."""
 
@@ -77,15 +114,19 @@ class Upsampling(nn.Module):
         self.bn = PlaneNorm(channels)
 
     def forward(self, x: Tensor, source: Box, target: Box) -> Tensor:
-        x = self.bn(x)
-        for axis in range(3):
-            x = x.repeat_interleave(2, dim=axis + 1)
-            start = target.lo[axis] - 2 * source.lo[axis]
-            x = x.narrow(axis + 1, start, target.size[axis])
-        return x
+        return upsampled(self.bn(x), source, target)
 
 
-class LatticeGenerator(nn.Module):
+def upsampled(x: Tensor, source: Box, target: Box) -> Tensor:
+    """A volume of planes on the region `source`, each voxel repeated 2^3 times, on `target`."""
+    for axis in range(3):
+        x = x.repeat_interleave(2, dim=axis + 1)
+        start = target.lo[axis] - 2 * source.lo[axis]
+        x = x.narrow(axis + 1, start, target.size[axis])
+    return x
+
+
+class LatticeGenerator(FieldGenerator):
     """G(Z | theta) of section 4, evaluated for any box; stage 1 is the coarsest level."""
 
     def __init__(
@@ -96,9 +137,7 @@ class LatticeGenerator(nn.Module):
         out_channels: int = 3,
         slope: float = 0.01,
     ) -> None:
-        super().__init__()
-        self.levels = levels
-        self.noise_channels = noise_channels
+        super().__init__(levels, noise_channels, out_channels)
         for stage in range(1, levels + 1):
             width = stage * step_channels
             self.add_module(f"cb{stage}_1", ConvBlock(noise_channels, step_channels, slope))
@@ -107,8 +146,6 @@ class LatticeGenerator(nn.Module):
             if stage < levels:
                 self.add_module(f"up{stage}", Upsampling(width))
         self.last_conv = PlaneConvolution(levels * step_channels, out_channels, 1)
-        self.register_buffer("color_mean", torch.zeros(out_channels))
-        self.register_buffer("color_basis", torch.eye(out_channels))
 
     def feature_boxes(self, box: Box) -> list[Box]:
         """Per level, finest first, the region of the features that finer levels receive."""
@@ -118,7 +155,7 @@ class LatticeGenerator(nn.Module):
         return boxes
 
     def noise_boxes(self, box: Box) -> list[Box]:
-        """Per level, finest first, the region of noise that `box` depends on (section 4.2)."""
+        """Section 4.2."""
         boxes = self.feature_boxes(box)
         fine = [b.grown(2 * BLOCK_MARGIN) for b in boxes[:-1]]
         return [*fine, boxes[-1].grown(BLOCK_MARGIN)]
@@ -138,18 +175,3 @@ class LatticeGenerator(nn.Module):
             fine = self.get_submodule(f"cb{stage}_1")(to_planes(noise[level]), axes)
             y = self.get_submodule(f"cb{stage}_2")(torch.cat([coarse, fine], dim=4), axes)
         return from_planes(self.last_conv(y, axes))
-
-    def colors(self, y: Tensor) -> Tensor:
-        """Colours of whitened values y [batch, channel, ...]."""
-        shape = (1, -1, *[1] * (y.ndim - 2))
-        mixed = torch.einsum("ij,bj...->bi...", self.color_basis, y)
-        return mixed + self.color_mean.view(shape)
-
-    def draw_noise(self, box: Box, batch: int = 1) -> list[Tensor]:
-        """Fresh uniform [0, 1) noise for `box`, on the generator's device."""
-        like = self.color_mean
-        shape = (batch, self.noise_channels)
-        return [
-            torch.rand((*shape, *b.size), device=like.device, dtype=like.dtype)
-            for b in self.noise_boxes(box)
-        ]

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from solidtex_export.generators.lattice import Box, LatticeGenerator
+from solidtex_export.generators.lattice import Box, FieldGenerator
 from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.verification import noise
 
@@ -20,15 +20,16 @@ Network = Callable[[Sequence[int], Sequence[int], int], np.ndarray]
 """(origin, size, seed) -> the voxels of a box, float64 [x, y, z, channel]."""
 
 
-def lattice_network(generator: LatticeGenerator, scheme: str) -> Network:
+def lattice_network(generator: FieldGenerator, scheme: str) -> Network:
     """The generator with its running statistics; it is converted to float64."""
     generator = generator.double().eval()
+    draws = generator.distribution
 
     @torch.no_grad()
     def evaluate(origin: Sequence[int], size: Sequence[int], seed: int) -> np.ndarray:
         box = Box(tuple(origin), tuple(o + s for o, s in zip(origin, size, strict=True)))
         z = [
-            noise.block(scheme, "uniform", seed, level, generator.noise_channels, b.lo, b.hi)
+            noise.block(scheme, draws, seed, level, generator.noise_channels, b.lo, b.hi)
             for level, b in enumerate(generator.noise_boxes(box))
         ]
         y = generator([torch.from_numpy(values)[None] for values in z], box)

@@ -106,20 +106,28 @@ class OctaveSampler(nn.Module):
         out_channels: int = 3,
         coarsest: float = 48.0,
         finest: float = 1.0,
+        noise_at: str = "hidden",
     ) -> None:
-        """`coarsest` and `finest`: the lattice spacings, in texels, that the octaves start with."""
+        """`coarsest` and `finest`: the lattice spacings, in texels, that the octaves start with.
+
+        `noise_at`: a bin of octaves enters each hidden layer but the last ("hidden", GramGAN), or
+        all octaves enter the first ("input", Henzler et al. 2020, the ablation NI of GramGAN).
+        """
         super().__init__()
-        if hidden_layers < 2 or octaves % (hidden_layers - 1):
+        if noise_at not in ("hidden", "input"):
+            raise ValueError(f"noise_at: found {noise_at}, expected hidden or input")
+        if hidden_layers < 2 or (noise_at == "hidden" and octaves % (hidden_layers - 1)):
             raise ValueError(
                 f"octaves: found {octaves}, expected a multiple of hidden_layers - 1"
                 f" = {hidden_layers - 1}"
             )
         self.octaves = octaves
-        self.bin_size = octaves // (hidden_layers - 1)
+        bins = hidden_layers - 1 if noise_at == "hidden" else 1
+        self.bin_size = octaves // bins
         self.linear = nn.Parameter(_rotations(octaves))
         self.constant = nn.Parameter(torch.randn(width))
         self.hidden = nn.ModuleList(
-            HiddenLayer(width, self.bin_size if i < hidden_layers - 1 else 0, slope)
+            HiddenLayer(width, self.bin_size if i < bins else 0, slope)
             for i in range(hidden_layers)
         )
         self.output_weight = nn.Parameter(torch.randn(out_channels, width))
@@ -153,11 +161,17 @@ class OctaveSampler(nn.Module):
 
     @torch.no_grad()
     def effective_tensors(self) -> dict[str, Tensor]:
-        """Exactly the tensors of the file format, in float64; the colour affine is in `output`."""
+        """Exactly the tensors of the file format, in float64; the colour affine is in `output`.
+
+        The format has a bin of octaves for each hidden layer but the last: where the network has
+        none, transforms and noise columns are zero.
+        """
         f64 = torch.float64
         basis = self.color_basis.to(f64)
+        bins = len(self.hidden) - 1
+        absent = basis.new_zeros(bins * self.bin_size - self.octaves, 3, 3)
         tensors = {
-            "transforms": self.linear.to(f64) * self.scales.to(f64),
+            "transforms": torch.cat([self.linear.to(f64) * self.scales.to(f64), absent]),
             "constant": self.constant.to(f64),
             "output.weight": basis @ _equalized(self.output_weight, dtype=f64),
             "output.bias": basis @ self.output_bias.to(f64) + self.color_mean.to(f64),
@@ -165,6 +179,8 @@ class OctaveSampler(nn.Module):
         for i, layer in enumerate(self.hidden):
             for name, tensor in layer.effective(f64).items():
                 tensors[f"hidden.{i}.{name}"] = tensor
+            if i < bins and layer.noise is None:
+                tensors[f"hidden.{i}.noise"] = basis.new_zeros(len(layer.bias), self.bin_size)
         return tensors
 
 

@@ -1,36 +1,59 @@
-"""GramGAN's critic: WGAN-GP (equation 3) whose features also serve a style loss (equation 4).
+"""WGAN-GP critics, and the style loss on their features.
 
-Portenier et al. 2020, section 3.1. Differs in size (a CPU trains it), in a small drift term that
-keeps the critic's output near zero (as in Karras et al. 2018), and in the balance of the terms: the
-distance of each layer's Gram matrices is relative to the exemplar's, and training normalises the
-gradients of style and adversarial term before it weights them.
+Critic: Portenier et al. 2020 ("GramGAN"), section 3.1, equation 3, which is also equation 3 of Zhao
+et al. 2022 ("STS-GAN"); generator: equation 4, and equation 2 of STS-GAN. Differs in the network
+(unpadded, strided convolutions and a mean over positions instead of dense layers: slices of any
+size, and a CPU trains it) and in a small drift term that keeps the critic's output near zero
+(Karras et al. 2018). Equation 4's factor 1 / (4 N^2 M^2) on sums over pixels is read as a mean over
+pixels and matrix entries; taken literally it would shrink with the number of pixels.
 """
 
 from __future__ import annotations
+
+import math
+from dataclasses import dataclass
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from solidtex_export.losses.random_network import gram
+from solidtex_export.losses.statistics import gram
 
-PENALTY_WEIGHT = 10.0  # lambda
-DRIFT_WEIGHT = 1e-3
 SLOPE = 0.2
-FIELD_OF_VIEW = 42  # pixels; no smaller image can be judged
+KERNELS = (5, 4)  # of the first convolution, of the strided ones
+LAST_KERNEL = 3
+
+
+class EqualisedConv2d(nn.Conv2d):
+    """Weights of unit variance, multiplied by sqrt(2 / fan-in) when used (Karras et al. 2018)."""
+
+    def reset_parameters(self) -> None:
+        nn.init.normal_(self.weight)
+        assert self.bias is not None
+        nn.init.zeros_(self.bias)
+
+    def forward(self, x: Tensor) -> Tensor:
+        gain = math.sqrt(2 / self.weight[0].numel())
+        return F.conv2d(x, self.weight * gain, self.bias, self.stride)
 
 
 class Critic(nn.Module):
     """A convolutional network; `features` are its hidden activations, `forward` its judgement."""
 
-    def __init__(self, channels: int = 3, widths: tuple[int, ...] = (32, 64, 96, 128)) -> None:
+    def __init__(
+        self,
+        channels: int = 3,
+        widths: tuple[int, ...] = (32, 64, 96, 128),
+        equalised: bool = False,
+    ) -> None:
         super().__init__()
+        convolution = EqualisedConv2d if equalised else nn.Conv2d
         ins = (channels, *widths[:-1])
         self.layers = nn.ModuleList(
-            nn.Conv2d(i, o, 4, stride=2) if layer else nn.Conv2d(i, o, 5)
-            for layer, (i, o) in enumerate(zip(ins, widths, strict=True))
+            convolution(n, width, KERNELS[i > 0], stride=1 + (i > 0))
+            for i, (n, width) in enumerate(zip(ins, widths, strict=True))
         )
-        self.last = nn.Conv2d(widths[-1], 1, 3)
+        self.last = convolution(widths[-1], 1, LAST_KERNEL)
 
     def features(self, images: Tensor) -> list[Tensor]:
         activations = []
@@ -46,24 +69,46 @@ class Critic(nn.Module):
         return self.judge(self.features(images))
 
 
-def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor) -> Tensor:
+def field_of_view(layers: int) -> int:
+    """Side of the smallest image, in pixels, that a critic of so many hidden layers can judge."""
+    side = LAST_KERNEL
+    for _ in range(layers - 1):
+        side = 2 * (side - 1) + KERNELS[1]
+    return side + KERNELS[0] - 1
+
+
+@dataclass(frozen=True)
+class Penalties:
+    """Equation 3's lambda, and the drift term's weight."""
+
+    gradient: float = 10.0
+    drift: float = 1e-3
+
+
+def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalties) -> Tensor:
     """Equation 3."""
     on_fakes, on_reals = critic(fakes), critic(reals)
     t = torch.rand(len(fakes), 1, 1, 1, device=fakes.device)
     between = torch.lerp(reals, fakes, t).requires_grad_()
     (slope,) = torch.autograd.grad(critic(between).sum(), between, create_graph=True)
     penalty = (slope.flatten(1).norm(dim=1) - 1).square().mean()
-    drift = on_reals.square().mean()
-    return on_fakes.mean() - on_reals.mean() + PENALTY_WEIGHT * penalty + DRIFT_WEIGHT * drift
+    distance = on_fakes.mean() - on_reals.mean()
+    return distance + penalties.gradient * penalty + penalties.drift * on_reals.square().mean()
 
 
-def generator_losses(critic: Critic, fakes: Tensor, reals: Tensor) -> tuple[Tensor, Tensor]:
-    """The two terms of equation 4: style (Gram matrices taken per pixel) and adversarial."""
-    features = critic.features(fakes)
+def style_loss(critic: Critic, features: list[Tensor], reals: Tensor, relative: bool) -> Tensor:
+    """L_style of equation 4; `relative`: each layer's distance in units of the photograph's mean
+    absolute entry, so that no layer drowns the others.
+    """
     with torch.no_grad():
         targets = [gram(f) for f in critic.features(reals)]
     distances = [
-        (gram(f) - target).abs().mean() / (target.abs().mean() + 1e-6)
+        (gram(f) - target).abs().mean() / (target.abs().mean() + 1e-6 if relative else 1.0)
         for f, target in zip(features, targets, strict=True)
     ]
-    return torch.stack(distances).mean(), -critic.judge(features).mean()
+    return torch.stack(distances).mean()
+
+
+def adversarial_loss(critic: Critic, features: list[Tensor]) -> Tensor:
+    """-E[D(f)] of equation 4."""
+    return -critic.judge(features).mean()

@@ -14,6 +14,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from solidtex_export.losses.statistics import Features, gram
+
 GRAM_WEIGHT = 10.0
 MEAN_WEIGHT = 4.0
 THRESHOLD_DEVIATION = 0.5
@@ -22,24 +24,33 @@ DEVIATION_FLOOR = 0.05
 
 @dataclass(frozen=True)
 class RandomDescriptor:
-    """Convolutions of the given widths; features are halved in resolution between the groups."""
+    """Convolutions of the given widths; features are halved in resolution between the groups.
+
+    Layers are named as those of VGG-19: relu1_1, relu1_2, pool1, relu2_1 ...
+    """
 
     groups: tuple[tuple[int, ...], ...] = ((32, 32), (64, 64), (96, 96), (128,))
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
         """Distance of the statistics of two batches of images [batch, channel, rows, columns]."""
-        losses = []
+        features = self.features(fakes, reals)
+        pairs = [pair for name, pair in features.items() if name.startswith("relu")]
+        return torch.stack([_distance(*pair) for pair in pairs]).mean()
+
+    def features(self, fakes: Tensor, reals: Tensor) -> Features:
+        """Both images through one new network, as deep as they are large enough for."""
+        features: Features = {}
         kernel = 5
-        for i, group in enumerate(self.groups):
-            if i > 0:
-                fakes, reals = F.avg_pool2d(fakes, 2), F.avg_pool2d(reals, 2)
-            for width in group:
+        for i, group in enumerate(self.groups, 1):
+            for j, width in enumerate(group, 1):
                 if min(*fakes.shape[2:], *reals.shape[2:]) < kernel + 2:
-                    return torch.stack(losses).mean()
+                    return features
                 fakes, reals = _layer(fakes, reals, width, kernel)
-                losses.append(_distance(fakes, reals))
+                features[f"relu{i}_{j}"] = fakes, reals
                 kernel = 3
-        return torch.stack(losses).mean()
+            fakes, reals = F.avg_pool2d(fakes, 2), F.avg_pool2d(reals, 2)
+            features[f"pool{i}"] = fakes, reals
+        return features
 
 
 def _layer(fakes: Tensor, reals: Tensor, width: int, kernel: int) -> tuple[Tensor, Tensor]:
@@ -67,12 +78,6 @@ def _moments(x: Tensor) -> tuple[Tensor, Tensor]:
     mean = x.mean((0, 2, 3), keepdim=True)
     variance = x.square().mean((0, 2, 3), keepdim=True) - mean.square()
     return mean, variance.clamp_min(0).sqrt()
-
-
-def gram(features: Tensor) -> Tensor:
-    """Equation 2, over all pixels of a batch."""
-    flat = features.float().transpose(0, 1).flatten(1)
-    return flat @ flat.T / flat.shape[1]
 
 
 def _distance(fakes: Tensor, reals: Tensor) -> Tensor:

@@ -2,31 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from solidtex_export.training.exemplar import Exemplar
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """Optimisation settings; the two families differ in these, in generator and in slicing."""
-
-    learning_rate: float
-    final_rate: float  # fraction of learning_rate at the end of the cosine
-    batch: int
-    critic_start: float  # fraction of the training after which the critic joins
-    descriptor_weight: float = 1.0  # weights of unit gradients, once both are on
-    style_weight: float = 0.5
-    adversarial_weight: float = 0.2
-    critic_rate: float = 1e-3
-    warmup_steps: int = 20
-
-
-RECIPES = {
-    "field": Recipe(0.006, 0.03, batch=1, critic_start=0.4),
-    "sampler": Recipe(4e-3, 0.03, batch=1, critic_start=0.3),
-}
+from solidtex_export.training.method import Method
 
 
 @dataclass(frozen=True)
@@ -48,7 +28,11 @@ class Config:
     license: str
     source: str
     generator: dict[str, Any]
-    recipe: Recipe = field(default_factory=lambda: RECIPES["field"])
+    """Constructor arguments of the generator, and its kind."""
+    method_name: str
+    method: Method
+    vgg: dict[str, str] | None = None
+    """File name and SHA-256 of the weights of VGG-19, where they are used."""
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

@@ -1,31 +1,61 @@
-"""What differs between the two families in training: the generator and the way it is sliced."""
+"""From a method to its generator, and the ways it is sliced."""
 
 from __future__ import annotations
 
-from torch import nn
+from typing import Any
 
-from solidtex_export.generators.lattice import LatticeGenerator
+from solidtex_export.generators.build import Generator, build_generator
+from solidtex_export.generators.lattice import FieldGenerator
 from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.training.axes import grain_ratio
 from solidtex_export.training.config import Config
 from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.training.method import Method
+from solidtex_export.training.oblique import ObliqueSlices
 from solidtex_export.training.slices import LatticeSlices, SamplerSlices, SliceSource
 
 GRAIN_START = 2.0  # long grain is easily cut shorter, short grain hardly ever grows together
 MAX_GRAIN = 64.0
 
 
-def build(config: Config, exemplars: list[Exemplar]) -> tuple[nn.Module, SliceSource]:
-    """The generator of the family, and its way of slicing."""
-    if config.family == "field":
-        generator = LatticeGenerator(**config.generator)
-        return generator, LatticeSlices(generator)
-    sampler = OctaveSampler(**config.generator)
-    planes = "axes"
-    if len(exemplars) == 1 and config.directions == "xyz":
-        planes = "any"
-    elif len(exemplars) == 1 and config.directions == "xy":
-        planes = "about-z"
-        grain = min(max(GRAIN_START * grain_ratio(exemplars[0]), 1.0), MAX_GRAIN)
-        sampler.scales[:, :, 2] /= grain
-    return sampler, SamplerSlices(sampler, planes)
+def generator_sizes(method: Method, channels: int) -> dict[str, Any]:
+    """The generator's constructor arguments, and its kind; checked by building it."""
+    sizes = {"kind": method.generator.kind, **method.generator.sizes, "out_channels": channels}
+    build_generator(method.family, sizes)
+    return sizes
+
+
+def build(
+    config: Config, exemplars: list[Exemplar]
+) -> tuple[Generator, SliceSource, SliceSource | None]:
+    """The generator, its slices, and its oblique slices where the method has some."""
+    generator = build_generator(config.family, config.generator)
+    if isinstance(generator, FieldGenerator):
+        return generator, LatticeSlices(generator), _oblique(config, generator)
+    planes = _planes(config)
+    if planes == "about-z" and config.method.slicing.planes == "auto":
+        _stretch_along_z(generator, exemplars[0])
+    return generator, SamplerSlices(generator, planes), None
+
+
+def _oblique(config: Config, generator: FieldGenerator) -> ObliqueSlices | None:
+    """Where one photograph serves two directions, only planes that hold the grain look like it."""
+    if config.method.slicing.oblique_share == 0 or len(config.exemplars) > 1:
+        return None
+    axes = {"xyz": "xyz", "xy": "z"}.get(config.directions)
+    return ObliqueSlices(generator, axes) if axes else None
+
+
+def _planes(config: Config) -> str:
+    """What `auto` means: GramGAN, section 4, "implementation details"."""
+    planes = config.method.slicing.planes
+    if planes != "auto":
+        return planes
+    if len(config.exemplars) > 1:
+        return "axes"
+    return {"xyz": "any", "xy": "about-z"}.get(config.directions, "axes")
+
+
+def _stretch_along_z(sampler: OctaveSampler, exemplar: Exemplar) -> None:
+    grain = min(max(GRAIN_START * grain_ratio(exemplar), 1.0), MAX_GRAIN)
+    sampler.scales[:, :, 2] /= grain

@@ -1,51 +1,104 @@
-"""A critic in training, and the slices it remembers."""
+"""The critics of one photograph in training, and the slices they remember."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 from torch.optim import Adam
 
-from solidtex_export.losses.critic import Critic
+from solidtex_export.losses.critic import Critic, Penalties, critic_loss
+from solidtex_export.training import method
 from solidtex_export.training.exemplar import random_crops
 
-REMEMBERED_SLICES = 12
-CROP = 64  # pixels
-CROPS = 4
+Reals = Callable[[int, int], Tensor]
+"""(count, side) -> crops of the photograph [count, channel, side, side]."""
 
 
 class Opponent:
-    """The critic of one exemplar; recent slices keep it from chasing only the last one."""
+    """One critic per scale; recent slices keep them from chasing only the last one.
 
-    def __init__(self, channels: int, rate: float, device: torch.device) -> None:
-        self.critic = Critic(channels).to(device)
-        self._optimizer = Adam(self.critic.parameters(), rate, (0.0, 0.99))
-        self._slices: deque[Tensor] = deque(maxlen=REMEMBERED_SLICES)
+    Zhao et al. 2022 ("STS-GAN"), section 3.2: a critic of scale s sees crops of s times the side,
+    magnified to the whole side, of slices and of photograph alike. Theirs are slices of smaller
+    solids; without padding, a crop of a larger slice has the same distribution.
+    """
+
+    def __init__(self, settings: method.Critic, channels: int, device: torch.device) -> None:
+        self._settings = settings
+        self.critics = [
+            Critic(channels, settings.widths, settings.equalised).to(device)
+            for _ in settings.scales
+        ]
+        self._optimizers = [
+            Adam(critic.parameters(), settings.learning_rate, settings.betas)
+            for critic in self.critics
+        ]
+        self._slices: deque[Tensor] = deque(maxlen=settings.memory)
         self._device = device
 
-    def remember(self, slices: Tensor) -> Tensor:
-        """Keep `slices`; returns random crops [crop, channel, side, side] of all that are kept."""
-        self._slices.extend(slices)
-        side = min(slices.shape[2], CROP)
-        picks = torch.randint(len(self._slices), (CROPS,)).tolist()
-        return torch.cat([random_crops(self._slices[p], 1, side, side) for p in picks])
+    def random_scale(self) -> int:
+        """Which critic judges the generator in this step (STS-GAN, section 3.3)."""
+        count = len(self.critics)
+        return 0 if count == 1 else int(torch.randint(count, ()))
 
-    def update(self, loss: Tensor) -> None:
-        self._optimizer.zero_grad(set_to_none=True)
-        loss.backward()
-        self._optimizer.step()
+    def view(self, images: Tensor, scale: int) -> Tensor:
+        """What the critic of that scale sees of images [batch, channel, side, side]."""
+        fraction, side = self._settings.scales[scale], images.shape[2]
+        if fraction == 1:
+            return images
+        part = max(1, round(fraction * side))
+        crops = torch.cat([random_crops(image, 1, part, part) for image in images])
+        return F.interpolate(crops, size=(side, side), mode="bilinear", align_corners=False)
+
+    def remember(self, slices: Tensor) -> None:
+        self._slices.extend(slices)
+
+    def losses(self, reals: Reals, turned: Callable[[Tensor], Tensor]) -> list[Tensor]:
+        """What each critic has to minimise, on remembered slices."""
+        penalties = Penalties(self._settings.penalty, self._settings.drift)
+        losses = []
+        for scale, critic in enumerate(self.critics):
+            fakes = turned(self._crops())
+            views = [self.view(i, scale) for i in (fakes, reals(len(fakes), fakes.shape[2]))]
+            losses.append(critic_loss(critic, *views, penalties))
+        return losses
+
+    def update(self, losses: list[Tensor], average: Callable[[Critic], None]) -> None:
+        """One step of each critic; `average` may change its gradients before."""
+        for critic, optimizer, loss in zip(self.critics, self._optimizers, losses, strict=True):
+            optimizer.zero_grad(set_to_none=True)
+            loss.backward()
+            average(critic)
+            optimizer.step()
+
+    def _crops(self) -> Tensor:
+        """Random crops [crop, channel, side, side] of what is remembered."""
+        side = min(image.shape[1] for image in self._slices)
+        side = min(side, self._settings.crop or side)
+        order = torch.randperm(len(self._slices)).tolist()
+        picks = [order[i % len(order)] for i in range(self._settings.batch)]
+        return torch.cat([random_crops(self._slices[p], 1, side, side) for p in picks])
 
     def state(self) -> dict[str, Any]:
         return {
-            "critic": self.critic.state_dict(),
-            "optimizer": self._optimizer.state_dict(),
-            "slices": list(self._slices),
+            "critics": [critic.state_dict() for critic in self.critics],
+            "optimizers": [optimizer.state_dict() for optimizer in self._optimizers],
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        self.critic.load_state_dict(state["critic"])
-        self._optimizer.load_state_dict(state["optimizer"])
-        self._slices.extend(image.to(self._device) for image in state["slices"])
+        for critic, saved in zip(self.critics, state["critics"], strict=True):
+            critic.load_state_dict(saved)
+        for optimizer, saved in zip(self._optimizers, state["optimizers"], strict=True):
+            optimizer.load_state_dict(saved)
+
+    @property
+    def memory(self) -> list[Tensor]:
+        return list(self._slices)
+
+    @memory.setter
+    def memory(self, slices: list[Tensor]) -> None:
+        self._slices.extend(image.to(self._device) for image in slices)

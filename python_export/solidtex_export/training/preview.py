@@ -11,7 +11,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from solidtex_export.generators.lattice import XYZ, Axes, Box, LatticeGenerator
+from solidtex_export.generators.lattice import XYZ, Axes, Box, FieldGenerator
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
 from solidtex_export.training.display import Display
 from solidtex_export.training.exemplar import Exemplar
@@ -35,7 +35,7 @@ def solid_slices(generator: nn.Module, size: int) -> list[Tensor]:
     """Channels [channel, row, column] of slices normal to x, y and z, and of the 45 degree one."""
     was_training = generator.training
     generator.eval()
-    if isinstance(generator, LatticeGenerator):
+    if isinstance(generator, FieldGenerator):
         slices = _lattice_slices(generator, size)
     else:
         assert isinstance(generator, OctaveSampler)
@@ -56,7 +56,7 @@ def _stacked(images: list[Tensor], dim: int) -> Tensor:
 
 
 def evaluate(
-    generator: LatticeGenerator, noise: list[Tensor], whole: Box, box: Box, axes: Axes = XYZ
+    generator: FieldGenerator, noise: list[Tensor], whole: Box, box: Box, axes: Axes = XYZ
 ) -> Tensor:
     """Whitened values of `box`, from the noise of the larger box `whole`."""
     parts = []
@@ -69,7 +69,7 @@ def evaluate(
     return generator(parts, box, axes)
 
 
-def _lattice_slices(generator: LatticeGenerator, size: int) -> list[Tensor]:
+def _lattice_slices(generator: FieldGenerator, size: int) -> list[Tensor]:
     whole = Box((0, 0, 0), (size, size, size))
     noise = generator.draw_noise(whole)
     slices = []
@@ -84,7 +84,7 @@ def _lattice_slices(generator: LatticeGenerator, size: int) -> list[Tensor]:
     return slices
 
 
-def _diagonal(generator: LatticeGenerator, noise: list[Tensor], whole: Box) -> Tensor:
+def _diagonal(generator: FieldGenerator, noise: list[Tensor], whole: Box) -> Tensor:
     """The vertical plane through the diagonal of x and y, trilinear between voxel centres."""
     size = whole.size[2]
     width = min(size, int(size / DIAGONAL[0][0]) - 1)

@@ -1,9 +1,7 @@
-"""The training loop of both families.
+"""The training loop of every method.
 
-A slice of the solid is compared with the exemplar by up to two losses: Gram matrices of a redrawn
-random network (losses/random_network.py) from the start, GramGAN's critic (losses/critic.py) once
-colours and scales are right. The gradient of each loss with respect to the slice is normalised
-before they are added: a raw sum would be dominated by the critic.
+A step draws slices of the solid, asks the objective for the gradient with respect to them, sends it
+back through the generator, then trains the critics, if the method has some, on recent slices.
 """
 
 from __future__ import annotations
@@ -11,58 +9,76 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import torch
-from torch import Tensor, nn
-from torch.optim import Adam
+from torch import Tensor
 
-from solidtex_export.losses.critic import critic_loss, generator_losses
-from solidtex_export.losses.random_network import RandomDescriptor
+from solidtex_export.losses.critic import field_of_view
+from solidtex_export.losses.descriptors import DescriptorSource
 from solidtex_export.training.axes import channel_axes, whiten
 from solidtex_export.training.config import Config
-from solidtex_export.training.exemplar import Exemplar, random_crops, random_symmetry
+from solidtex_export.training.divergence import DivergenceWatch, not_finite
+from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.families import build
+from solidtex_export.training.objective import Objective
 from solidtex_export.training.opponent import Opponent
+from solidtex_export.training.optimiser import GeneratorOptimiser
 from solidtex_export.training.preview import preview_sheet
+from solidtex_export.training.ranks import Ranks, on_cpu
 from solidtex_export.training.result import ResultFolder
+from solidtex_export.training.batch_norm import measure_statistics
 
 CHECKPOINT_SECONDS = 60.0
 PREVIEW_SECONDS = 120.0
 LOG_STEPS = 20
-STATISTICS_SLICES = 12
-
-
-class TrainError(RuntimeError):
-    """A training that cannot go on."""
 
 
 class Trainer:
     """One training; `run` may be interrupted between any two steps and continued later."""
 
     def __init__(
-        self, config: Config, exemplars: list[Exemplar], device: torch.device, folder: ResultFolder
+        self,
+        config: Config,
+        exemplars: list[Exemplar],
+        device: torch.device,
+        folder: ResultFolder,
+        ranks: Ranks | None = None,
+        vgg: Path | None = None,
     ) -> None:
         torch.manual_seed(config.seed)
         self.config = config
+        self.method = config.method
         self.device = device
         self.folder = folder
+        self.ranks = ranks or Ranks()
         self.originals = exemplars
-        self.generator, self.slices = build(config, exemplars)
+        self.generator, self.slices, self.oblique = build(config, exemplars)
         mean, basis = channel_axes(exemplars)
         self.generator.color_mean.copy_(mean)
         self.generator.color_basis.copy_(basis)
         self.generator.to(device)
-        self.exemplars = [whiten(e.image, mean, basis).to(device) for e in exemplars]
-        self.optimizer = Adam(_equalized_groups(self.generator), betas=(0.9, 0.99))
-        self.opponents = [
-            Opponent(len(config.channels), config.recipe.critic_rate, device) for _ in exemplars
-        ]
-        self.descriptor = RandomDescriptor()
-        self._measure_statistics()
+        self.optimizer = GeneratorOptimiser(self.generator, self.method.optimiser)
+        critic_count = len(exemplars) if self.method.uses_critic else 0
+        settings = self.method.critic
+        self.opponents = [Opponent(settings, len(mean), device) for _ in range(critic_count)]
+        self.objective = Objective(
+            self.method,
+            config.symmetry,
+            [whiten(e.image, mean, basis).to(device) for e in exemplars],
+            self.opponents,
+            DescriptorSource(mean, basis, vgg),
+            self._autocast,
+        )
+        self.watch = DivergenceWatch()
+        if self.method.generator.statistics == "measured":
+            self._measure_statistics()
         self.step = 0
         self.seconds = 0.0
         self.finished = False
+        if not self.ranks.leads:
+            torch.manual_seed(self.ranks.seed(config.seed))
 
     @property
     def progress(self) -> float:
@@ -75,156 +91,160 @@ class Trainer:
     def run(self, stop: Callable[[], bool], report: Callable[[Trainer], None]) -> None:
         """Train to the end, or until `stop` says so; a checkpoint is saved either way."""
         saved = previewed = time.monotonic()
-        while self.progress < 1 and not stop():
+        while True:
+            now = time.monotonic()
+            due = stop(), now - saved > CHECKPOINT_SECONDS, now - previewed > PREVIEW_SECONDS
+            self.seconds, stopping, saving, previewing = self.ranks.agree(self.seconds, *due)
+            if saving:
+                self.save()
+                saved = now
+            if previewing:
+                self._save_preview()
+                previewed = now
+            if self.progress >= 1 or stopping:
+                break
             start = time.monotonic()
             row = self._train_step()
             self.seconds += time.monotonic() - start
-            if self.step % LOG_STEPS == 0 or self.step == 1:
+            if self.ranks.leads and (self.step % LOG_STEPS == 0 or self.step == 1):
                 self.folder.log(row)
             report(self)
-            if time.monotonic() - saved > CHECKPOINT_SECONDS:
-                self.save()
-                saved = time.monotonic()
-            if time.monotonic() - previewed > PREVIEW_SECONDS:
-                self._save_preview()
-                previewed = time.monotonic()
         if self.progress >= 1 and not self.finished:
-            self.finished = True
-            self._save_preview()
+            self._finish()
         self.save()
 
+    def _finish(self) -> None:
+        if self.method.generator.statistics == "trained":
+            self._measure_statistics()
+        self.finished = True
+        self._save_preview()
+
     def _train_step(self) -> dict[str, float]:
-        recipe, progress = self.config.recipe, self.progress
-        direction = self.config.directions[self.step % len(self.config.directions)]
-        index = self.config.exemplar_index(direction)
-        rate = recipe.learning_rate * _schedule(self.step, progress, recipe)
-        critic_on = progress >= recipe.critic_start
-        for group in self.optimizer.param_groups:
-            group["lr"] = rate * group["scale"]
-            group["betas"] = (0.5 if critic_on else 0.9, 0.99)
-        with self._autocast():
-            drawn = self.slices.draw(direction, self.config.size, recipe.batch)
-        slices = drawn.detach().float().requires_grad_()
-        gradient, row = self._slice_gradient(slices, index, critic_on)
-        if not gradient.isfinite().all():
-            raise TrainError(
-                f"step {self.step}: found a gradient that is not finite, expected a finite one; the"
-                " last checkpoint is kept, another --seed may work"
-            )
-        self.optimizer.zero_grad(set_to_none=True)
-        drawn.backward(gradient.to(drawn.dtype))
+        progress = self.progress
+        critic_on = self.method.critic_on(progress)
+        rate = self.optimizer.prepare(self.step, progress, critic_on)
+        passes = self._passes()
+        judged = set()
+        sums: dict[str, float] = {}
+        for direction, oblique in passes:
+            index = self.config.exemplar_index(direction)
+            values, slices = self._backward(direction, oblique, progress, 1 / len(passes))
+            sums = {name: sums.get(name, 0.0) + v / len(passes) for name, v in values.items()}
+            if critic_on:
+                self.opponents[index].remember(slices)
+                judged.add(index)
+        self.ranks.average_gradients(self.generator)
         self.optimizer.step()
-        if critic_on:
-            row["critic"] = self._train_critic(slices.detach(), index)
+        if self.method.uses_critic:
+            critics = [self._train_critics(index) for index in sorted(judged)]
+            sums["critic"] = sum(critics) / len(critics) if critics else math.nan
+        self.watch.check(self.step, sums)
         self.step += 1
-        return {"step": self.step, "seconds": round(self.seconds, 1), "rate": rate, **row}
+        return {"step": self.step, "seconds": round(self.seconds, 1), "rate": rate, **sums}
 
-    def _slice_gradient(
-        self, slices: Tensor, index: int, critic_on: bool
-    ) -> tuple[Tensor, dict[str, float]]:
-        """The weighted sum of the losses' unit gradients with respect to the slices."""
-        recipe, size = self.config.recipe, self.config.size
-        reals = self._reals(index, 1, size + size // 2)
+    def _passes(self) -> list[tuple[str, bool]]:
+        """Direction of each pass through the generator in this step, and whether it is oblique."""
+        slicing, directions = self.method.slicing, self.config.directions
+        if not slicing.every_direction:
+            directions = directions[self.step % len(directions)]
+        share = slicing.oblique_share
+        oblique = math.floor((self.step + 1) * share) > math.floor(self.step * share)
+        return [(d, oblique and self.oblique is not None) for d in directions] * slicing.passes
+
+    def _backward(
+        self, direction: str, oblique: bool, progress: float, weight: float
+    ) -> tuple[dict[str, float], Tensor]:
+        """Adds the gradient of one pass; the slices come back detached."""
+        source, size = self.slices, self.config.size
+        if oblique:
+            assert self.oblique is not None
+            source, size = self.oblique, self._oblique_size()
         with self._autocast():
-            loss = self.descriptor.loss(self._turned(slices), reals)
-        gradient = recipe.descriptor_weight * _unit_gradient(loss, slices)
-        row = {"descriptor": loss.item(), "style": math.nan, "critic": math.nan}
-        if critic_on:
-            reals = self._reals(index, len(slices), size)
-            with self._autocast():
-                critic = self.opponents[index].critic
-                style, adversarial = generator_losses(critic, self._turned(slices), reals)
-            gradient = gradient + recipe.style_weight * _unit_gradient(style, slices, keep=True)
-            gradient = gradient + recipe.adversarial_weight * _unit_gradient(adversarial, slices)
-            row["style"] = style.item()
-        return gradient, row
+            drawn = source.draw(direction, size, self.method.slicing.batch)
+        index = self.config.exemplar_index(direction)
+        gradient, values = self.objective.gradient(drawn, index, progress)
+        if not gradient.isfinite().all():
+            raise not_finite(self.step, "a gradient")
+        drawn.backward((weight * gradient).to(drawn.dtype))
+        return values, drawn.detach().float()
 
-    def _train_critic(self, slices: Tensor, index: int) -> float:
-        opponent = self.opponents[index]
-        fakes = opponent.remember(slices)
-        reals = self._reals(index, len(fakes), fakes.shape[2])
-        with self._autocast():
-            loss = critic_loss(opponent.critic, self._turned(fakes), reals)
-        opponent.update(loss)
-        return loss.item()
+    def _oblique_size(self) -> int:
+        smallest = field_of_view(len(self.method.critic.widths)) if self.opponents else 1
+        return max(smallest, round(self.method.slicing.oblique_size * self.config.size))
 
-    def _reals(self, index: int, count: int, side: int) -> Tensor:
-        return self._turned(random_crops(self.exemplars[index], count, side, side))
-
-    def _turned(self, images: Tensor) -> Tensor:
-        return random_symmetry(images, self.config.symmetry)
+    def _train_critics(self, index: int) -> float:
+        losses = self.objective.critic_losses(index)
+        self.opponents[index].update(losses, self.ranks.average_gradients)
+        mean = sum(loss.item() for loss in losses) / len(losses)
+        if not math.isfinite(mean):
+            raise not_finite(self.step, "a critic's loss")
+        return mean
 
     def _autocast(self) -> torch.autocast:
         """bfloat16 where the processor computes in it, for speed."""
-        supported = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)
-        fast = self.device.type == "cpu" and supported()
+        if self.device.type == "cuda":
+            fast = torch.cuda.is_bf16_supported()
+        else:
+            fast = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)()
         return torch.autocast(self.device.type, torch.bfloat16, enabled=fast)
 
-    @torch.no_grad()
     def _measure_statistics(self) -> None:
-        """Set the running batch-norm statistics to averages over several slices."""
-        norms = [m for m in self.generator.modules() if isinstance(m, nn.BatchNorm3d)]
-        if not norms:
-            return
-        for norm in norms:
-            norm.reset_running_stats()
-            norm.momentum = None  # a plain average
-        for i in range(STATISTICS_SLICES):
-            direction = self.config.directions[i % len(self.config.directions)]
-            self.slices.draw(direction, self.config.size, 1)
-        self.generator.eval()
+        config = self.config
+        measure_statistics(self.generator, self.slices, config.directions, config.size)
 
     def _save_preview(self) -> None:
+        if not self.ranks.leads:
+            return
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(0)  # so that previews of one training can be compared
             sheet = preview_sheet(self.generator, self.originals, self.config.size)
         self.folder.save_preview(sheet)
 
     def save(self) -> None:
-        self.folder.save_checkpoint(self.state())
+        state = self.state()
+        if self.ranks.leads:
+            self.folder.save_checkpoint(state)
+        self.ranks.wait()
 
     def state(self) -> dict[str, Any]:
+        own = {
+            "rng": torch.get_rng_state(),
+            "cuda_rng": torch.cuda.get_rng_state(self.device) if self._on_cuda else None,
+            "memories": [on_cpu(opponent.memory) for opponent in self.opponents],
+        }
         return {
             "generator": self.generator.state_dict(),
             "optimizer": self.optimizer.state_dict(),
             "opponents": [o.state() for o in self.opponents],
+            "watch": self.watch.state(),
             "step": self.step,
             "seconds": self.seconds,
             "finished": self.finished,
-            "rng": torch.get_rng_state(),
+            "ranks": self.ranks.gather(own),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
+        if len(state["ranks"]) != self.ranks.count:
+            raise ValueError(
+                f"found the state of {len(state['ranks'])} processes, expected {self.ranks.count}"
+            )
         self.generator.load_state_dict(state["generator"])
         self.optimizer.load_state_dict(state["optimizer"])
+        own = state["ranks"][self.ranks.rank]
         for opponent, saved in zip(self.opponents, state["opponents"], strict=True):
             opponent.restore(saved)
+        for opponent, memory in zip(self.opponents, own["memories"], strict=True):
+            opponent.memory = memory
+        self.watch.restore(state["watch"])
         self.step = state["step"]
         self.seconds = state["seconds"]
         self.finished = state["finished"]
-        torch.set_rng_state(state["rng"])
-        self.folder.trim_log(self.step)
+        torch.set_rng_state(own["rng"])
+        if self._on_cuda and own["cuda_rng"] is not None:
+            torch.cuda.set_rng_state(own["cuda_rng"], self.device)
+        if self.ranks.leads:
+            self.folder.trim_log(self.step)
 
-
-def _equalized_groups(generator: nn.Module) -> list[dict[str, Any]]:
-    """Parameter groups whose steps are proportional to the size that their weights start with."""
-    groups = []
-    for module in generator.modules():
-        scale = 1.0
-        if isinstance(module, nn.Conv3d):
-            scale = module.weight[0].numel() ** -0.5
-        if parameters := list(module.parameters(recurse=False)):
-            groups.append({"params": parameters, "scale": scale})
-    return groups
-
-
-def _schedule(step: int, progress: float, recipe: Any) -> float:
-    """Linear warm-up, then half a cosine."""
-    cosine = 0.5 + 0.5 * math.cos(math.pi * min(progress, 1.0))
-    warmup = min(1.0, (step + 1) / recipe.warmup_steps)
-    return warmup * (recipe.final_rate + (1 - recipe.final_rate) * cosine)
-
-
-def _unit_gradient(loss: Tensor, slices: Tensor, keep: bool = False) -> Tensor:
-    (gradient,) = torch.autograd.grad(loss, slices, retain_graph=keep)
-    return gradient / (gradient.norm() + 1e-12)
+    @property
+    def _on_cuda(self) -> bool:
+        return self.device.type == "cuda"

@@ -11,12 +11,9 @@ import torch
 from solidtex_export.file_format.checks import Fields, ModelFileError
 from solidtex_export.file_format.container import parse_json
 from solidtex_export.file_format.model_file import MAX_OUTPUT_CHANNELS
-from solidtex_export.generators.lattice import LatticeGenerator
+from solidtex_export.generators.build import KIND_OF_FAMILY, Generator, build_generator
 from solidtex_export.generators.lattice_state import StateError, check_lattice_state
-from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.training.channels import COLOR
-
-GENERATORS = {"field": LatticeGenerator, "sampler": OctaveSampler}
 
 
 @dataclass
@@ -26,7 +23,7 @@ class TrainingResult:
     family: str
     config: dict[str, Any]
     progress: dict[str, float]
-    generator: LatticeGenerator | OctaveSampler
+    generator: Generator
 
     @property
     def channels(self) -> list[str]:
@@ -59,7 +56,7 @@ def _read_config(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise ModelFileError(f"{path}: found invalid UTF-8 ({error})") from error
     fields = Fields(str(path), "", config)
-    fields.choice("family", tuple(GENERATORS))
+    fields.choice("family", tuple(KIND_OF_FAMILY))
     fields.child("generator")
     exemplars = fields.array("exemplars", 1, 3)
     for index, value in enumerate(exemplars):
@@ -83,12 +80,13 @@ def _read_checkpoint(path: Path) -> dict[str, Any]:
     return checkpoint
 
 
-def _generator(config: dict[str, Any], state: dict[str, Any]) -> LatticeGenerator | OctaveSampler:
-    if config["family"] == "field":
+def _generator(config: dict[str, Any], state: dict[str, Any]) -> Generator:
+    family, sizes = config["family"], config["generator"]
+    if sizes.get("kind", KIND_OF_FAMILY[family]) == "lattice":
         check_lattice_state(state)
     try:
-        generator = GENERATORS[config["family"]](**config["generator"])
+        generator = build_generator(family, sizes)
         generator.load_state_dict(state)
     except (TypeError, ValueError, RuntimeError) as error:
         raise StateError(f"generator: does not fit config.json: {error}") from error
-    return generator
+    return generator.eval()

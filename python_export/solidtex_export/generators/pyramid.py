@@ -1,0 +1,109 @@
+"""A fully convolutional generator with multi-scale noise: Zhao et al. 2022, "STS-GAN", section 3.4.
+
+The paper says no more than this: locality by convolutions, and a group of K noises of different
+sizes as input, after Ulyanov et al. 2016 and Gutierrez et al. 2020. Here each level joins its own
+standard normal noise to the upsampled features of the coarser one, then convolves twice. There is
+no batch normalisation (the gradient penalty of WGAN-GP wants none in the critic; without it in the
+generator what is trained is what is evaluated), and no padding, so that blocks tile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from solidtex_export.generators.lattice import Box, FieldGenerator, upsampled
+from solidtex_export.generators.planes import (
+    XYZ,
+    Axes,
+    PlaneConvolution,
+    from_planes,
+    to_planes,
+)
+
+BLOCK_MARGIN = 2  # two 3^3 convolutions without padding
+
+
+class PyramidGenerator(FieldGenerator):
+    """`blocks[k]` are the convolutions of level k, the finest is 0."""
+
+    distribution: ClassVar[str] = "normal"
+
+    def __init__(
+        self,
+        levels: int = 5,
+        noise_channels: int = 4,
+        width: int = 32,
+        out_channels: int = 3,
+        slope: float = 0.2,
+    ) -> None:
+        super().__init__(levels, noise_channels, out_channels)
+        self.slope = slope
+        self.blocks = nn.ModuleList()
+        for level in range(levels):
+            joint = noise_channels + (width if level < levels - 1 else 0)
+            convolutions = PlaneConvolution(joint, width, 3), PlaneConvolution(width, width, 3)
+            self.blocks.append(nn.ModuleList(convolutions))
+        self.last = PlaneConvolution(width, out_channels, 1)
+
+    def feature_boxes(self, box: Box) -> list[Box]:
+        """Per level, finest first, the region of its features that `box` depends on."""
+        boxes = [box]
+        for _ in range(1, self.levels):
+            boxes.append(boxes[-1].grown(BLOCK_MARGIN).coarser())
+        return boxes
+
+    def noise_boxes(self, box: Box) -> list[Box]:
+        return [b.grown(BLOCK_MARGIN) for b in self.feature_boxes(box)]
+
+    def forward(self, noise: Sequence[Tensor], box: Box, axes: Axes = XYZ) -> Tensor:
+        """As LatticeGenerator.forward."""
+        boxes = self.feature_boxes(box)
+        x = to_planes(noise[-1])
+        for level in range(self.levels - 1, -1, -1):
+            if level < self.levels - 1:
+                joint = boxes[level].grown(BLOCK_MARGIN)
+                coarse = upsampled(x, boxes[level + 1], joint)
+                x = torch.cat([coarse, to_planes(noise[level])], dim=4)
+            for convolution in self.blocks[level]:
+                x = F.leaky_relu(convolution(x, axes), self.slope)
+        return from_planes(self.last(x, axes))
+
+
+def fold_pyramid(generator: PyramidGenerator) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """The `field` object of the model's document, and its float32 tensors."""
+    nodes: list[dict[str, Any]] = []
+    tensors: dict[str, Tensor] = {}
+
+    def node(name: str, op: str, **fields: Any) -> str:
+        nodes.append({"name": name, "op": op, **fields})
+        return name
+
+    def conv(name: str, source: str, weight: Tensor, bias: Tensor) -> str:
+        tensors[f"{name}.weight"], tensors[f"{name}.bias"] = weight, bias
+        out_channels, kernel = weight.shape[0], weight.shape[2]
+        return node(name, "conv3d", inputs=[source], out_channels=out_channels, kernel=kernel)
+
+    x = ""
+    for level in range(generator.levels - 1, -1, -1):
+        noise = {"level": level, "channels": generator.noise_channels}
+        z = node(f"z{level}", "noise", **noise, distribution=generator.distribution)
+        if x:
+            up = node(f"up{level}", "upsample", inputs=[x])
+            z = node(f"cat{level}", "concat", inputs=[up, z])
+        x = z
+        for i, convolution in enumerate(generator.blocks[level]):
+            name = f"level{level}.conv{i}"
+            x = conv(name, x, convolution.weight.double(), convolution.bias.double())
+            name = f"level{level}.act{i}"
+            x = node(name, "leaky_relu", inputs=[x], slope=generator.slope)
+    basis, mean = generator.color_basis.double(), generator.color_mean.double()
+    weight = torch.einsum("ij,jkxyz->ikxyz", basis, generator.last.weight.double())
+    output = conv("colors", x, weight, mean + basis @ generator.last.bias.double())
+    arrays = {name: value.detach().cpu().float().numpy() for name, value in tensors.items()}
+    return {"nodes": nodes, "output": output}, arrays

@@ -1,0 +1,40 @@
+"""Descriptors by name: what turns an image into features whose statistics are compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from torch import Tensor
+
+from solidtex_export.losses.random_network import RandomDescriptor
+from solidtex_export.losses.statistics import Features
+from solidtex_export.losses.vgg import VggDescriptor
+
+
+class Descriptor(Protocol):
+    """Images are [batch, channel, rows, columns] of whitened values: zero mean and unit variance
+    along each principal axis of the photographs' channels.
+    """
+
+    def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
+        """The descriptor's own distance of statistics; sizes may differ."""
+
+    def features(self, fakes: Tensor, reals: Tensor) -> Features:
+        """Feature maps by layer name, for losses that compare them in other ways."""
+
+
+@dataclass(frozen=True)
+class DescriptorSource:
+    """What descriptors are made from: colour = color_mean + color_basis @ y, and a user's file."""
+
+    color_mean: Tensor
+    color_basis: Tensor
+    vgg: Path | None = None
+
+    def make(self, name: str, groups: tuple[tuple[int, ...], ...] = ()) -> Descriptor:
+        """ "vgg" without a file of weights is our own weight-free descriptor."""
+        if name == "vgg" and self.vgg is not None:
+            return VggDescriptor(self.vgg, self.color_mean, self.color_basis)
+        return RandomDescriptor(groups) if groups else RandomDescriptor()

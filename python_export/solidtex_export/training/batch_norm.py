@@ -1,0 +1,32 @@
+"""Statistics of batch normalisation, measured over several slices."""
+
+from __future__ import annotations
+
+import torch
+from torch import nn
+
+from solidtex_export.training.slices import SliceSource
+
+SLICES = 12
+
+
+@torch.no_grad()
+def measure_statistics(
+    generator: nn.Module, slices: SliceSource, directions: str, size: int
+) -> None:
+    """Sets running statistics to averages over slices in turn; the generator is left evaluating.
+
+    Each slice is normalised by its own statistics while they are measured.
+    """
+    norms = [m for m in generator.modules() if isinstance(m, nn.BatchNorm3d)]
+    if norms:
+        generator.train()
+        momenta = [norm.momentum for norm in norms]
+        for norm in norms:
+            norm.reset_running_stats()
+            norm.momentum = None  # a plain average
+        for i in range(SLICES):
+            slices.draw(directions[i % len(directions)], size, 1)
+        for norm, momentum in zip(norms, momenta, strict=True):
+            norm.momentum = momentum
+    generator.eval()

@@ -1,0 +1,149 @@
+"""A method: everything that turns photographs into a trained generator, read from a TOML file.
+
+The shipped ones are `solidtex_export/methods/*.toml`; each names its paper and where it differs.
+Every field below is a key of such a file, with its default where a file may leave it out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+PLANES = ("auto", "axes", "any", "about-z")
+GENERATORS = ("lattice", "pyramid", "sampler")
+DESCRIPTORS = ("vgg", "learned", "random")
+FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
+CRITIC_LOSSES = ("style", "adversarial")
+LOSSES = ("descriptor", *FEATURE_LOSSES, *CRITIC_LOSSES)
+RULES = ("sum", "unit-gradients")
+STATISTICS = ("measured", "trained")
+
+
+def choice(*values: str, default: str | None = None) -> Any:
+    """A string field with few possible values."""
+    metadata = {"choices": values}
+    return (
+        field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
+    )
+
+
+def number(low: float, high: float, default: Any = dataclasses.MISSING) -> Any:
+    """A number, or an array of them, within bounds."""
+    return field(default=default, metadata={"range": (low, high)})
+
+
+@dataclass(frozen=True)
+class Generator:
+    """The network: its kind and its constructor's arguments."""
+
+    kind: str = choice(*GENERATORS)
+    sizes: dict[str, Any] = field(default_factory=dict)
+    statistics: str = choice(*STATISTICS, default="measured")
+    """Batch normalisation: measured once, then fixed; or by each slice, measured at the end."""
+
+
+@dataclass(frozen=True)
+class Slicing:
+    """Which slices of the solid are compared with a photograph."""
+
+    planes: str = choice(*PLANES, default="axes")
+    batch: int = number(1, 256, 1)
+    """Slices in one pass through the generator."""
+    passes: int = number(1, 256, 1)
+    """Passes per direction whose gradients are added before a step."""
+    every_direction: bool = False
+    """All directions in each step, instead of one after another."""
+    oblique_share: float = number(0, 1, 0.0)
+    """Fraction of steps that take an oblique slice of the lattice family."""
+    oblique_size: float = number(0.1, 1, 0.6)
+    """Side of an oblique slice, as a fraction of the others'."""
+    symmetry: str = choice("auto", "all", "flips", "none", default="auto")
+    """Orientations in which slices and photographs are shown to the losses."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A term of the generator's loss."""
+
+    kind: str = choice(*LOSSES)
+    weight: float = number(-1e12, 1e12, 1.0)
+    start: float = number(0, 1, 0.0)
+    """Fraction of the training after which it joins."""
+    descriptor: str = choice(*DESCRIPTORS, default="random")
+    layers: tuple[str, ...] = ()
+    """Of the descriptor, for the losses that compare features."""
+    groups: tuple[tuple[int, ...], ...] = ()
+    """Widths of the random descriptor's convolutions."""
+    sigma: float = number(1e-9, 1e9, 1e-3)
+    """Of the smoothness loss."""
+    relative: bool = False
+    """Style: distances of Gram matrices relative to the photograph's."""
+
+
+@dataclass(frozen=True)
+class Optimiser:
+    """Adam for the generator."""
+
+    learning_rate: float = number(1e-9, 10)
+    final_rate: float = number(0, 1, 1.0)
+    """Fraction of the learning rate at the end of half a cosine; 1 keeps it."""
+    warmup_steps: int = number(0, 1_000_000, 0)
+    betas: tuple[float, ...] = number(0, 0.99999, (0.9, 0.999))
+    beta_with_critic: float | None = number(0, 0.99999, None)
+    """Replaces the first beta once a critic's loss has joined."""
+    equalised: bool = False
+    """Step each convolution in proportion to the size that its weights start with."""
+
+
+@dataclass(frozen=True)
+class Critic:
+    """WGAN-GP critics: one per photograph and scale."""
+
+    learning_rate: float = number(1e-9, 10, 1e-3)
+    betas: tuple[float, ...] = number(0, 0.99999, (0.0, 0.99))
+    widths: tuple[int, ...] = number(1, 4096, (32, 64, 96, 128))
+    equalised: bool = False
+    """Weights of unit variance, scaled when used."""
+    penalty: float = number(0, 1e6, 10.0)
+    drift: float = number(0, 1e6, 1e-3)
+    memory: int = number(1, 4096, 12)
+    """Recent slices that it is trained on."""
+    batch: int = number(1, 1024, 4)
+    crop: int = number(0, 65536, 64)
+    """Side of what it sees of a slice in its own training, in pixels; 0 for all of it."""
+    scales: tuple[float, ...] = number(0.01, 1, (1.0,))
+    """One critic for each: sees this fraction of a slice's side, magnified to the whole side."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A whole method."""
+
+    generator: Generator
+    optimiser: Optimiser
+    losses: tuple[Loss, ...]
+    slicing: Slicing = field(default_factory=Slicing)
+    critic: Critic = field(default_factory=Critic)
+    mixing: str = choice(*RULES, default="sum")
+    """Adds weighted losses, or weighted gradients of unit length with respect to the slice."""
+    match_histograms: bool = False
+    """Gives several photographs one common histogram per channel."""
+
+    @property
+    def family(self) -> str:
+        return "sampler" if self.generator.kind == "sampler" else "field"
+
+    @property
+    def uses_critic(self) -> bool:
+        return any(term.kind in CRITIC_LOSSES for term in self.losses)
+
+    @property
+    def uses_vgg(self) -> bool:
+        return any(t.descriptor == "vgg" and t.kind not in CRITIC_LOSSES for t in self.losses)
+
+    def critic_on(self, progress: float) -> bool:
+        return any(t.kind in CRITIC_LOSSES and t.start <= progress for t in self.losses)
+
+    def document(self) -> dict[str, Any]:
+        return dataclasses.asdict(self)

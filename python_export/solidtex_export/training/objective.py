@@ -1,0 +1,130 @@
+"""The generator's loss: a method's terms, mixed into one gradient with respect to the slices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+
+import torch
+from torch import Tensor
+
+from solidtex_export.losses.critic import adversarial_loss, style_loss
+from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
+from solidtex_export.losses.statistics import Features, feature_loss
+from solidtex_export.training.exemplar import random_crops, random_symmetry
+from solidtex_export.training.method import CRITIC_LOSSES, Loss, Method
+from solidtex_export.training.opponent import Opponent
+
+REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
+
+
+class Objective:
+    """Judges slices beside photographs; draws crops and orientations at random."""
+
+    def __init__(
+        self,
+        method: Method,
+        symmetry: str,
+        exemplars: Sequence[Tensor],
+        opponents: Sequence[Opponent],
+        source: DescriptorSource,
+        autocast: Callable[[], AbstractContextManager[None]],
+    ) -> None:
+        self._method = method
+        self._symmetry = symmetry
+        self._exemplars = exemplars
+        self._opponents = opponents
+        self._autocast = autocast
+        self._names = _unique_names(method.losses)
+        made: dict[tuple[str, tuple[tuple[int, ...], ...]], Descriptor] = {}
+        for term in method.losses:
+            if term.kind not in CRITIC_LOSSES and (term.descriptor, term.groups) not in made:
+                made[term.descriptor, term.groups] = source.make(term.descriptor, term.groups)
+        self._descriptors = made
+
+    @property
+    def names(self) -> list[str]:
+        """Of the terms, as columns of the log."""
+        return self._names
+
+    def gradient(
+        self, slices: Tensor, index: int, progress: float
+    ) -> tuple[Tensor, dict[str, float]]:
+        """Gradient with respect to `slices` [batch, channel, side, side], and each term's value.
+
+        Sum: of weighted losses, as in the papers. Unit gradients: each term's gradient is scaled to
+        length one before it is weighted, since a raw sum would be dominated by the critic.
+        """
+        slices = slices.detach().float().requires_grad_()
+        with self._autocast():
+            losses = self._losses(slices, index, progress)
+        if self._method.mixing == "sum":
+            total = torch.stack([term.weight * loss for term, loss in losses.values()]).sum()
+            (gradient,) = torch.autograd.grad(total, slices)
+        else:
+            gradient = torch.zeros_like(slices)
+            for term, loss in losses.values():
+                (part,) = torch.autograd.grad(loss, slices, retain_graph=True)
+                gradient += term.weight / (part.norm() + 1e-12) * part
+        values = {name: loss.item() for name, (_, loss) in losses.items()}
+        return gradient, {name: values.get(name, math.nan) for name in self._names}
+
+    def critic_losses(self, index: int) -> list[Tensor]:
+        """What the critics of that photograph have to minimise, on the slices they remember."""
+        with self._autocast():
+            reals = lambda count, side: self._reals(index, count, side)  # noqa: E731
+            return self._opponents[index].losses(reals, self._turned)
+
+    def _losses(
+        self, slices: Tensor, index: int, progress: float
+    ) -> dict[str, tuple[Loss, Tensor]]:
+        terms = [
+            (name, term)
+            for name, term in zip(self._names, self._method.losses, strict=True)
+            if term.start <= progress
+        ]
+        losses = {}
+        features: dict[object, Features] = {}
+        judged = None
+        for name, term in terms:
+            key = (term.descriptor, term.groups)
+            if term.kind == "descriptor":
+                reals = self._reals(index, 1, int(REAL_SIZE * slices.shape[2]))
+                loss = self._descriptors[key].loss(self._turned(slices), reals)
+            elif term.kind in CRITIC_LOSSES:
+                judged = judged or self._judged(slices, index)
+                loss = judged[term.kind](term)
+            else:
+                if key not in features:
+                    reals = self._reals(index, len(slices), slices.shape[2])
+                    features[key] = self._descriptors[key].features(self._turned(slices), reals)
+                loss = feature_loss(term.kind, term.layers, term.sigma, features[key])
+            losses[name] = (term, loss)
+        return losses
+
+    def _judged(self, slices: Tensor, index: int) -> dict[str, Callable[[Loss], Tensor]]:
+        """The critic's losses, on features that they share."""
+        opponent = self._opponents[index]
+        scale = opponent.random_scale()
+        critic = opponent.critics[scale]
+        reals = opponent.view(self._reals(index, len(slices), slices.shape[2]), scale)
+        features = critic.features(opponent.view(self._turned(slices), scale))
+        return {
+            "style": lambda term: style_loss(critic, features, reals, term.relative),
+            "adversarial": lambda _: adversarial_loss(critic, features),
+        }
+
+    def _reals(self, index: int, count: int, side: int) -> Tensor:
+        return self._turned(random_crops(self._exemplars[index], count, side, side))
+
+    def _turned(self, images: Tensor) -> Tensor:
+        return random_symmetry(images, self._symmetry)
+
+
+def _unique_names(terms: Sequence[Loss]) -> list[str]:
+    """Kinds, with the descriptor's name where one kind comes twice, else with a number."""
+    names = [term.kind for term in terms]
+    if len(set(names)) < len(names):
+        names = [t.kind if t.kind in CRITIC_LOSSES else f"{t.descriptor}-{t.kind}" for t in terms]
+    return [n if names.count(n) == 1 else f"{n}-{i}" for i, n in enumerate(names)]

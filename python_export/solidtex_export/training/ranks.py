@@ -1,0 +1,86 @@
+"""Several processes that train one generator, as torchrun starts them, or this one alone.
+
+Each rank draws its own slices; gradients are averaged, so all hold the same networks. Rank 0 alone
+writes the result, and decides by its clock when to save and stop.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Any
+
+import torch
+import torch.distributed as dist
+from torch import Tensor, nn
+
+SEED_STEP = 1_000_003  # between the random streams of two ranks
+
+
+class Ranks:
+    """Communication, which is nothing at all for one process."""
+
+    def __init__(self, rank: int = 0, count: int = 1, device: torch.device | None = None) -> None:
+        self.rank = rank
+        self.count = count
+        self._device = device or torch.device("cpu")
+
+    @property
+    def leads(self) -> bool:
+        return self.rank == 0
+
+    def seed(self, seed: int) -> int:
+        """A stream of its own for this rank; that of rank 0 is the seed's."""
+        return seed + SEED_STEP * self.rank
+
+    def average_gradients(self, network: nn.Module) -> None:
+        if self.count == 1:
+            return
+        gradients = [p.grad for p in network.parameters() if p.grad is not None]
+        flat = torch.cat([g.flatten() for g in gradients])
+        dist.all_reduce(flat)
+        parts = (flat / self.count).split([g.numel() for g in gradients])
+        for gradient, part in zip(gradients, parts, strict=True):
+            gradient.copy_(part.view_as(gradient))
+
+    def agree(self, *values: float) -> list[float]:
+        """Rank 0's values, everywhere."""
+        if self.count == 1:
+            return list(values)
+        shared = torch.tensor(values, dtype=torch.float64, device=self._device)
+        dist.broadcast(shared, src=0)
+        return shared.tolist()
+
+    def gather(self, value: Any) -> list[Any]:
+        """Every rank's value, by rank; on other ranks than 0 only its own."""
+        if self.count == 1:
+            return [value]
+        values: list[Any] | None = [None] * self.count if self.leads else None
+        dist.gather_object(value, values, dst=0)
+        return values if values is not None else [value]
+
+    def wait(self) -> None:
+        if self.count > 1:
+            dist.barrier()
+
+
+def join(use_cuda: bool) -> tuple[Ranks, torch.device]:
+    """This process's rank and device; the variables are torchrun's."""
+    count = int(os.environ.get("WORLD_SIZE", "1"))
+    if count == 1:
+        return Ranks(), torch.device("cuda" if use_cuda else "cpu")
+    rank, local = int(os.environ["RANK"]), int(os.environ["LOCAL_RANK"])
+    device = torch.device(f"cuda:{local}" if use_cuda else "cpu")
+    if use_cuda:
+        torch.cuda.set_device(device)
+    dist.init_process_group("nccl" if use_cuda else "gloo")
+    return Ranks(rank, count, device), device
+
+
+def leave() -> None:
+    if dist.is_initialized():
+        dist.destroy_process_group()
+
+
+def on_cpu(tensors: Iterable[Tensor]) -> list[Tensor]:
+    return [t.cpu() for t in tensors]

@@ -1,0 +1,189 @@
+"""Every method in small: it trains, resumes to the same bits, and exports what it trained."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from solidtex_export.commands import export
+from solidtex_export.commands import train as cli_train
+from solidtex_export.training.method_file import MethodError, load_method, shipped
+from solidtex_export.training.trainer import Trainer
+
+torch.set_num_threads(1)
+
+LATTICE = ["generator.sizes.levels=3", "generator.sizes.step_channels=2"]
+SAMPLER = ["generator.sizes.octaves=4", "generator.sizes.hidden_layers=3"]
+SAMPLER += ["generator.sizes.width=8"]
+CRITIC = ["critic.widths=[4,6]", "critic.batch=2"]
+RANDOM = ["losses.0.groups=[[4],[4]]"]
+SMALL = {
+    "default": [*LATTICE, *CRITIC, *RANDOM],
+    "default-sampler": [*SAMPLER, *CRITIC, *RANDOM],
+    "gutierrez": [*LATTICE, *RANDOM],
+    "babichev": [*LATTICE, *(f"losses.{i}.groups=[[4],[4],[4]]" for i in range(4))],
+    "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
+    "gramgan": [*SAMPLER, *CRITIC],
+    "henzler": [*SAMPLER, *RANDOM],
+}
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    """Two-coloured stripes and specks."""
+    random = np.random.default_rng(1)
+    pixels = random.integers(90, 140, (56, 64, 3))
+    pixels[:, ::5] = (200, 120, 60)
+    path = tmp_path / "photo.png"
+    Image.fromarray(pixels.astype(np.uint8)).save(path)
+    return path
+
+
+def make_trainer(photos: list[Path], result: Path, method: str, *more: str) -> Trainer:
+    settings = [part for setting in SMALL[method] for part in ("--set", setting)]
+    arguments = [*map(str, photos), "-o", str(result), "--method", method, *settings, *more]
+    arguments += ["--size", "32", "--resolution", "48", "--steps", "4", "--device", "cpu"]
+    p = cli_train.parser()
+    args = p.parse_args(arguments)
+    cli_train.check(p, args)
+    return cli_train.make_trainer(args)
+
+
+def train(trainer: Trainer, steps: int | None = None) -> Trainer:
+    trainer.run(lambda: trainer.step == steps, lambda t: None)
+    return trainer
+
+
+def test_every_shipped_method_is_tested() -> None:
+    assert shipped() == sorted(SMALL)
+
+
+@pytest.mark.parametrize("method", sorted(SMALL))
+def test_method_trains_resumes_and_exports(method: str, photo: Path, tmp_path: Path) -> None:
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    uninterrupted = train(make_trainer([photo], whole, method))
+    assert uninterrupted.finished
+    train(make_trainer([photo], parts, method), steps=2)
+    resumed = make_trainer([photo], parts, method)
+    assert resumed.step == 2
+    train(resumed)
+    expected = uninterrupted.state()["generator"]
+    for key, value in resumed.state()["generator"].items():
+        assert torch.equal(value, expected[key]), key
+    with (whole / "log.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    late = {t.kind for t in uninterrupted.method.losses if t.start > 0} | {"critic"}
+    for name, value in row.items():
+        assert math.isfinite(float(value)) or name in late, name
+    assert export.main([str(whole), "-o", str(tmp_path / "m.solidtex")]) == 0
+
+
+@pytest.mark.parametrize("method", sorted(SMALL))
+def test_every_loss_of_a_method_moves_the_generator(
+    method: str, photo: Path, tmp_path: Path
+) -> None:
+    trainer = make_trainer([photo], tmp_path / "r", method, "--set", "slicing.batch=2")
+    slices = trainer.slices.draw("x", 32, 2)
+    gradient, values = trainer.objective.gradient(slices, 0, progress=1.0)
+    assert set(values) == set(trainer.objective.names)
+    assert all(math.isfinite(v) for v in values.values())
+    assert gradient.shape == slices.shape and float(gradient.norm()) > 0
+
+
+@pytest.mark.parametrize("method", ["gutierrez", "sts-gan", "gramgan"])
+def test_a_photograph_per_direction(method: str, photo: Path, tmp_path: Path) -> None:
+    """Different photographs have critics of their own, and may share one histogram."""
+    other = tmp_path / "other.png"
+    Image.open(photo).rotate(90, expand=True).resize((64, 56)).save(other)
+    share = ("--set", "match_histograms=true")
+    trainer = train(make_trainer([photo, other], tmp_path / "r", method, *share))
+    assert trainer.finished
+    assert len(trainer.opponents) == (2 if trainer.method.uses_critic else 0)
+
+
+def test_critics_of_sts_gan_see_their_scales(photo: Path, tmp_path: Path) -> None:
+    trainer = make_trainer([photo], tmp_path / "r", "sts-gan")
+    (opponent,) = trainer.opponents
+    assert len(opponent.critics) == 5
+    ramp = torch.arange(40.0).expand(1, 3, 40, 40)
+    for scale, fraction in enumerate((0.2, 0.4, 0.6, 0.8, 1.0)):
+        view = opponent.view(ramp, scale)
+        assert view.shape == ramp.shape
+        assert float(view.max() - view.min()) == pytest.approx(40 * fraction - 1)
+    before = [[p.clone() for p in critic.parameters()] for critic in opponent.critics]
+    train(trainer, steps=1)
+    for critic, old in zip(opponent.critics, before, strict=True):
+        assert any(not torch.equal(p, q) for p, q in zip(critic.parameters(), old, strict=True))
+
+
+def test_oblique_slices_take_their_share_of_steps(photo: Path, tmp_path: Path) -> None:
+    share = ("--set", "slicing.oblique_share=0.25")
+    trainer = make_trainer([photo], tmp_path / "r", "default", *share)
+    plan = []
+    for trainer.step in range(8):
+        plan += trainer._passes()
+    assert [oblique for _, oblique in plan] == [False, False, False, True] * 2
+    trainer.step = 0
+    assert train(trainer).finished  # the last of four steps is oblique
+    wood = make_trainer([photo], tmp_path / "w", "default", *share, "--directions", "xy")
+    assert wood.oblique is not None and wood.oblique.axes == "z"
+    one = make_trainer([photo], tmp_path / "o", "default", *share, "--directions", "xz")
+    assert one.oblique is None
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mixing =", "found invalid TOML"),
+        ("", "generator: found nothing, expected this key"),
+        ("[generator]\nkind = 'mesh'", 'generator.kind: found "mesh", expected one of lattice'),
+        ("[generator]\nkind = 'lattice'\nspeed = 1", "generator.speed: found an unknown key"),
+        ("[optimiser]\nlearning_rate = 'fast'", 'learning_rate: found "fast", expected a number'),
+        ("[optimiser]\nlearning_rate = -1", "optimiser.learning_rate: found -1.0, expected 1e-09"),
+        ("[optimiser]\nlearning_rate = nan", "optimiser.learning_rate: found NaN, expected a"),
+        ("losses = 3", "losses: found 3, expected an array"),
+        ("[[losses]]\nkind = 'gram'", "losses.0.layers: found nothing"),
+        ("[slicing]\nplanes = 'any'", 'slicing.planes: found "any", expected axes'),
+    ],
+)
+def test_wrong_methods_are_named(text: str, message: str, tmp_path: Path) -> None:
+    """Each text changes or replaces tables of a method that is right."""
+    tables = {
+        "generator": "[generator]\nkind = 'lattice'",
+        "optimiser": "[optimiser]\nlearning_rate = 0.1",
+        "losses": "[[losses]]\nkind = 'descriptor'",
+    }
+    kept = [table for name, table in tables.items() if f"[{name}]" not in text]
+    kept = [table for table in kept if not (text.startswith("losses") and "[[" in table)]
+    path = tmp_path / "my.toml"
+    path.write_text("\n".join([text, *kept] if text else []))
+    with pytest.raises(MethodError) as error:
+        load_method(str(path))
+    assert str(error.value).startswith(str(path)) and message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("mixing", "expected KEY.KEY=VALUE"),
+        ("mixing=average", 'mixing: found "average", expected one of sum'),
+        ("losses.7.weight=1", "found losses.7.weight=1, expected a key of the method"),
+        ("generator.sizes.levels=two", "generator"),
+    ],
+)
+def test_wrong_settings_are_refused(
+    setting: str, message: str, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = [str(photo), "-o", str(tmp_path / "r"), "--size", "44", "--set", setting]
+    try:
+        code: object = cli_train.main(arguments)
+    except SystemExit as exit:
+        code = exit.code
+    assert code in (1, 2) and message in capsys.readouterr().err
+    assert not (tmp_path / "r").exists()
