@@ -18,6 +18,7 @@ from torch import Tensor
 from solidtex_export.losses.critic import field_of_view
 from solidtex_export.losses.descriptors import DescriptorSource
 from solidtex_export.training.axes import channel_axes, whiten
+from solidtex_export.training.batch_norm import measure_statistics
 from solidtex_export.training.config import Config
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
 from solidtex_export.training.exemplar import Exemplar
@@ -28,7 +29,6 @@ from solidtex_export.training.optimiser import GeneratorOptimiser
 from solidtex_export.training.preview import preview_sheet
 from solidtex_export.training.ranks import Ranks, on_cpu
 from solidtex_export.training.result import ResultFolder
-from solidtex_export.training.batch_norm import measure_statistics
 
 CHECKPOINT_SECONDS = 60.0
 PREVIEW_SECONDS = 120.0
