@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import csv
+import json
 import math
+import os
+import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +18,13 @@ from PIL import Image
 
 from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
+from solidtex_export.generators.lattice import Box
+from solidtex_export.generators.pyramid import PyramidGenerator
+from solidtex_export.losses import vgg
+from solidtex_export.training.divergence import TrainError
 from solidtex_export.training.method_file import MethodError, load_method, shipped
+from solidtex_export.training.preview import evaluate
+from solidtex_export.training.result import ResultError
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
@@ -48,9 +59,10 @@ def photo(tmp_path: Path) -> Path:
 def make_trainer(photos: list[Path], result: Path, method: str, *more: str) -> Trainer:
     settings = [part for setting in SMALL[method] for part in ("--set", setting)]
     arguments = [*map(str, photos), "-o", str(result), "--method", method, *settings, *more]
-    arguments += ["--size", "32", "--resolution", "48", "--steps", "4", "--device", "cpu"]
+    arguments += ["--size", "32", "--resolution", "48", "--device", "cpu"]
     p = cli_train.parser()
     args = p.parse_args(arguments)
+    args.steps = args.steps or 4
     cli_train.check(p, args)
     return cli_train.make_trainer(args)
 
@@ -135,6 +147,105 @@ def test_oblique_slices_take_their_share_of_steps(photo: Path, tmp_path: Path) -
     assert wood.oblique is not None and wood.oblique.axes == "z"
     one = make_trainer([photo], tmp_path / "o", "default", *share, "--directions", "xz")
     assert one.oblique is None
+
+
+def test_vgg_weights_of_the_users(photo: Path, tmp_path: Path) -> None:
+    widths = [w for w, n in zip(vgg.WIDTHS, vgg.CONVOLUTIONS, strict=True) for _ in range(n)]
+    state = {}
+    for index, ins, outs in zip(vgg.TORCHVISION_INDICES, [3, *widths], widths, strict=False):
+        state[f"features.{index}.weight"] = torch.randn(outs, ins, 3, 3) * (2 / (9 * ins)) ** 0.5
+        state[f"features.{index}.bias"] = torch.zeros(outs)
+    file = tmp_path / "vgg.pth"
+    torch.save(state, file)
+    result = tmp_path / "r"
+    options = ("--vgg", str(file), "--directions", "z")
+    trainer = train(make_trainer([photo], result, "babichev", *options), steps=1)
+    assert all(math.isfinite(float(p.detach().norm())) for p in trainer.generator.parameters())
+    config = json.loads((result / "config.json").read_text())
+    assert config["vgg"]["file"] == "vgg.pth" and len(config["vgg"]["sha256"]) == 64
+    with pytest.raises(SystemExit):
+        make_trainer([photo], tmp_path / "g", "gramgan", "--vgg", str(file))
+
+
+def test_a_diverging_training_says_so(photo: Path, tmp_path: Path) -> None:
+    wild = ("--set", "optimiser.learning_rate=10", "--set", "optimiser.equalised=false")
+    trainer = make_trainer([photo], tmp_path / "r", "default", *wild, "--steps", "400")
+    with pytest.raises(TrainError, match=r"step \d+: .*the training diverges"):
+        train(trainer)
+
+
+def test_slice_of_a_pyramid_equals_the_same_region_of_a_block() -> None:
+    torch.manual_seed(2)
+    generator = PyramidGenerator(levels=3, noise_channels=2, width=4).double()
+    whole, part = Box((-7, 3, 20), (6, 14, 33)), Box((-2, 5, 21), (-1, 12, 30))
+    noise = generator.draw_noise(whole)
+    block = generator(noise, whole)[:, :, 5:6, 2:9, 1:10]
+    axes = (1, 2, 0)
+    turned = [n.permute(0, 1, *(a + 2 for a in axes)) for n in noise]
+    y = evaluate(generator, turned, whole.permuted(axes), part.permuted(axes), axes)
+    assert (y - block.permute(0, 1, *(a + 2 for a in axes))).abs().max() < 1e-12
+
+
+TWO_RANKS = """
+import sys, torch, torch.distributed as dist
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from test_methods import make_trainer, train
+
+def check_equal(values, what):
+    both = [torch.empty_like(values) for _ in range(2)]
+    dist.all_gather(both, values)
+    assert torch.equal(both[0], both[1]), what
+
+def run(name, steps):
+    trainer = make_trainer([Path(sys.argv[2])], Path(sys.argv[3]) / name, "gramgan")
+    train(trainer, steps)
+    for network in (trainer.generator, trainer.opponents[0].critics[0]):
+        for parameter in network.parameters():
+            check_equal(parameter.detach(), "ranks hold different networks")
+    return trainer
+
+assert run("whole", 4).finished
+assert run("parts", 2).step == 2
+assert run("parts", 4).finished
+dist.destroy_process_group()
+"""
+
+
+def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
+    """Each draws slices of its own; stopped and resumed they reach the same bits."""
+    script = tmp_path / "two_ranks.py"
+    script.write_text(TWO_RANKS)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    shared = {"WORLD_SIZE": "2", "MASTER_ADDR": "127.0.0.1", "MASTER_PORT": str(port)}
+    command = [sys.executable, str(script), str(Path(__file__).parent), str(photo), str(tmp_path)]
+    processes = [
+        subprocess.Popen(
+            command,
+            env=os.environ | shared | {"RANK": str(rank), "LOCAL_RANK": str(rank)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        for rank in range(2)
+    ]
+    for process in processes:
+        output, _ = process.communicate(timeout=300)
+        assert process.returncode == 0, output
+    whole, parts = (
+        torch.load(tmp_path / n / "checkpoint.pt", weights_only=True) for n in ("whole", "parts")
+    )
+    for key, value in whole["generator"].items():
+        assert torch.equal(value, parts["generator"][key]), key
+    first, second = (rank["rng"] for rank in whole["ranks"])
+    assert not torch.equal(first, second)
+    alone = train(make_trainer([photo], tmp_path / "alone", "gramgan"))
+    weights = dict(alone.generator.named_parameters())
+    assert any(not torch.equal(w, whole["generator"][key]) for key, w in weights.items())
+    with pytest.raises(ResultError, match="state of 2 processes, expected 1"):
+        make_trainer([photo], tmp_path / "whole", "gramgan")
 
 
 @pytest.mark.parametrize(

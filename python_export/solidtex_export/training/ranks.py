@@ -73,7 +73,8 @@ def join(use_cuda: bool) -> tuple[Ranks, torch.device]:
     device = torch.device(f"cuda:{local}" if use_cuda else "cpu")
     if use_cuda:
         torch.cuda.set_device(device)
-    dist.init_process_group("nccl" if use_cuda else "gloo")
+    if not dist.is_initialized():
+        dist.init_process_group("nccl" if use_cuda else "gloo")
     return Ranks(rank, count, device), device
 
 

@@ -1,0 +1,272 @@
+"""The papers' losses against their formulas, VGG-19's weights, histograms, and divergence."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from solidtex_export.losses import statistics, vgg
+from solidtex_export.losses.critic import Critic, Penalties, critic_loss, field_of_view, style_loss
+from solidtex_export.losses.descriptors import DescriptorSource
+from solidtex_export.losses.random_network import RandomDescriptor
+from solidtex_export.training.divergence import EXPLOSION, DivergenceWatch, TrainError
+from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.training.histograms import share_histograms
+from solidtex_export.training.oblique import bilinear_columns
+
+torch.set_num_threads(1)
+MEAN, BASIS = torch.tensor([0.4, 0.5, 0.6]), torch.diag(torch.tensor([0.1, 0.2, 0.3]))
+
+
+def maps(*shape: int, seed: int = 0) -> Tensor:
+    return torch.randn(shape, generator=torch.Generator().manual_seed(seed))
+
+
+def test_gram_distance_is_equation_2() -> None:
+    f, r = maps(1, 3, 4, 5), maps(1, 3, 4, 5, seed=1)
+    sums = [x[0].flatten(1) @ x[0].flatten(1).T for x in (f, r)]  # equation 1
+    expected = (sums[0] - sums[1]).square().sum() / (3 * 20)
+    assert float(statistics.gram_distance(f, r)) == pytest.approx(float(expected), rel=1e-5)
+
+
+@pytest.mark.parametrize("shape", [(1, 2, 6, 6), (1, 1, 5, 7), (1, 1, 4, 9)])
+def test_autocorrelation_is_equation_6(shape: tuple[int, ...]) -> None:
+    f = maps(*shape)
+    rows, columns = shape[2:]
+    found = statistics.autocorrelation(f)
+    half = columns // 2
+    assert found.shape == (shape[1], rows // 2 + 1, 2 * half + 1)
+    for n in range(shape[1]):
+        for i in range(rows // 2 + 1):
+            for j in range(-half, half + 1):
+                products = [
+                    float(f[0, n, q, m] * f[0, n, q - i, m - j])
+                    for q in range(i, rows)
+                    for m in range(columns)
+                    if 0 <= m - j < columns
+                ]
+                weight = 1 / ((rows - i) * (columns - abs(j)))
+                assert float(found[n, i, j + half]) == pytest.approx(
+                    weight * sum(products), abs=1e-5
+                )
+
+
+def test_autocorrelation_and_diversity_of_equal_maps_vanish_and_see_a_change() -> None:
+    f, r = maps(2, 3, 8, 8), maps(2, 3, 8, 8, seed=1)
+    for distance in (statistics.autocorrelation_distance, statistics.feature_distance):
+        assert float(distance(f, f)) == 0 and float(distance(f, r)) > 0
+    expected = (f - r).square().sum() / 2
+    assert float(statistics.feature_distance(f, r)) == pytest.approx(float(expected))
+
+
+def test_smoothness_is_equation_10() -> None:
+    f, sigma = maps(1, 1, 4, 4), 0.7
+    found = statistics.smoothness(f, sigma)
+    assert found.shape == (1, 1, 2, 2)
+    neighbours = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
+    for r in (1, 2):
+        for c in (1, 2):
+            terms = [
+                math.exp(-sigma * float(f[0, 0, r, c] - f[0, 0, r + i, c + j]) ** 2)
+                for i, j in neighbours
+            ]
+            expected = math.log(sum(terms)) / (2 * sigma)
+            assert float(found[0, 0, r - 1, c - 1]) == pytest.approx(expected, rel=1e-5)
+
+
+def test_feature_loss_takes_the_layers_that_there_are() -> None:
+    pair = (maps(1, 2, 6, 6), maps(1, 2, 6, 6, seed=1))
+    features = {"relu1_1": pair, "pool1": (pair[0], pair[0])}
+    layers = ("relu1_1", "pool1", "relu5_1")
+    found = statistics.feature_loss("gram", layers, 1e-3, features)
+    assert float(found) == pytest.approx(float(statistics.gram_distance(*pair)) / 2)
+    with pytest.raises(ValueError, match="expected relu9_9"):
+        statistics.feature_loss("gram", ("relu9_9",), 1e-3, features)
+
+
+def test_random_descriptor_names_its_layers_like_vgg() -> None:
+    descriptor = RandomDescriptor(((4, 5), (6,)))
+    features = descriptor.features(maps(2, 5, 24, 24), maps(1, 5, 30, 30))
+    assert list(features) == ["relu1_1", "relu1_2", "pool1", "relu2_1", "pool2"]
+    assert [f.shape[1] for f, _ in features.values()] == [4, 5, 5, 6, 6]
+    assert features["relu1_1"][0].shape == (2, 4, 20, 20)
+    assert features["relu1_1"][1].shape == (1, 4, 26, 26)
+
+
+@torch.no_grad()
+def test_style_loss_and_field_of_view() -> None:
+    for layers in (1, 2, 4, 5):
+        side = field_of_view(layers)
+        critic = Critic(2, (3,) * layers)
+        assert critic(maps(2, 2, side, side)).shape == (2,)
+        with pytest.raises(RuntimeError):
+            critic(maps(1, 2, side - 1, side - 1))
+    critic = Critic(2, (3, 4), equalised=True)
+    images = maps(1, 2, 20, 20)
+    for relative in (False, True):
+        assert float(style_loss(critic, critic.features(images), images, relative)) == 0
+        other = style_loss(critic, critic.features(-images), images, relative)
+        assert float(other) > 0
+
+
+def test_gradient_penalty_of_a_linear_critic() -> None:
+    """Equation 3 where all is known: D(x) = 3 x_0 has a slope of length 3 everywhere."""
+
+    class Linear(Critic):
+        def forward(self, images: Tensor) -> Tensor:
+            return 3 * images[:, 0, 0, 0]
+
+    fakes, reals = torch.full((2, 1, 2, 2), 5.0), torch.full((2, 1, 2, 2), 1.0)
+    loss = critic_loss(Linear(), fakes, reals, Penalties(gradient=10, drift=0.5))
+    assert float(loss.detach()) == pytest.approx(15 - 3 + 10 * (3 - 1) ** 2 + 0.5 * 9)
+
+
+@pytest.fixture(scope="module")
+def weights() -> dict[str, Tensor]:
+    """A state dict with torchvision's keys, small values, and a layer too many."""
+    state = {}
+    channels = 3
+    widths = [w for w, n in zip(vgg.WIDTHS, vgg.CONVOLUTIONS, strict=True) for _ in range(n)]
+    for index, width in zip(vgg.TORCHVISION_INDICES, widths, strict=True):
+        scale = (2 / (9 * channels)) ** 0.5
+        state[f"features.{index}.weight"] = scale * maps(width, channels, 3, 3, seed=index)
+        state[f"features.{index}.bias"] = 0.1 * maps(width, seed=index + 100)
+        channels = width
+    state["classifier.0.bias"] = torch.zeros(7)
+    return state
+
+
+def gatys(state: dict[str, Tensor]) -> dict[str, Tensor]:
+    """The same network for inputs as Gatys et al. prepare them."""
+    names = [f"conv{g}_{i}" for g, n in enumerate(vgg.CONVOLUTIONS, 1) for i in range(1, n + 1)]
+    pairs = zip(vgg.TORCHVISION_INDICES, names, strict=True)
+    return {
+        f"{name}.{part}": state[f"features.{index}.{part}"]
+        for index, name in pairs
+        for part in ("weight", "bias")
+    }
+
+
+def test_vgg_reads_both_kinds_of_weights(weights: dict[str, Tensor], tmp_path: Path) -> None:
+    torch.save(weights, tmp_path / "torchvision.pth")
+    torch.save(gatys(weights), tmp_path / "gatys.pth")
+    layers, preprocessing = vgg.read_weights(tmp_path / "torchvision.pth")
+    others, other_preprocessing = vgg.read_weights(tmp_path / "gatys.pth")
+    assert len(layers) == 13 and preprocessing is vgg.TORCHVISION
+    assert other_preprocessing is vgg.GATYS
+    for (w, b), (w2, b2) in zip(layers, others, strict=True):
+        assert torch.equal(w, w2) and torch.equal(b, b2)
+    rgb = torch.tensor([0.485, 0.456, 0.406]).view(1, 3, 1, 1)
+    assert vgg.TORCHVISION(rgb).abs().max() < 1e-6
+    blue = torch.tensor([0.0, 0.0, 1.0]).view(1, 3, 1, 1)
+    assert vgg.GATYS(blue).flatten().tolist() == pytest.approx([151.061, -116.779, -123.68])
+
+
+def test_vgg_judges_colours(weights: dict[str, Tensor], tmp_path: Path) -> None:
+    """Features are those of the colours, whatever the whitening; layers and sizes are VGG-19's."""
+    path = tmp_path / "vgg.pth"
+    torch.save(weights, path)
+    colours = maps(1, 3, 32, 32).mul(0.1).add(0.5)
+    plain = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3))
+    whitened = DescriptorSource(MEAN, BASIS, path).make("vgg")
+    y = (colours - MEAN.view(1, 3, 1, 1)) / BASIS.diag().view(1, 3, 1, 1)
+    features = whitened.features(y, y)
+    for name, (fakes, _) in plain.features(colours, colours).items():
+        assert torch.allclose(fakes, features[name][0], atol=1e-4), name
+    assert features["relu5_1"][0].shape == (1, 512, 2, 2)
+    assert set(vgg.LOSS_LAYERS) < set(features)
+    y = y.requires_grad_()
+    loss = whitened.loss(y, -y.detach())
+    (gradient,) = torch.autograd.grad(loss, y)
+    assert float(loss.detach()) > 0 and float(gradient.norm()) > 0
+
+
+def test_vgg_takes_the_first_three_of_five_channels(
+    weights: dict[str, Tensor], tmp_path: Path
+) -> None:
+    path = tmp_path / "vgg.pth"
+    torch.save(weights, path)
+    descriptor = vgg.VggDescriptor(path, torch.zeros(5), torch.eye(5))
+    images = maps(1, 5, 16, 16)
+    changed = images.clone()
+    changed[:, 3:] += 1
+    assert float(descriptor.loss(images, changed)) == 0
+    grey = vgg.VggDescriptor(path, torch.zeros(1), torch.eye(1))
+    assert grey.features(images[:, :1], images[:, :1])["pool1"][0].shape == (1, 64, 8, 8)
+
+
+def test_wrong_weights_are_named(weights: dict[str, Tensor], tmp_path: Path) -> None:
+    def message(state: object) -> str:
+        path = tmp_path / "w.pth"
+        torch.save(state, path)
+        with pytest.raises(vgg.VggError) as error:
+            vgg.read_weights(path)
+        assert str(path) in str(error.value)
+        return str(error.value)
+
+    wide = weights | {"features.5.weight": torch.zeros(64, 64, 3, 3)}
+    assert "features.5.weight: found shape (64, 64, 3, 3), expected (128, 64, 3, 3)" in message(
+        wide
+    )
+    lacking = {k: v for k, v in weights.items() if k != "features.28.bias"}
+    assert "features.28.bias: found no tensor, expected one of shape (512,)" in message(lacking)
+    broken = weights | {"features.0.bias": torch.full((64,), math.nan)}
+    assert "features.0.bias: found values that are not finite" in message(broken)
+    assert "expected those of torchvision's vgg19" in message({"layer1.weight": torch.zeros(1)})
+    assert "found list, expected a state dict" in message([1])
+    (tmp_path / "text.pth").write_text("no weights")
+    with pytest.raises(vgg.VggError, match="no state dict that loads safely"):
+        vgg.read_weights(tmp_path / "text.pth")
+    with pytest.raises(vgg.VggError, match="no such file"):
+        vgg.read_weights(tmp_path / "none.pth")
+
+
+def exemplar(values: np.ndarray) -> Exemplar:
+    image = torch.from_numpy(values.astype(np.float32)).unsqueeze(0)
+    return Exemplar("photo", "0", image, ("height",), "data")
+
+
+def test_photographs_share_one_histogram() -> None:
+    """Of values u and 1 + 2 u (same order) the mean quantile function is 0.5 + 1.5 u."""
+    u = np.random.default_rng(0).permutation(20 * 30).reshape(20, 30) / 599
+    first, second = share_histograms([exemplar(u), exemplar(1 + 2 * u.T)])
+    assert np.abs(first.image.numpy()[0] - (0.5 + 1.5 * u)).max() < 1e-6
+    assert np.abs(second.image.numpy()[0] - (0.5 + 1.5 * u.T)).max() < 1e-6
+    flat = np.full((20, 30), 0.25)
+    (alone,) = share_histograms([exemplar(flat)])
+    assert np.array_equal(alone.image.numpy()[0], flat.astype(np.float32))
+    both = share_histograms([exemplar(flat), exemplar(flat)])
+    assert np.abs(both[1].image.numpy() - 0.25).max() < 1e-6
+
+
+def test_divergence_is_noticed_and_ordinary_losses_are_not() -> None:
+    watch = DivergenceWatch()
+    for step in range(100):
+        watch.check(step, {"style": 2.0 + step % 7, "critic": -30.0 * (step % 5), "late": math.nan})
+    watch.check(100, {"style": 1e9, "critic": 0.0, "late": 1.0})  # one bad step is no alarm
+    restored = DivergenceWatch()
+    restored.restore(watch.state())
+    with pytest.raises(TrainError, match=r"style: found a loss of .* where it started at"):
+        for step in range(101, 120):
+            restored.check(step, {"style": 10 * EXPLOSION, "critic": 0.0, "late": 1.0})
+    assert step < 108
+
+
+def test_oblique_planes_are_trilinear() -> None:
+    """A block that is linear along its axes is met exactly."""
+    i = torch.arange(6.0).view(1, 1, 1, 6, 1)
+    j = torch.arange(4.0).view(1, 1, 1, 1, 4)
+    row = torch.arange(3.0).view(1, 1, 3, 1, 1)
+    block = torch.cat([100 * row + 10 * i + j, i * j + row * 0], dim=1)
+    u = torch.tensor([0.0, 1.25, 4.5], dtype=torch.float64)
+    v = torch.tensor([2.0, 0.5, 2.75], dtype=torch.float64)
+    found = bilinear_columns(block, u, v)
+    assert found.shape == (1, 2, 3, 3)
+    expected = 100 * torch.arange(3.0).view(3, 1) + (10 * u + v).float()
+    assert (found[0, 0] - expected).abs().max() < 1e-3
+    assert (found[0, 1] - (u * v).float()).abs().max() < 1e-4
