@@ -1,0 +1,1 @@
+"""How alike a solid texture and its exemplar are: docs/evaluation.md."""

@@ -1,0 +1,93 @@
+"""Distances between slices and an exemplar, and as multiples of the exemplar's to itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from solidtex_export.evaluation.metrics import Metric, standard_metrics
+from solidtex_export.evaluation.pictures import crop_side, halvings, oriented, random_crops
+from solidtex_export.training.channels import groups
+
+NO_DISTANCE = 1e-9  # an exemplar that is this alike to itself has no multiples
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How pictures are compared: crops of at most `side` pixels, `crops` in each set."""
+
+    side: int = 96
+    crops: int = 16
+    symmetry: str = "none"
+    seed: int = 0
+    inception: Path | None = None
+
+
+@dataclass(frozen=True)
+class Distance:
+    """A distance and how many times that of the exemplar to itself it is."""
+
+    value: float
+    multiple: float | None
+
+
+class Reference:
+    """An exemplar [row, column, channel], cut into halves that are compared with each other.
+
+    The distance of the exemplar to itself is that of random crops of one half and as many of the
+    other, which share no pixel; that of a synthesis is the mean of its distances to the two. Where
+    the exemplar is large enough it is halved both ways and the means are taken. All sets have the
+    same number of crops of the same side.
+    """
+
+    def __init__(self, exemplar: np.ndarray, settings: Settings) -> None:
+        self.exemplar = exemplar
+        self.settings = settings
+        self.side = crop_side(exemplar, settings.side)
+        self.metrics = standard_metrics(exemplar, settings.inception)
+        self.halves = halvings(exemplar, self.side)
+        rng = np.random.default_rng(settings.seed)  # other places in each half: it may be a tile
+        self._crops = [tuple(self._draw([h], rng) for h in pair) for pair in self.halves]
+        self._features = {m.name: self._features_of_halves(m) for m in self.metrics}
+        self.own = {m.name: self._own_distance(m) for m in self.metrics}
+
+    def distances(self, pictures: list[np.ndarray]) -> dict[str, Distance]:
+        """The distance of slices to the exemplar by every metric."""
+        crops = self._draw(pictures, np.random.default_rng(self.settings.seed))
+        return {metric.name: self._distance(metric, crops) for metric in self.metrics}
+
+    def _draw(self, pictures: list[np.ndarray], rng: np.random.Generator) -> np.ndarray:
+        crops = random_crops(pictures, self.side, self.settings.crops, rng)
+        return oriented(crops, self.settings.symmetry)
+
+    def _features_of_halves(self, metric: Metric) -> list[tuple]:
+        return [tuple(metric.features(crops) for crops in pair) for pair in self._crops]
+
+    def _own_distance(self, metric: Metric) -> float:
+        pairs = self._features[metric.name]
+        return float(np.mean([metric.distance(first, second) for first, second in pairs]))
+
+    def _distance(self, metric: Metric, crops: np.ndarray) -> Distance:
+        ours = metric.features(crops)
+        halves = [half for pair in self._features[metric.name] for half in pair]
+        value = float(np.mean([metric.distance(ours, half) for half in halves]))
+        own = self.own[metric.name]
+        return Distance(value, value / own if own > NO_DISTANCE else None)
+
+
+def channel_groups(channels: tuple[str, ...]) -> dict[str, list[int]]:
+    """Channels that are compared together: colours, each map alone, and all of them jointly."""
+    result = {group.name: list(group.indices) for group in groups(channels)}
+    if len(result) > 1:
+        result["all channels"] = list(range(len(channels)))
+    return result
+
+
+def mean_distance(distances: list[Distance]) -> Distance:
+    """Mean over views; of multiples too, where all have one."""
+    multiples = [d.multiple for d in distances if d.multiple is not None]
+    known = len(multiples) == len(distances)
+    value = float(np.mean([d.value for d in distances]))
+    return Distance(value, float(np.mean(multiples)) if known else None)

@@ -1,0 +1,43 @@
+"""Distances between sets of crops [crop, row, column, channel] (values 0 ... 1).
+
+Every metric turns a set of crops into features once, and compares features. Both sets have the same
+number of crops of the same size.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from solidtex_export.evaluation.metrics.autocorrelation import Autocorrelation
+from solidtex_export.evaluation.metrics.binary_patterns import BinaryPatterns
+from solidtex_export.evaluation.metrics.fourier import FourierMagnitudes
+from solidtex_export.evaluation.metrics.patches import SlicedWasserstein
+
+
+class Metric(Protocol):
+    """A distance; `name` is its key in the JSON, `title` its name for people."""
+
+    name: str
+    title: str
+
+    def features(self, crops: np.ndarray) -> Any: ...
+
+    def distance(self, first: Any, second: Any) -> float: ...
+
+
+def standard_metrics(exemplar: np.ndarray, inception: Path | None = None) -> list[Metric]:
+    """The metrics for an exemplar [row, column, channel]; SIFID where there are weights for it."""
+    metrics: list[Metric] = [
+        BinaryPatterns(),
+        Autocorrelation(),
+        FourierMagnitudes(),
+        SlicedWasserstein(exemplar),
+    ]
+    if inception is not None and exemplar.shape[2] == 3:
+        from solidtex_export.evaluation.metrics.inception import SingleImageFrechet
+
+        metrics.append(SingleImageFrechet(inception))
+    return metrics
