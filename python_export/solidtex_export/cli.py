@@ -42,12 +42,17 @@ def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> 
     p.add_argument("--force", action="store_true", help=f"replace {name} if it exists")
 
 
-def run(p: argparse.ArgumentParser, arguments: list[str] | None, work: Callable[..., None]) -> int:
+def run(
+    p: argparse.ArgumentParser,
+    arguments: list[str] | None,
+    work: Callable[..., None],
+    failures: tuple[type[Exception], ...] = FAILURES,
+) -> int:
     """Calls work(args); an error that has a message for the user ends with exit code 1."""
     args = p.parse_args(arguments)
     try:
         work(args)
-    except FAILURES as error:
+    except failures as error:
         print(f"{p.prog}: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

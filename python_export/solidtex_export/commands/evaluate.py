@@ -1,0 +1,183 @@
+"""solidtex-eval: how alike a solid texture and its exemplar are, in figures and pictures."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from solidtex_export import cli
+from solidtex_export.commands.train_options import maps_of_photographs, named_file, rectangle
+from solidtex_export.evaluation import subjects
+from solidtex_export.evaluation.pictures import ORIENTATIONS
+from solidtex_export.evaluation.subjects import SMALLEST_PICTURE, UNLIMITED, Subject, SubjectError
+from solidtex_export.file_format import model_file
+from solidtex_export.training.exemplar import Exemplar, check_alike, load_exemplar
+from solidtex_export.training.pictures import ExemplarError
+from solidtex_export.verification.model_output import OutputError, check_output
+from solidtex_export.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from solidtex_export.evaluation.evaluate import Evaluation
+
+PROGRAM = "solidtex-eval"
+DEFAULT_SIDE = 96
+
+EXAMPLES = f"""  {PROGRAM} granite.solidtex granite.jpg -o report.html
+  {PROGRAM} granite.solidtex granite.jpg --json report.json --seed 7
+  {PROGRAM} --slices results/theirs granite.jpg --resolution 256 -o theirs.html
+  {PROGRAM} --slices x=front.png --slices z=top.png granite.jpg
+
+A model's own training configuration says how its photograph is cropped, reduced and compared.
+Pictures have the scale of the exemplar after --resolution. The figures: docs/evaluation.md."""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(
+        PROGRAM,
+        "Compare slices of a model, or pictures of slices, with the photograph that it learned"
+        " from. Distances are given as multiples of the photograph's distance to itself.",
+        EXAMPLES,
+    )
+    p.usage = f"{PROGRAM} [options] (MODEL.solidtex | --slices PATH) EXEMPLAR [EXEMPLAR ...]"
+    p.add_argument("paths", metavar="MODEL EXEMPLAR", nargs="+", type=Path,
+                   help="a model, then its photograph; several where it was trained on one for each"
+                   " direction")  # fmt: skip
+    p.add_argument("--slices", metavar="[NAME=]PATH", action="append", type=view, default=[],
+                   help="compare a picture, or all in a folder, instead of a model; NAME groups"
+                   " them in the report; may be repeated")  # fmt: skip
+    p.add_argument("--map", dest="maps", metavar="NAME=FILE", action="append", default=[],
+                   type=named_file,
+                   help="a further channel of the exemplar, as in solidtex-train")  # fmt: skip
+    p.add_argument("-o", dest="output", metavar="HTML", type=Path, help="write a report")
+    p.add_argument("--json", metavar="JSON", type=Path, help="write all figures")
+    p.add_argument("--force", action="store_true", help="replace files that exist")
+    p.add_argument("--size", type=int, metavar="N",
+                   help="side of the compared crops in pixels, at most; smaller where the"
+                   " photograph holds no two of them (default: the model's, else 96)")  # fmt: skip
+    p.add_argument("--crops", type=int, default=16, metavar="N",
+                   help="crops in each compared set (default: 16)")  # fmt: skip
+    p.add_argument("--resolution", type=int, metavar="N",
+                   help="reduce the photograph to a shorter side of N pixels (default: as for the"
+                   " model's training)")  # fmt: skip
+    p.add_argument("--crop", type=rectangle, metavar="X,Y,W,H",
+                   help="use this rectangle of the photograph (default: as for training)"
+                   )  # fmt: skip
+    p.add_argument("--symmetry", choices=tuple(ORIENTATIONS),
+                   help="orientations that count as the same (default: as for training, else"
+                   " none)")  # fmt: skip
+    p.add_argument("--inception", metavar="FILE", type=Path,
+                   help="weights of torchvision's inception_v3 (a state dict): adds SIFID"
+                   )  # fmt: skip
+    p.add_argument("--seed", type=int, default=0, metavar="S",
+                   help="of the model and of all random choices (default: 0)")  # fmt: skip
+    return p
+
+
+def view(text: str) -> tuple[str, Path]:
+    name, found, path = text.partition("=")
+    return (name, Path(path)) if found else ("slices", Path(text))
+
+
+def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
+    """Tell the model from its photographs, and refuse what cannot work."""
+    if not args.slices and len(args.paths) < 2:
+        p.error("EXEMPLAR: found none, expected a photograph after the model")
+    if args.slices and len(args.paths) > 1:
+        p.error(f"--slices: found {len(args.paths)} exemplars, expected 1")
+    args.model = None if args.slices else args.paths[0]
+    args.photos = args.paths if args.slices else args.paths[1:]
+    maps_of_photographs(p, args)
+    if args.size is not None and args.size < SMALLEST_PICTURE:
+        p.error(f"--size: found {args.size}, expected at least {SMALLEST_PICTURE}")
+    if args.crops < 1:
+        p.error(f"--crops: found {args.crops}, expected at least 1")
+    if args.resolution is not None and args.resolution < SMALLEST_PICTURE:
+        p.error(f"--resolution: found {args.resolution}, expected at least {SMALLEST_PICTURE}")
+
+
+def run(args: argparse.Namespace) -> None:
+    try:
+        import jinja2  # noqa: F401
+
+        from solidtex_export.evaluation.comparison import Settings
+        from solidtex_export.evaluation.evaluate import evaluate
+    except ModuleNotFoundError as error:
+        raise OutputError(
+            f"{PROGRAM}: found no Python package {error.name!r}, expected it"
+            " (pip install 'solidtex[evaluate]')"
+        ) from error
+    for path, suffix in ((args.output, ".html"), (args.json, ".json")):
+        if path is not None:
+            check_output(path, args.force, suffix)
+    training = {}
+    if args.model:
+        training = model_file.read(args.model).document.get("training", {})
+    photographs = zip(args.photos, args.maps, strict=True)
+    exemplars = [load(path, maps, args, training) for path, maps in photographs]
+    check_alike(exemplars)
+    side = args.size or training.get("size", DEFAULT_SIDE)
+    symmetry = args.symmetry or training.get("symmetry", "none")
+    settings = Settings(side, args.crops, symmetry, args.seed, args.inception)
+    result = evaluate(make_subject(args, training, side), exemplars, settings)
+    result.document["exemplars"] = [{"file": e.name, "sha256": e.sha256} for e in exemplars]
+    print(summary(result))
+    write(args, result, [e.name for e in exemplars])
+
+
+def load(
+    path: Path, maps: dict[str, Path], args: argparse.Namespace, training: dict[str, Any]
+) -> Exemplar:
+    """The photograph at the model's scale: one pixel is one texel."""
+    resolution = args.resolution or training.get("resolution", UNLIMITED)
+    crop = args.crop or training.get("crop")
+    needed = 2 * SMALLEST_PICTURE  # two crops side by side
+    return load_exemplar(path, resolution, needed, tuple(crop) if crop else None, maps)
+
+
+def make_subject(args: argparse.Namespace, training: dict[str, Any], side: int) -> Subject:
+    if args.slices:
+        return subjects.from_pictures(args.slices)
+    judged = subjects.judged_views(training, len(args.photos))
+    return subjects.from_model(args.model, 2 * side, args.seed, judged)
+
+
+def summary(result: Evaluation) -> str:
+    """A line for each metric: how many times the exemplar's distance to itself, by view."""
+    lines = []
+    for group, distances in result.document["distances"].items():
+        columns = {"overall": distances["overall"], **distances["views"]}
+        lines.append(f"{group:<20}" + "".join(f"{name:>10}" for name in columns))
+        for metric, title in distances["titles"].items():
+            multiples = [column[metric]["multiple"] for column in columns.values()]
+            texts = ["-" if m is None else f"{m:.2f}" for m in multiples]
+            lines.append(f"  {title:<18}" + "".join(f"{text:>10}" for text in texts))
+    return "\n".join(lines)
+
+
+def write(args: argparse.Namespace, result: Evaluation, exemplars: list[str]) -> None:
+    if args.json:
+        write_whole(args.json, (json.dumps(result.document, indent=1) + "\n").encode())
+        print(args.json)
+    if args.output:
+        from solidtex_export.evaluation.report import render
+
+        write_whole(args.output, render(result, exemplars).encode())
+        print(args.output)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    p = make_parser()
+
+    def work(args: argparse.Namespace) -> None:
+        check(p, args)
+        run(args)
+
+    failures = (*cli.FAILURES, ExemplarError, SubjectError)
+    return cli.run(p, arguments, work, failures)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
