@@ -7,11 +7,10 @@ import json
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import torch
 
-from solidtex_export.training.config import Config
 from solidtex_export.training.display import Display
 from solidtex_export.training.exemplar import Exemplar, save_channels, save_image
 
@@ -20,17 +19,24 @@ class ResultError(ValueError):
     """A result folder that cannot be used; the message names it."""
 
 
+class Documented(Protocol):
+    """What decides a training."""
+
+    def document(self) -> dict[str, Any]: ...
+
+
 class ResultFolder:
     """Every file is written under a temporary name, then renamed."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, program: str = "solidtex-train") -> None:
         self.path = path
+        self.program = program
         self.checkpoint = path / "checkpoint.pt"
         self.preview = path / "preview.png"
         self._config = path / "config.json"
         self._log = path / "log.csv"
 
-    def open(self, config: Config, exemplars: list[Exemplar]) -> None:
+    def open(self, config: Documented, exemplars: list[Exemplar]) -> None:
         """Create the folder, or check that it holds this very training."""
         if self.path.exists() and not self.path.is_dir():
             raise ResultError(f"{self.path}: found a file, expected a folder or nothing")
@@ -40,7 +46,7 @@ class ResultFolder:
         if self.path.exists() and any(self.path.iterdir()):
             raise ResultError(
                 f"{self.path}: found a folder without config.json that is not empty, expected a"
-                " result of solidtex-train or a new folder"
+                f" result of {self.program} or a new folder"
             )
         self.path.mkdir(parents=True, exist_ok=True)
         for i, exemplar in enumerate(exemplars):
@@ -56,7 +62,7 @@ class ResultFolder:
         if len(images) > 1:
             save_channels(exemplar, stem.with_suffix(".exr"))
 
-    def _check(self, config: Config) -> None:
+    def _check(self, config: Documented) -> None:
         try:
             found = json.loads(self._config.read_text())
         except (OSError, ValueError) as error:
@@ -79,7 +85,7 @@ class ResultFolder:
         except Exception as error:  # torch raises many kinds for a damaged file
             raise ResultError(
                 f"{self.checkpoint}: found no readable checkpoint ({error}), expected one of"
-                " solidtex-train; delete it to start over"
+                f" {self.program}; delete it to start over"
             ) from error
 
     def save_checkpoint(self, state: dict[str, Any]) -> None:

@@ -1,0 +1,53 @@
+"""The descriptor network: plain convolutions on five scales, each a factor of two coarser.
+
+No normalisation layers, so that features depend on their neighbourhood alone. The two finest scales
+convolve without padding; the coarser ones, where that would cost too much of a small image, mirror
+their border.
+"""
+
+from __future__ import annotations
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+INPUT_CHANNELS = 3
+WIDTHS = ((48, 48), (96, 96), (128, 128), (128,), (128,))  # per scale, per convolution
+UNPADDED_SCALES = 2
+
+
+def layer_names(widths: tuple[tuple[int, ...], ...] = WIDTHS) -> list[str]:
+    """conv1_1, conv1_2, conv2_1 ..., as VGG's layers are named: scale, then place."""
+    return [f"conv{s}_{i}" for s, w in enumerate(widths, 1) for i in range(1, len(w) + 1)]
+
+
+class DescriptorNetwork(nn.Module):
+    """Whitened images [batch, 3, rows, columns] to one feature map per convolution."""
+
+    def __init__(self, widths: tuple[tuple[int, ...], ...] = WIDTHS) -> None:
+        super().__init__()
+        self.widths = widths
+        previous = INPUT_CHANNELS
+        for name, width in zip(layer_names(widths), sum(widths, ()), strict=True):
+            layer = nn.Conv2d(previous, width, 3)
+            nn.init.kaiming_normal_(layer.weight)
+            nn.init.zeros_(layer.bias)
+            self.add_module(name, layer)
+            previous = width
+        self.to(memory_format=torch.channels_last)
+
+    def features(self, images: Tensor) -> dict[str, Tensor]:
+        """After each layer's ReLU, finest first; ends where an image has become too small."""
+        found = {}
+        x = images.contiguous(memory_format=torch.channels_last)
+        for scale, widths in enumerate(self.widths):
+            x = F.avg_pool2d(x, 2) if scale else x
+            for place in range(len(widths)):
+                padded = scale >= UNPADDED_SCALES
+                if min(x.shape[2:]) < (2 if padded else 3):
+                    return found
+                name = f"conv{scale + 1}_{place + 1}"
+                x = F.pad(x, (1, 1, 1, 1), "reflect") if padded else x
+                x = F.relu(self.get_submodule(name)(x))
+                found[name] = x
+        return found

@@ -1,0 +1,1 @@
+"""Families of procedural textures; every image is a pure function of (seed, index)."""

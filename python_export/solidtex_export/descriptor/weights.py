@@ -1,0 +1,78 @@
+"""The weights file of a descriptor: safetensors, convolutions in float16.
+
+`<layer>.weight`, `<layer>.bias`, and `<layer>.deviation`, the standard deviation of each feature
+over the procedural textures. `__metadata__` tells how they were trained.
+"""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save
+from torch import Tensor
+
+from solidtex_export.descriptor.network import DescriptorNetwork, layer_names
+from solidtex_export.whole_file import write_whole
+
+SHIPPED = "weights.safetensors"
+METADATA_KEY = "solidtex-descriptor"
+
+
+class WeightsError(ValueError):
+    """A weights file that cannot be used; the message names it and the tensor."""
+
+
+class Trained(NamedTuple):
+    """A frozen network, the deviation [channels] of each layer's features, and its history."""
+
+    network: DescriptorNetwork
+    deviations: dict[str, Tensor]
+    metadata: dict[str, Any]
+
+
+def save_weights(
+    path: Path, network: DescriptorNetwork, deviations: dict[str, Tensor], metadata: dict[str, Any]
+) -> None:
+    tensors = {k: v.half().contiguous() for k, v in network.state_dict().items()}
+    tensors |= {f"{name}.deviation": d.float() for name, d in deviations.items()}
+    write_whole(path, save(tensors, {METADATA_KEY: json.dumps(metadata, sort_keys=True)}))
+
+
+def load_shipped() -> Trained:
+    """The weights that come with this package."""
+    with as_file(files("solidtex_export.descriptor") / SHIPPED) as path:
+        return load_weights(path)
+
+
+def load_weights(path: Path) -> Trained:
+    network = DescriptorNetwork()
+    expected = {k: v.shape for k, v in network.state_dict().items()}
+    expected |= {f"{n}.deviation": expected[f"{n}.bias"] for n in layer_names()}
+    try:
+        with safe_open(path, "pt") as file:
+            metadata = json.loads((file.metadata() or {})[METADATA_KEY])
+            tensors = {k: file.get_tensor(k).float() for k in file.keys()}  # noqa: SIM118
+    except (SafetensorError, OSError, KeyError, ValueError) as error:
+        raise WeightsError(f"{path}: found no weights of a descriptor ({error})") from error
+    for name in sorted(expected.keys() | tensors.keys()):
+        found = tuple(tensors[name].shape) if name in tensors else "nothing"
+        wanted = tuple(expected[name]) if name in expected else "nothing"
+        if found != wanted:
+            raise WeightsError(f"{path}: {name}: found {found}, expected {wanted}")
+        if not tensors[name].isfinite().all():
+            raise WeightsError(f"{path}: {name}: found a value that is not finite")
+    network.load_state_dict({k: tensors[k] for k in network.state_dict()})
+    network.requires_grad_(False).eval()
+    deviations = {n: tensors[f"{n}.deviation"] for n in layer_names()}
+    return Trained(network, deviations, metadata)
+
+
+@torch.no_grad()
+def feature_deviations(network: DescriptorNetwork, images: Tensor) -> dict[str, Tensor]:
+    """Standard deviation [channels] of each layer's features over images and pixels."""
+    return {name: f.float().std((0, 2, 3)) for name, f in network.features(images).items()}
