@@ -89,6 +89,15 @@ Coat::Coat(float roughness, float ior) : alpha_(square(roughness)), ior_(ior) {
   }
 }
 
+Coat::Coat(const Coat& smoother, const Coat& rougher, float t, float roughness)
+    : alpha_(square(roughness)),
+      ior_(smoother.ior_),
+      average_(smoother.average_ + t * (rougher.average_ - smoother.average_)) {
+  for (std::size_t i = 0; i < table_.size(); ++i) {
+    table_[i] = smoother.table_[i] + t * (rougher.table_[i] - smoother.table_[i]);
+  }
+}
+
 float Coat::albedo(float cosine) const {
   const float x = std::clamp(cosine, 0.0f, 1.0f) * (kEntries - 1);
   const auto i = std::min(static_cast<std::size_t>(x), static_cast<std::size_t>(kEntries - 2));

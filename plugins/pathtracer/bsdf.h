@@ -12,6 +12,8 @@ namespace solidtex::pathtracer {
 class Coat {
  public:
   Coat(float roughness, float ior);
+  // Between two coats of the same index, whose tables it mixes: (1 - t) smoother + t rougher.
+  Coat(const Coat& smoother, const Coat& rougher, float t, float roughness);
 
   float alpha() const { return alpha_; }
   float ior() const { return ior_; }

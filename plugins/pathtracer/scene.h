@@ -48,9 +48,10 @@ struct Material {
   std::string name;
   MaterialType type = MaterialType::diffuse;
   Color color = glm::vec3(0.5f);
-  float roughness = 0.2f;  // of the coat; GGX alpha is its square
-  float ior = 1.5f;        // of the coat
-  glm::vec3 emission{0};   // radiance; found by chance only, never sampled as a light
+  float roughness = 0.2f;         // of the coat; GGX alpha is its square
+  std::string roughness_channel;  // of the color's solid texture; empty: the number above
+  float ior = 1.5f;               // of the coat
+  glm::vec3 emission{0};          // radiance; found by chance only, never sampled as a light
 };
 
 struct Object {

@@ -144,12 +144,30 @@ class SceneReader {
                  "a coated material, or no such key");
         }
       }
-      material.roughness = value.value("roughness", material.roughness);
       material.ior = value.value("ior", material.ior);
       if (value.contains("emission")) material.emission = to_vec3(value["emission"]);
       material.color = read_color(place / "color");
+      if (value.contains("roughness")) read_roughness(place / "roughness", material);
       scene_.materials.push_back(std::move(material));
     }
+  }
+
+  // A number, or a channel of the solid texture that the material's color comes from.
+  void read_roughness(const Pointer& place, Material& material) {
+    const json& roughness = at(place);
+    if (roughness.is_number()) {
+      material.roughness = roughness;
+      return;
+    }
+    const auto* solid = std::get_if<SolidColor>(&material.color);
+    if (!solid) {
+      refuse(place, "a channel for a color that is no solid texture",
+             "a number, or a color with \"solid\"");
+    }
+    material.roughness_channel = roughness["channel"];
+    load(place / "channel", [&] {
+      return channel_index(scene_.textures[solid->texture], material.roughness_channel);
+    });
   }
 
   Color read_color(const Pointer& place) {

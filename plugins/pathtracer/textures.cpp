@@ -1,6 +1,5 @@
 #include "plugins/pathtracer/textures.h"
 
-#include <array>
 #include <cmath>
 #include <string>
 
@@ -34,35 +33,32 @@ glm::vec3 lookup_image(const ColorImage& image, const glm::vec2& uv) {
                   glm::mix(pixel(x0, y0 + 1), pixel(x0 + 1, y0 + 1), tx), ty);
 }
 
-glm::uvec3 albedo_channels(const solidtex::texture& texture) {
-  glm::uvec3 result;
-  const std::array<std::string, 3> names = {"albedo.r", "albedo.g", "albedo.b"};
-  for (int i = 0; i < 3; ++i) {
-    std::size_t c = 0;
-    while (c < texture.channel_count() &&
-           texture.channel_name(c) != names[static_cast<std::size_t>(i)]) {
-      ++c;
-    }
-    if (c == texture.channel_count()) {
-      throw SceneError(texture.path() + ": found no channel \"" +
-                       names[static_cast<std::size_t>(i)] +
-                       "\", expected channels albedo.r, albedo.g and albedo.b");
-    }
-    result[i] = static_cast<unsigned>(c);
+std::size_t channel_index(const solidtex::texture& texture, const std::string& name) {
+  std::string names;
+  for (std::size_t c = 0; c < texture.channel_count(); ++c) {
+    if (texture.channel_name(c) == name) return c;
+    names += (c == 0 ? "" : ", ") + texture.channel_name(c);
   }
-  return result;
+  throw SceneError(texture.path() + ": found the channels " + names + ", expected also " + name);
 }
 
-ColorLookup::ColorLookup(const Scene& scene) : scene_(scene), waiting_(scene.materials.size()) {}
+glm::uvec3 albedo_channels(const solidtex::texture& texture) {
+  return {channel_index(texture, "albedo.r"), channel_index(texture, "albedo.g"),
+          channel_index(texture, "albedo.b")};
+}
 
-std::size_t ColorLookup::operator()(std::span<const Surface> surfaces,
-                                    std::span<glm::vec3> colors) {
+AppearanceLookup::AppearanceLookup(const Scene& scene)
+    : scene_(scene), waiting_(scene.materials.size()) {}
+
+std::size_t AppearanceLookup::operator()(std::span<const Surface> surfaces,
+                                         std::span<Appearance> found) {
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const Color& color = scene_.materials[surfaces[i].material].color;
-    if (const auto* constant = std::get_if<glm::vec3>(&color)) {
-      colors[i] = *constant;
-    } else if (const auto* image = std::get_if<ImageColor>(&color)) {
-      colors[i] = clamp_albedo(lookup_image(scene_.images[image->image], surfaces[i].uv));
+    const Material& material = scene_.materials[surfaces[i].material];
+    found[i].roughness = material.roughness;
+    if (const auto* constant = std::get_if<glm::vec3>(&material.color)) {
+      found[i].color = *constant;
+    } else if (const auto* image = std::get_if<ImageColor>(&material.color)) {
+      found[i].color = clamp_albedo(lookup_image(scene_.images[image->image], surfaces[i].uv));
     } else {
       waiting_[surfaces[i].material].push_back(static_cast<std::uint32_t>(i));
     }
@@ -71,15 +67,16 @@ std::size_t ColorLookup::operator()(std::span<const Surface> surfaces,
   for (std::size_t material = 0; material < waiting_.size(); ++material) {
     auto& which = waiting_[material];
     if (which.empty()) continue;
-    query(std::get<SolidColor>(scene_.materials[material].color), which, surfaces, colors);
+    query(scene_.materials[material], which, surfaces, found);
     point_count += which.size();
     which.clear();
   }
   return point_count;
 }
 
-void ColorLookup::query(const SolidColor& color, std::span<const std::uint32_t> which,
-                        std::span<const Surface> surfaces, std::span<glm::vec3> colors) {
+void AppearanceLookup::query(const Material& material, std::span<const std::uint32_t> which,
+                             std::span<const Surface> surfaces, std::span<Appearance> found) {
+  const auto& color = std::get<SolidColor>(material.color);
   const solidtex::texture& texture = scene_.textures[color.texture];
   // The translation stays in double precision: textures may be looked up far from their origin.
   const glm::dvec3 origin(color.to_texels[3]);
@@ -98,9 +95,14 @@ void ColorLookup::query(const SolidColor& color, std::span<const std::uint32_t> 
   const bool encoded = texture.color_space() == "srgb";
   for (std::size_t k = 0; k < which.size(); ++k) {
     const float* value = &values_[k * channel_count];
-    const glm::vec3 found =
+    const glm::vec3 albedo =
         glm::clamp(glm::vec3(value[channel.x], value[channel.y], value[channel.z]), 0.0f, 1.0f);
-    colors[which[k]] = clamp_albedo(encoded ? srgb_to_linear(found) : found);
+    found[which[k]].color = clamp_albedo(encoded ? srgb_to_linear(albedo) : albedo);
+  }
+  if (material.roughness_channel.empty()) return;
+  const std::size_t roughness = channel_index(texture, material.roughness_channel);
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    found[which[k]].roughness = values_[k * channel_count + roughness];
   }
 }
 

@@ -1,4 +1,4 @@
-// Colours of many surface points at once, so that solid textures are asked in batches.
+// Colour and roughness of many surface points at once, so that solid textures are asked in batches.
 #pragma once
 
 #include <cstdint>
@@ -20,20 +20,27 @@ glm::vec3 linear_to_srgb(const glm::vec3& linear);
 // Bilinear, repeating; v = 0 is the bottom row's lower edge.
 glm::vec3 lookup_image(const ColorImage& image, const glm::vec2& uv);
 
-// Indices of a texture's albedo.r, albedo.g, albedo.b. Throws SceneError when it lacks one.
-glm::uvec3 albedo_channels(const solidtex::texture& texture);
+// Index of a texture's channel. Throws SceneError, which names all channels, when there is none.
+std::size_t channel_index(const solidtex::texture& texture, const std::string& name);
+glm::uvec3 albedo_channels(const solidtex::texture& texture);  // albedo.r, albedo.g, albedo.b
 
-class ColorLookup {
+// What a material is at one point.
+struct Appearance {
+  glm::vec3 color{0};
+  float roughness = 0;  // of the coat
+};
+
+class AppearanceLookup {
  public:
-  explicit ColorLookup(const Scene& scene);
+  explicit AppearanceLookup(const Scene& scene);
 
-  // colors[i] becomes the colour of surfaces[i]. One engine query per solid material. Returns the
-  // number of points that engine queries were asked for.
-  std::size_t operator()(std::span<const Surface> surfaces, std::span<glm::vec3> colors);
+  // found[i] becomes the appearance of surfaces[i]. One engine query per solid material. Returns
+  // the number of points that engine queries were asked for.
+  std::size_t operator()(std::span<const Surface> surfaces, std::span<Appearance> found);
 
  private:
-  void query(const SolidColor& color, std::span<const std::uint32_t> which,
-             std::span<const Surface> surfaces, std::span<glm::vec3> colors);
+  void query(const Material& material, std::span<const std::uint32_t> which,
+             std::span<const Surface> surfaces, std::span<Appearance> found);
 
   const Scene& scene_;
   std::vector<std::vector<std::uint32_t>> waiting_;  // per material: surfaces to ask for

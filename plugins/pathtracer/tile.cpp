@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace solidtex::pathtracer {
 namespace {
@@ -32,9 +33,7 @@ RenderContext::RenderContext(const Scene& scene_, const RenderSettings& settings
       lights(scene_),
       camera(scene_.camera, settings_.width, settings_.height) {
   for (const Material& material : scene.materials) {
-    coats.push_back(material.type == MaterialType::coated
-                        ? std::make_unique<const Coat>(material.roughness, material.ior)
-                        : nullptr);
+    coats.emplace_back(material);
   }
 }
 
@@ -88,8 +87,8 @@ void TileRenderer::trace() {
   for (int depth = 1; depth <= context_.settings.max_depth && !paths_.empty(); ++depth) {
     intersect(depth);
     if (depth == context_.settings.max_depth) return;
-    colors_.resize(surfaces_.size());
-    statistics_.texture_point_count += lookup_(surfaces_, colors_);
+    found_.resize(surfaces_.size());
+    statistics_.texture_point_count += lookup_(surfaces_, found_);
     scatter(depth);
   }
 }
@@ -137,10 +136,12 @@ void TileRenderer::add_emitted(const Path& path, const LightSample& seen, int de
 // Adds direct light and sends the paths on.
 void TileRenderer::scatter(int depth) {
   std::size_t kept = 0;
+  std::optional<Coat> coat;
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     Path path = paths_[i];
     const Surface& surface = surfaces_[i];
-    const Bsdf bsdf{colors_[i], context_.coats[surface.material].get()};
+    const Bsdf bsdf{found_[i].color,
+                    context_.coats[surface.material].at(found_[i].roughness, coat)};
     const Frame frame(surface.normal);
     const glm::vec3 out = frame.to_local(-path.ray.direction);
     if (context_.settings.light_sampling != LightSampling::bsdf && !context_.lights.empty()) {

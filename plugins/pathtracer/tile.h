@@ -4,11 +4,11 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <memory>
 #include <vector>
 
 #include "plugins/pathtracer/bsdf.h"
 #include "plugins/pathtracer/camera.h"
+#include "plugins/pathtracer/coats.h"
 #include "plugins/pathtracer/embree_scene.h"
 #include "plugins/pathtracer/lights.h"
 #include "plugins/pathtracer/sampling.h"
@@ -24,7 +24,7 @@ struct RenderContext {
   RenderSettings settings;
   EmbreeScene geometry;
   Lights lights;
-  std::vector<std::unique_ptr<const Coat>> coats;  // per material, null for diffuse ones
+  std::vector<Coats> coats;  // per material
   CameraRays camera;
 };
 
@@ -63,11 +63,11 @@ class TileRenderer {
 
   const RenderContext& context_;
   Tile tile_;
-  ColorLookup lookup_;
+  AppearanceLookup lookup_;
   RenderStatistics statistics_;
   std::vector<Path> paths_;          // still under way
   std::vector<Surface> surfaces_;    // where paths_[i] has arrived
-  std::vector<glm::vec3> colors_;    // colour there
+  std::vector<Appearance> found_;    // what is there
   std::vector<glm::vec3> radiance_;  // per pixel and sample of this batch
   std::vector<glm::dvec3> pixel_sums_;
 };

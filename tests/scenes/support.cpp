@@ -108,13 +108,13 @@ void write_obj(const fs::path& file, const pt::Mesh& mesh) {
   write_text(file, text.str());
 }
 
-void write_noise_model(const fs::path& file, int level) {
+void write_noise_model(const fs::path& file, int level, const std::vector<std::string>& channels) {
   using nlohmann::json;
   json nodes = json::array();
   nodes.push_back({{"name", "level" + std::to_string(level)},
                    {"op", "noise"},
                    {"level", level},
-                   {"channels", 3},
+                   {"channels", channels.size()},
                    {"distribution", "uniform"}});
   for (int k = level; k > 0; --k) {
     nodes.push_back({{"name", "level" + std::to_string(k - 1)},
@@ -124,7 +124,7 @@ void write_noise_model(const fs::path& file, int level) {
   const json document = {{"version", 1},
                          {"name", "noise"},
                          {"family", "field"},
-                         {"channels", {"albedo.r", "albedo.g", "albedo.b"}},
+                         {"channels", channels},
                          {"color_space", "srgb"},
                          {"noise", {{"scheme", "solidtex-1"}}},
                          {"field", {{"nodes", nodes}, {"output", "level0"}}}};

@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "plugins/pathtracer/scene.h"
 
@@ -38,7 +39,9 @@ void write_ply(const std::filesystem::path& file, const pt::Mesh& mesh);
 void write_obj(const std::filesystem::path& file, const pt::Mesh& mesh);
 
 // A valid model without parameters: uniform noise that is constant in cubes of 2^level texels.
-void write_noise_model(const std::filesystem::path& file, int level);
+void write_noise_model(const std::filesystem::path& file, int level,
+                       const std::vector<std::string>& channels = {"albedo.r", "albedo.g",
+                                                                   "albedo.b"});
 
 // One object seen by a camera at `eye` that looks at the origin.
 pt::Scene make_scene(pt::Mesh mesh, pt::Material material, const glm::vec3& eye, float fov);

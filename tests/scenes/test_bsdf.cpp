@@ -3,7 +3,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/bsdf.h"
+#include "plugins/pathtracer/coats.h"
 #include "plugins/pathtracer/sampling.h"
 
 using namespace solidtex::pathtracer;
@@ -73,6 +73,27 @@ TEST_CASE("No direction gets back more light than was sent, and white gets back 
       CHECK(from_grey < 0.75);
     }
   }
+}
+
+TEST_CASE("A coat between two tabulated ones has nearly the albedo of its own table") {
+  Material material;
+  material.type = MaterialType::coated;
+  material.roughness_channel = "roughness";
+  const Coats coats(material);
+  std::optional<Coat> made;
+  for (const float roughness : {0.02f, 0.034f, 0.11f, 0.27f, 0.5f, 0.83f, 1.0f}) {
+    const Coat exact(roughness, material.ior);
+    const Coat& coat = *coats.at(roughness, made);
+    CHECK(coat.alpha() == exact.alpha());
+    CHECK(coat.average_albedo() == Approx(exact.average_albedo()).margin(5e-4));
+    for (int i = 1; i <= 20; ++i) {
+      const float cosine = static_cast<float>(i) / 20;
+      CAPTURE(roughness, cosine);
+      CHECK(coat.albedo(cosine) == Approx(exact.albedo(cosine)).margin(0.01));
+    }
+  }
+  CHECK(coats.at(-3, made)->alpha() == Coat(kMinRoughness, 1.5f).alpha());
+  CHECK(coats.at(7, made)->alpha() == 1);
 }
 
 TEST_CASE("Sampled directions carry the BSDF's weight and density") {

@@ -98,13 +98,13 @@ TEST_CASE("A solid colour is the engine's answer at the surface, decoded") {
     surfaces[i].position = surfaces[i].object_position + glm::vec3(5, 6, 7);
     surfaces[i].material = static_cast<std::uint32_t>(i % 3);
   }
-  std::vector<glm::vec3> colors(surfaces.size());
-  pt::ColorLookup lookup(scene);
-  CHECK(lookup(surfaces, colors) == 60);
+  std::vector<pt::Appearance> found(surfaces.size());
+  pt::AppearanceLookup lookup(scene);
+  CHECK(lookup(surfaces, found) == 60);
 
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     if (i % 3 == 2) {
-      CHECK(colors[i] == glm::vec3(0.1f, 0.2f, 0.3f));
+      CHECK(found[i].color == glm::vec3(0.1f, 0.2f, 0.3f));
       continue;
     }
     const glm::vec3 p = i % 3 == 0 ? surfaces[i].object_position : surfaces[i].position;
@@ -113,8 +113,73 @@ TEST_CASE("A solid colour is the engine's answer at the surface, decoded") {
     texture.eval_points({1000.5, -1e9, 3.25}, texels, value);
     const glm::vec3 expected = pt::srgb_to_linear({value[0], value[1], value[2]});
     CAPTURE(i);
-    CHECK(near(colors[i], expected, 2e-5f));
+    CHECK(near(found[i].color, expected, 2e-5f));
   }
+}
+
+TEST_CASE("Colour and roughness are found by name, wherever the model has them") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> names = {"height",   "albedo.b",  "roughness",
+                                          "albedo.r", "metalness", "albedo.g"};
+  write_noise_model(folder / "maps.solidtex", 0, names);
+  const solidtex::texture texture((folder / "maps.solidtex").string());
+  pt::Scene scene;
+  scene.textures.emplace_back((folder / "maps.solidtex").string());
+  scene.materials.resize(2);
+  for (pt::Material& material : scene.materials) {
+    material.type = pt::MaterialType::coated;
+    material.color = pt::SolidColor{0, false, glm::dmat4(1)};
+    material.roughness = 0.7f;
+  }
+  scene.materials[1].roughness_channel = "roughness";
+
+  std::vector<pt::Surface> surfaces(40);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    surfaces[i].object_position = glm::vec3(0.37f, 0.71f, 1.1f) * static_cast<float>(i);
+    surfaces[i].material = i % 2;
+  }
+  std::vector<pt::Appearance> found(surfaces.size());
+  pt::AppearanceLookup lookup(scene);
+  CHECK(lookup(surfaces, found) == 40);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const glm::vec3& p = surfaces[i].object_position;
+    const std::array<float, 3> point = {p.x, p.y, p.z};
+    std::array<float, 6> value;
+    texture.eval_points({0, 0, 0}, point, value);
+    CAPTURE(i);
+    CHECK(near(found[i].color, pt::srgb_to_linear({value[3], value[5], value[1]}), 2e-5f));
+    CHECK(found[i].roughness == (i % 2 ? value[2] : 0.7f));
+  }
+}
+
+TEST_CASE("A scene's roughness may be a channel of its solid colour") {
+  const TemporaryFolder folder;
+  write_noise_model(folder / "maps.solidtex", 3,
+                    {"roughness", "albedo.r", "albedo.g", "albedo.b", "height"});
+  write_ply(folder / "quad.ply", make_quad(1));
+  nlohmann::json scene = nlohmann::json::parse(R"({
+    "version": 1,
+    "camera": {"position": [0, 3, 1], "look_at": [0, 0, 0], "fov": 30},
+    "materials": {"metal": {"type": "coated", "roughness": {"channel": "roughness"},
+                            "color": {"solid": "maps.solidtex", "texels_per_unit": 20}}},
+    "objects": [{"mesh": "quad.ply", "material": "metal"}],
+    "lights": [{"position": [0, 3, -1], "look_at": [0, 0, 0], "size": [1, 1],
+                "radiance": [40, 40, 40]}]
+  })");
+  const auto render = [&] {
+    write_text(folder / "scene.json", scene.dump());
+    return pt::render(*pt::load_scene(folder / "scene.json"), small_settings(24, 16));
+  };
+  const pt::Image varied = render();
+  scene["materials"]["metal"]["roughness"] = 0.5;
+  const pt::Image even = render();
+  float difference = 0;
+  for (std::size_t i = 0; i < varied.rgb.size(); ++i) {
+    REQUIRE(std::isfinite(varied.rgb[i]));
+    difference = std::max(difference, std::abs(varied.rgb[i] - even.rgb[i]));
+  }
+  CAPTURE(difference);
+  CHECK(save_unless(difference > 0.1f, varied, "roughness-channel"));
 }
 
 TEST_CASE("A solid material in a picture is the engine's voxel, object space moves along") {
