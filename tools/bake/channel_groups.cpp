@@ -1,5 +1,8 @@
 #include "tools/bake/channel_groups.h"
 
+#include <algorithm>
+#include <stdexcept>
+
 namespace solidtex::tools {
 namespace {
 
@@ -15,6 +18,18 @@ Encoding encoding_of(const std::string& channel, const std::string& color_space)
   return color_space == "linear" ? Encoding::linear : Encoding::data;
 }
 
+// Indices of PREFIX.r, PREFIX.g and PREFIX.b; nothing unless all three are there.
+std::vector<std::size_t> color_channels(const std::vector<std::string>& names,
+                                        const std::string& prefix) {
+  std::vector<std::size_t> channels;
+  for (const char* part : {".r", ".g", ".b"}) {
+    const auto found = std::ranges::find(names, prefix + part);
+    if (found == names.end()) return {};
+    channels.push_back(static_cast<std::size_t>(found - names.begin()));
+  }
+  return channels;
+}
+
 }  // namespace
 
 std::vector<ChannelGroup> channel_groups(const solidtex::texture& texture) {
@@ -24,19 +39,30 @@ std::vector<ChannelGroup> channel_groups(const solidtex::texture& texture) {
   const std::string color_space = texture.color_space();
 
   std::vector<ChannelGroup> groups;
-  for (std::size_t first = 0; first < names.size();) {
-    const std::string group = prefix(names[first]);
-    std::size_t end = first + 1;
-    while (!group.empty() && end < names.size() && prefix(names[end]) == group) ++end;
-    const Encoding encoding = encoding_of(names[first], color_space);
-    if (end - first == 3) {
-      groups.push_back({group, first, 3, encoding});
+  std::vector<bool> grouped(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (grouped[i]) continue;
+    const Encoding encoding = encoding_of(names[i], color_space);
+    if (const auto color = color_channels(names, prefix(names[i]));
+        std::ranges::find(color, i) != color.end()) {
+      groups.push_back({prefix(names[i]), color, encoding});
+      for (const std::size_t channel : color) grouped[channel] = true;
     } else {
-      for (std::size_t i = first; i < end; ++i) groups.push_back({names[i], i, 1, encoding});
+      groups.push_back({names[i], {i}, encoding});
     }
-    first = end;
   }
   return groups;
+}
+
+ChannelGroup channel_group(const solidtex::texture& texture, const std::string& name) {
+  const std::vector<ChannelGroup> groups = channel_groups(texture);
+  std::string names;
+  for (const ChannelGroup& group : groups) {
+    if (group.name == (name.empty() ? "albedo" : name)) return group;
+    names += (names.empty() ? "" : ", ") + group.name;
+  }
+  if (name.empty()) return groups[0];
+  throw std::runtime_error("--show " + name + ": " + texture.path() + " has " + names);
 }
 
 }  // namespace solidtex::tools

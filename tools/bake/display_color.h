@@ -9,15 +9,17 @@
 
 namespace solidtex::tools {
 
-// Shows the first group of channels; single channels and plain data as they are, in grey.
+// Shows one group of channels; single channels and plain data as they are, in grey.
 class DisplayColor {
  public:
-  explicit DisplayColor(const solidtex::texture& texture) : group_(channel_groups(texture)[0]) {}
+  DisplayColor(const solidtex::texture& texture, const std::string& group)
+      : group_(channel_group(texture, group)) {}
 
   Vec3 operator()(const float* values) const {
     Vec3 color;
     for (std::size_t i = 0; i < 3; ++i) {
-      const float value = std::clamp(values[group_.first + i % group_.count], 0.0f, 1.0f);
+      const float value =
+          std::clamp(values[group_.channels[i % group_.channels.size()]], 0.0f, 1.0f);
       color[i] = group_.encoding == Encoding::linear ? value : srgb_to_linear(value);
     }
     return color;

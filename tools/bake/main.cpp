@@ -8,6 +8,7 @@
 #include <iostream>
 #include <optional>
 
+#include "tools/bake/channel_groups.h"
 #include "tools/bake/options.h"
 #include "tools/bake/output_file.h"
 #include "tools/bake/pieces.h"
@@ -68,7 +69,7 @@ void bake(const BakeOptions& options, const Volume& volume, AtomicFile& file) {
 }
 
 void preview(const BakeOptions& options, const Volume& volume, AtomicFile& file) {
-  write_preview(file.temporary_path(), volume);
+  write_preview(file.temporary_path(), volume, options.show);
   file.commit();
   std::cout << options.preview.string() << std::endl;
 }
@@ -92,6 +93,7 @@ void run(const BakeOptions& options) {
   const solidtex::texture texture(options.model,
                                   {.seed = options.seed, .precision = options.precision});
   const Volume volume{texture, options.origin, options.size};
+  channel_group(texture, options.show);  // refuses a wrong name before anything is written
 
   std::optional<AtomicFile> output_file, preview_file;
   if (!options.output.empty()) output_file.emplace(options.output);

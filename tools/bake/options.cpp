@@ -70,7 +70,8 @@ constexpr char examples[] =
     "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
     "  solidtex-bake mine.solidtex --size 512,512,64 --origin -100,0,7 --seed 3 -o mine.vdb\n"
     "  solidtex-bake rust-red --size 128 --slices png -o rust-slices\n"
-    "  solidtex-bake rust-red --preview rust.png";
+    "  solidtex-bake rust-red --preview rust.png\n"
+    "  solidtex-bake paint-rusted --show roughness --preview roughness.png";
 
 }  // namespace
 
@@ -105,6 +106,11 @@ void add_options(CLI::App& app, BakeOptions& options) {
   app.add_option("--preview", options.preview,
                  "Picture of a cube cut open, three slices along the axes and one at 45 degrees")
       ->type_name("FILE.png");
+  app.add_option(
+         "--show", options.show,
+         "What the preview shows: a colour (albedo) or a channel (roughness), in grey from 0"
+         " to 1 (default: albedo, else the first)")
+      ->type_name("NAME");
   app.add_flag("--force", options.force, "Replace files that exist");
 }
 

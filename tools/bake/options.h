@@ -19,7 +19,7 @@ struct BakeOptions {
   std::int64_t block = 0;  // 0: chosen by the program
   int threads = 0;         // 0: all
   std::filesystem::path output, preview;
-  std::string slices;
+  std::string slices, show;
   bool force = false;
 };
 

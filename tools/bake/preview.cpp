@@ -24,9 +24,9 @@ constexpr std::int64_t min_edge = 128, max_edge = 192;
 // Colours of points in the unit cube, which spans `edge` texels from the volume's origin.
 class Material {
  public:
-  explicit Material(const Volume& volume)
+  Material(const Volume& volume, const std::string& group)
       : volume_(volume),
-        color_(volume.texture),
+        color_(volume.texture, group),
         edge_(static_cast<double>(std::clamp(
             *std::max_element(volume.size.begin(), volume.size.end()), min_edge, max_edge))) {}
 
@@ -145,9 +145,10 @@ void render_slice_rows(const Material& material, int index, int first_row, Image
 
 }  // namespace
 
-void write_preview(const std::filesystem::path& path, const Volume& volume) {
+void write_preview(const std::filesystem::path& path, const Volume& volume,
+                   const std::string& group) {
   static_assert(panel % tile_rows == 0 && slice % tile_rows == 0);
-  const Material material(volume);
+  const Material material(volume, group);
   Image image(width, height, 3);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) set_pixel(image, x, y, {backdrop, backdrop, backdrop});

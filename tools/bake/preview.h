@@ -3,13 +3,15 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "tools/bake/volume.h"
 
 namespace solidtex::tools {
 
 // The cube begins at the volume's origin and is as large as the volume, within 128 to 192 voxels.
-// Throws Interrupted after Ctrl-C.
-void write_preview(const std::filesystem::path& path, const Volume& volume);
+// `group` is the colour or channel to show (see channel_group). Throws Interrupted after Ctrl-C.
+void write_preview(const std::filesystem::path& path, const Volume& volume,
+                   const std::string& group);
 
 }  // namespace solidtex::tools

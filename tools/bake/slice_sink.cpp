@@ -24,7 +24,7 @@ std::vector<std::string> exr_names(const Volume& volume, const std::vector<Chann
   }
   for (const ChannelGroup& group : groups) {
     if (group.name != "albedo") continue;  // the image's colour, by the names viewers look for
-    for (std::size_t i = 0; i < 3; ++i) names[group.first + i] = std::string(1, "RGB"[i]);
+    for (std::size_t i = 0; i < 3; ++i) names[group.channels[i]] = std::string(1, "RGB"[i]);
   }
   return names;
 }
@@ -126,15 +126,15 @@ class SliceSink : public Sink {
   }
 
   Image png_image(std::int64_t z, const ChannelGroup& group) const {
-    return image_of(z, group.count, [&](const float* voxel, std::size_t i) {
-      return png_value(voxel[group.first + i], group.encoding);
+    return image_of(z, group.channels.size(), [&](const float* voxel, std::size_t i) {
+      return png_value(voxel[group.channels[i]], group.encoding);
     });
   }
 
   Image exr_image(std::int64_t z) const {
-    std::vector<Encoding> encodings;
+    std::vector<Encoding> encodings(channels_);
     for (const ChannelGroup& group : groups_) {
-      encodings.insert(encodings.end(), group.count, group.encoding);
+      for (const std::size_t channel : group.channels) encodings[channel] = group.encoding;
     }
     return image_of(z, channels_, [&](const float* voxel, std::size_t i) {
       return exr_value(voxel[i], encodings[i]);

@@ -13,24 +13,26 @@
 namespace solidtex::tools {
 namespace {
 
-openvdb::Vec3f value_at(const float* voxel, const openvdb::Vec3SGrid&) {
-  return {voxel[0], voxel[1], voxel[2]};
+openvdb::Vec3f value_at(const float* voxel, const ChannelGroup& group, const openvdb::Vec3SGrid&) {
+  return {voxel[group.channels[0]], voxel[group.channels[1]], voxel[group.channels[2]]};
 }
 
-float value_at(const float* voxel, const openvdb::FloatGrid&) { return voxel[0]; }
+float value_at(const float* voxel, const ChannelGroup& group, const openvdb::FloatGrid&) {
+  return voxel[group.channels[0]];
+}
 
 // Every voxel of the piece becomes active, zero ones too: this is a dense volume.
 template <class Grid>
-void fill(Grid& grid, const Volume& volume, const Piece& piece, std::size_t first_channel) {
+void fill(Grid& grid, const Volume& volume, const Piece& piece, const ChannelGroup& group) {
   auto accessor = grid.getAccessor();
-  const float* voxel = piece.values.data() + first_channel;
+  const float* voxel = piece.values.data();
   for (std::int64_t x = 0; x < piece.size[0]; ++x) {
     for (std::int64_t y = 0; y < piece.size[1]; ++y) {
       for (std::int64_t z = 0; z < piece.size[2]; ++z, voxel += volume.channels()) {
         const auto index = [&](int axis, std::int64_t step) {
           return static_cast<std::int32_t>(volume.origin[axis] + piece.offset[axis] + step);
         };
-        accessor.setValueOn({index(0, x), index(1, y), index(2, z)}, value_at(voxel, grid));
+        accessor.setValueOn({index(0, x), index(1, y), index(2, z)}, value_at(voxel, group, grid));
       }
     }
   }
@@ -38,7 +40,7 @@ void fill(Grid& grid, const Volume& volume, const Piece& piece, std::size_t firs
 
 openvdb::GridBase::Ptr make_grid(const Volume& volume, const ChannelGroup& group) {
   openvdb::GridBase::Ptr grid;
-  if (group.count == 3) {
+  if (group.channels.size() == 3) {
     grid = openvdb::Vec3SGrid::create();
   } else {
     grid = openvdb::FloatGrid::create();
@@ -84,12 +86,10 @@ class VdbSink : public Sink {
 
   void take(const Piece& piece) override {
     for (std::size_t i = 0; i < groups_.size(); ++i) {
-      if (groups_[i].count == 3) {
-        fill(*openvdb::gridPtrCast<openvdb::Vec3SGrid>(grids_[i]), volume_, piece,
-             groups_[i].first);
+      if (groups_[i].channels.size() == 3) {
+        fill(*openvdb::gridPtrCast<openvdb::Vec3SGrid>(grids_[i]), volume_, piece, groups_[i]);
       } else {
-        fill(*openvdb::gridPtrCast<openvdb::FloatGrid>(grids_[i]), volume_, piece,
-             groups_[i].first);
+        fill(*openvdb::gridPtrCast<openvdb::FloatGrid>(grids_[i]), volume_, piece, groups_[i]);
       }
     }
   }
