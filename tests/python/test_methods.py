@@ -77,6 +77,13 @@ def test_every_shipped_method_is_tested() -> None:
 
 
 @pytest.mark.parametrize("method", sorted(SMALL))
+def test_method_learns_maps_too(method: str, photo: Path, tmp_path: Path) -> None:
+    trainer = train(make_trainer([photo], tmp_path / "r", method, "--map", f"wear={photo}"), 2)
+    assert trainer.config.channels[3:] == ("wear.r", "wear.g", "wear.b")
+    assert trainer.state()["generator"]["color_basis"].shape == (6, 6)
+
+
+@pytest.mark.parametrize("method", sorted(SMALL))
 def test_method_trains_resumes_and_exports(method: str, photo: Path, tmp_path: Path) -> None:
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     uninterrupted = train(make_trainer([photo], whole, method))
