@@ -60,6 +60,17 @@ def bare_noise_model() -> ModelFile:
     return ModelFile(random_models.document("field", {"nodes": nodes, "output": "z"}), {})
 
 
+def with_maps(model: ModelFile, last: str) -> ModelFile:
+    """The model with two channels more, from a wider last layer."""
+    for key in (f"{last}.weight", f"{last}.bias"):
+        values = model.tensors[key]
+        model.tensors[key] = np.concatenate([values, 0.5 * values[:2]])
+    model.document["channels"] += ["roughness", "height"]
+    if model.document["family"] == "field":
+        model.document["field"]["nodes"][-1]["out_channels"] = 5
+    return model
+
+
 FIELDS = {
     **{model.document["name"]: model for model in FAMILIES["field"]},
     "every operation": random_models.every_operation_model(),
@@ -67,11 +78,13 @@ FIELDS = {
     "published noise": published_noise_model(),
     "reserved names": reserved_names_model(),
     "bare noise": bare_noise_model(),
+    "five channels": with_maps(random_models.lattice_model(3, 2, 3), "last_conv"),
 }
 SAMPLERS = {
     **{model.document["name"]: model for model in FAMILIES["sampler"]},
     "n=1 L=2 m=1": random_models.sampler_model(1, 2, 1),
     "n=9 L=4 m=33": random_models.sampler_model(9, 4, 33),
+    "five channels": with_maps(random_models.sampler_model(4, 3, 8), "output"),
 }
 
 
@@ -106,7 +119,7 @@ def test_blocks(name: str, origin: Any, size: Any, tmp_path: Path) -> None:
     model = FIELDS[name]
     options = (f"--origin={triple(origin)}", f"--size={triple(size)}")
     found = Exported(tmp_path, model, *options).box(origin, seed=3)
-    assert found.shape == (*size, 3)
+    assert found.shape == (*size, len(model.document["channels"]))
     assert verify.distance(found, reference.evaluate_box(model, origin, size, 3)) <= verify.BOUND
     with Texture(tmp_path / "m.solidtex", seed=3) as texture:
         assert verify.distance(found, texture.eval_box(origin, size)) <= verify.BOUND
