@@ -157,6 +157,16 @@ def test_one_exr_gives_all_channels(files: Path) -> None:
     assert linear.color_space == "linear"
 
 
+def test_a_grey_exr_with_a_map(files: Path) -> None:
+    values = np.random.default_rng(1).random((*SHAPE, 2)).astype(np.float32)
+    write_exr(files / "grey.exr", ["Y", "wear"], values)
+    exemplar = load_exemplar(files / "grey.exr", 100, SIZE, color_space="linear")
+    assert set(exemplar.channels) == {*COLOR, "wear"} and exemplar.color_space == "linear"
+    for channel in COLOR:
+        plane = exemplar.image[exemplar.channels.index(channel)].numpy()
+        assert np.array_equal(plane, values[:, :, 0])
+
+
 def test_colors_of_8_bits_become_linear_on_request(files: Path) -> None:
     encoded, linear = load(files), load(files, color_space="linear")
     assert np.abs(srgb_encode(linear.image[:3].numpy()) - encoded.image[:3].numpy()).max() < 1e-6
@@ -232,7 +242,11 @@ def test_maps_that_do_not_fit_are_refused(files: Path) -> None:
     write_exr(files / "two.exr", ["wear", "x"], np.zeros((*SHAPE, 2), np.float32))
     write_exr(files / "part.exr", ["R", "G"], np.zeros((*SHAPE, 2), np.float32))
     write_exr(files / "wear.exr", ["R", "G", "B", "wear"], np.zeros((*SHAPE, 4), np.float32))
+    write_exr(files / "twice.exr", ["R", "G", "B", "Y"], np.zeros((*SHAPE, 4), np.float32))
+    write_exr(files / "chroma.exr", ["BY", "RY", "Y"], np.zeros((*SHAPE, 3), np.float32))
     cases = [
+        ("twice.exr", {}, "found the channels R, G, B, Y, of which two are albedo.r, expected one"),
+        ("chroma.exr", {}, "luminance and chroma"),
         ("albedo.png", {"wear": "tall.png"}, "tall.png: found 52 x 61 pixels, expected 52 x 60"),
         ("albedo.png", {"wear": "two.exr"}, "two.exr: found the channels wear, x, expected one"),
         ("albedo.png", {"normal": "roughness.png"}, "found the channel normal, expected none"),

@@ -71,7 +71,7 @@ constexpr char examples[] =
     "  solidtex-bake mine.solidtex --size 512,512,64 --origin -100,0,7 --seed 3 -o mine.vdb\n"
     "  solidtex-bake rust-red --size 128 --slices png -o rust-slices\n"
     "  solidtex-bake rust-red --preview rust.png\n"
-    "  solidtex-bake paint-rusted --show roughness --preview roughness.png";
+    "  solidtex-bake mine.solidtex --show roughness --preview roughness.png";
 
 }  // namespace
 

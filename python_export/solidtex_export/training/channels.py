@@ -14,6 +14,13 @@ from solidtex_export.training.pictures import ExemplarError, Picture, refuse
 
 COLOR = ("albedo.r", "albedo.g", "albedo.b")
 RGB = ("R", "G", "B")
+COLOR_OF = {"Y": COLOR} | {
+    name: (channel,)
+    for channel, letter in zip(COLOR, RGB, strict=True)
+    for name in (letter, f"albedo.{letter}")
+}
+"""Which channels of a model a file's channel gives; Y is grey."""
+
 MAP_NAME = "[A-Za-z][A-Za-z0-9_.-]*"
 GREY_TOLERANCE = 2 / 255  # between channels of a grey map that was stored as colour
 
@@ -44,23 +51,23 @@ def groups(channels: Sequence[str]) -> list[Group]:
 
 def photo_channels(photo: Picture, color_space: str) -> Channels:
     """Colours become albedo.*, encoded as `color_space` says; EXR may have any others beside."""
-    names = list(photo.names)
-    if names == ["Y"]:
-        return dict.fromkeys(COLOR, _encoded(photo.channel("Y"), photo.is_float, color_space))
-    renamed = dict(zip([*RGB, *(f"albedo.{c}" for c in RGB)], [*COLOR, *COLOR], strict=True))
+    found = f"the channels {', '.join(photo.names)}"
+    if {"RY", "BY"} & set(photo.names):
+        raise refuse(photo.path, found + " (luminance and chroma)", "R, G, B")
     result: Channels = {}
-    for name in names:
-        channel = renamed.get(name, name)
-        if channel in result:
-            raise refuse(photo.path, f"two channels for {channel}", "one")
-        result[channel] = photo.channel(name)
-        if channel in COLOR:
-            result[channel] = _encoded(result[channel], photo.is_float, color_space)
+    for name in photo.names:
+        for channel in COLOR_OF.get(name, (name,)):
+            if channel in result:
+                raise refuse(photo.path, f"{found}, of which two are {channel}", "one")
+            values = photo.channel(name)
+            if channel in COLOR:
+                values = _encoded(values, photo.is_float, color_space)
+            result[channel] = values
     missing = [c for c in COLOR if c not in result]
     if 0 < len(missing) < len(COLOR):
-        raise refuse(photo.path, f"the channels {', '.join(names)}", f"also {', '.join(missing)}")
+        raise refuse(photo.path, found, f"also {', '.join(missing)}")
     if photo.path.suffix.lower() != ".exr" and (missing or len(result) > len(COLOR)):
-        raise refuse(photo.path, f"the channels {', '.join(names)}", "grey or R, G, B")
+        raise refuse(photo.path, found, "grey or R, G, B")
     return result
 
 
