@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from PIL import Image
+from PIL import Image, ImageOps
 
+from solidtex_export.training import pictures
 from solidtex_export.training.pictures import ExemplarError, read_picture, write_exr
 
 SHAPE = (12, 10)  # rows, columns
@@ -76,8 +77,6 @@ def test_opaque_alpha_is_dropped(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_pictures_stand_upright(orientation: int, tmp_path: Path) -> None:
-    from PIL import ImageOps
-
     exif = Image.Exif()
     exif[0x112] = orientation
     Image.fromarray(COLORS).save(tmp_path / "a.jpg", exif=exif, quality=100, subsampling=0)
@@ -193,7 +192,7 @@ def bomb(path: Path) -> None:
         (film_webp, "found several pictures"),
         (pages, "found several pictures"),
         (nan, "found nan at column 7, row 4 of channel G, expected finite values"),
-        (bomb, "found "),
+        (bomb, "found no readable picture"),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
 )
@@ -207,3 +206,14 @@ def test_refusals_name_file_found_and_expected(
     message = str(error.value)
     assert message.startswith(f"{path}: {found}") and ", expected " in message
     assert "\n" not in message
+
+
+def test_huge_pictures_are_refused_before_they_take_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Image.fromarray(COLORS).save(tmp_path / "a.png")
+    monkeypatch.setattr(pictures, "MAX_VALUES", COLORS.size - 1)
+    with pytest.raises(ExemplarError, match="found 10 x 12 pixels of 3 channels, expected at most"):
+        read_picture(tmp_path / "a.png")
+    monkeypatch.setattr(pictures, "MAX_VALUES", COLORS.size)
+    read_picture(tmp_path / "a.png")
