@@ -18,12 +18,9 @@ from PIL import Image
 
 from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
-from solidtex_export.generators.lattice import Box
-from solidtex_export.generators.pyramid import PyramidGenerator
 from solidtex_export.losses import vgg
 from solidtex_export.training.divergence import TrainError
 from solidtex_export.training.method_file import MethodError, load_method, shipped
-from solidtex_export.training.preview import evaluate
 from solidtex_export.training.result import ResultError
 from solidtex_export.training.trainer import Trainer
 
@@ -179,18 +176,6 @@ def test_a_diverging_training_says_so(photo: Path, tmp_path: Path) -> None:
     trainer = make_trainer([photo], tmp_path / "r", "default", *wild, "--steps", "400")
     with pytest.raises(TrainError, match=r"step \d+: .*the training diverges"):
         train(trainer)
-
-
-def test_slice_of_a_pyramid_equals_the_same_region_of_a_block() -> None:
-    torch.manual_seed(2)
-    generator = PyramidGenerator(levels=3, noise_channels=2, width=4).double()
-    whole, part = Box((-7, 3, 20), (6, 14, 33)), Box((-2, 5, 21), (-1, 12, 30))
-    noise = generator.draw_noise(whole)
-    block = generator(noise, whole)[:, :, 5:6, 2:9, 1:10]
-    axes = (1, 2, 0)
-    turned = [n.permute(0, 1, *(a + 2 for a in axes)) for n in noise]
-    y = evaluate(generator, turned, whole.permuted(axes), part.permuted(axes), axes)
-    assert (y - block.permute(0, 1, *(a + 2 for a in axes))).abs().max() < 1e-12
 
 
 TWO_RANKS = """

@@ -16,10 +16,12 @@ from PIL import Image
 
 from solidtex_export.commands import train as cli_train
 from solidtex_export.generators.lattice import Box, LatticeGenerator
+from solidtex_export.generators.pyramid import PyramidGenerator
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler, trilinear
+from solidtex_export.training import preview
 from solidtex_export.training.axes import channel_axes, whiten
 from solidtex_export.training.exemplar import load_exemplar
-from solidtex_export.training.preview import evaluate
+from solidtex_export.training.fixed_noise import FixedNoise
 from solidtex_export.training.slices import LatticeSlices
 
 torch.set_num_threads(1)
@@ -65,17 +67,49 @@ def test_one_voxel_needs_at_most_the_papers_noise() -> None:
         assert all(b.size[0] <= most for b, most in zip(boxes, bound, strict=True))
 
 
+GENERATORS = {
+    "lattice": LatticeGenerator(levels=4),
+    "pyramid": PyramidGenerator(levels=3, noise_channels=2, width=4),
+}
+
+
+@pytest.mark.parametrize("kind", GENERATORS)
 @pytest.mark.parametrize("axes", [(0, 1, 2), (1, 2, 0), (2, 1, 0)])
-def test_slice_equals_the_same_region_of_a_block(axes: tuple[int, int, int]) -> None:
+def test_slice_equals_the_same_region_of_a_block(kind: str, axes: tuple[int, int, int]) -> None:
     torch.manual_seed(2)
-    generator = LatticeGenerator().double().eval()
-    whole = Box((-7, 3, 20), (6, 14, 33))
-    part = Box((-2, 5, 21), (-1, 12, 30))
-    noise = generator.draw_noise(whole)
-    block = generator(noise, whole)[:, :, 5:6, 2:9, 1:10]
-    turned = [n.permute(0, 1, *(a + 2 for a in axes)) for n in noise]
-    y = evaluate(generator, turned, whole.permuted(axes), part.permuted(axes), axes)
-    assert (y - block.permute(0, 1, *(a + 2 for a in axes))).abs().max() < 1e-12
+    solid = FixedNoise(GENERATORS[kind].double().eval())
+    block = solid.colors(Box((-7, 3, 20), (6, 14, 33)))[:, 5:6, 2:9, 1:10]
+    part = solid.colors(Box((-2, 5, 21), (-1, 12, 30)), axes)
+    assert (part - block.permute(0, *(a + 1 for a in axes))).abs().max() < 1e-12
+
+
+def test_fixed_noise_has_the_generators_distribution() -> None:
+    for generator in GENERATORS.values():
+        solid = FixedNoise(generator)
+        box = Box((-9, 0, 5), (31, 40, 45))
+        drawn = zip(solid.draw(box, (0, 1, 2)), generator.draw_noise(box), strict=True)
+        for fixed, fresh in drawn:
+            assert fixed.shape == fresh.shape and fixed.dtype == fresh.dtype
+            assert abs(float(fixed.mean() - fresh.mean())) < 0.05
+            assert abs(float(fixed.std() - fresh.std())) < 0.05
+            assert abs(float(fixed.max() - fresh.max())) < 1.5
+
+
+def test_diagonal_of_the_preview_is_trilinear() -> None:
+    """Beside the slice normal to z of one solid, at voxels that the diagonal passes close to."""
+    torch.manual_seed(4)
+    generator = GENERATORS["lattice"].double().eval()
+    with torch.no_grad():
+        image = preview._diagonal(FixedNoise(generator), 40)
+    torch.manual_seed(4)
+    with torch.no_grad():
+        voxels = FixedNoise(generator).colors(Box((0, 0, 0), (40, 40, 1)))[:, :, :, 0]
+    assert image.shape == (3, 40, 40)
+    bottom = image[:, -1]
+    spread = float(voxels.std())
+    for column, voxel in ((0, 0), (17, 12), (34, 24)):  # 17 / sqrt(2) = 12.02
+        difference = bottom[:, column] - voxels[:, voxel, voxel]
+        assert float(difference.abs().max()) < 0.1 * spread
 
 
 def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> None:

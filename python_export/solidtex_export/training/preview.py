@@ -11,10 +11,12 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from solidtex_export.generators.lattice import XYZ, Axes, Box, FieldGenerator
+from solidtex_export.generators.lattice import Box, FieldGenerator
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
 from solidtex_export.training.display import Display
 from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.training.fixed_noise import FixedNoise
+from solidtex_export.training.oblique import bilinear_columns
 from solidtex_export.training.slices import SLICE_AXES, axis_frame, plane_points
 
 GAP = 4
@@ -55,54 +57,29 @@ def _stacked(images: list[Tensor], dim: int) -> Tensor:
     return torch.cat(padded, dim=dim).narrow(dim, 0, sum(p.shape[dim] for p in padded) - GAP)
 
 
-def evaluate(
-    generator: FieldGenerator, noise: list[Tensor], whole: Box, box: Box, axes: Axes = XYZ
-) -> Tensor:
-    """Whitened values of `box`, from the noise of the larger box `whole`."""
-    parts = []
-    boxes = zip(noise, generator.noise_boxes(whole), generator.noise_boxes(box), strict=True)
-    for values, available, needed in boxes:
-        for axis in range(3):
-            start = needed.lo[axis] - available.lo[axis]
-            values = values.narrow(axis + 2, start, needed.size[axis])
-        parts.append(values)
-    return generator(parts, box, axes)
-
-
 def _lattice_slices(generator: FieldGenerator, size: int) -> list[Tensor]:
-    whole = Box((0, 0, 0), (size, size, size))
-    noise = generator.draw_noise(whole)
+    solid = FixedNoise(generator)
     slices = []
-    for direction in SLICE_AXES:
+    for direction, (columns, rows) in SLICE_AXES.items():
         axis = "xyz".index(direction)
         lo, hi = [0, 0, 0], [size, size, size]
         lo[axis], hi[axis] = size // 2, size // 2 + 1
-        y = evaluate(generator, noise, whole, Box(tuple(lo), tuple(hi)))
-        image = generator.colors(y)[0].squeeze(axis + 1)  # [channel, columns, rows]
-        slices.append(image.transpose(1, 2).flip(1))
-    slices.append(_diagonal(generator, noise, whole))
-    return slices
+        image = solid.colors(Box(tuple(lo), tuple(hi)), (axis, rows, columns))
+        slices.append(image.squeeze(1).flip(1))
+    return [*slices, _diagonal(solid, size)]
 
 
-def _diagonal(generator: FieldGenerator, noise: list[Tensor], whole: Box) -> Tensor:
+def _diagonal(solid: FixedNoise, size: int) -> Tensor:
     """The vertical plane through the diagonal of x and y, trilinear between voxel centres."""
-    size = whole.size[2]
-    width = min(size, int(size / DIAGONAL[0][0]) - 1)
-    side = int(width * DIAGONAL[0][0]) + 2
-    image = []
-    for top in range(0, size, BLOCK):
-        box = Box((0, 0, top), (side, side, min(top + BLOCK, size)))
-        solid = generator.colors(evaluate(generator, noise, whole, box))
-        column = torch.arange(width, device=solid.device) * DIAGONAL[0][0]
-        at = 2 * column / (side - 1) - 1
-        rows = torch.arange(solid.shape[4], device=solid.device)
-        z = 2 * rows / max(solid.shape[4] - 1, 1) - 1
-        # grid_sample's coordinates run backwards through the axes: (z, y, x)
-        grid = torch.stack(
-            [z[:, None].expand(-1, width), at.expand(len(z), -1), at.expand(len(z), -1)], dim=-1
-        )
-        image.append(F.grid_sample(solid, grid[None, None], align_corners=True)[0, :, 0])
-    return torch.cat(image, dim=1).flip(1)
+    parts = []
+    for left in range(0, size, BLOCK):
+        steps = torch.arange(left, min(left + BLOCK, size), dtype=torch.float64)
+        along = float(DIAGONAL[0][0]) * steps
+        lo = int(along[0])
+        hi = int(along[-1]) + 2
+        block = solid.colors(Box((lo, lo, 0), (hi, hi, size)), (2, 0, 1))
+        parts.append(bilinear_columns(block[None], along - lo, along - lo)[0])
+    return torch.cat(parts, dim=2).flip(1)
 
 
 def _sampler_slices(generator: OctaveSampler, size: int) -> list[Tensor]:

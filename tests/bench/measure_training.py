@@ -1,0 +1,112 @@
+"""Measures what training costs: peak memory and seconds per step, by method and slice size."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import multiprocessing
+import resource
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from PIL import Image
+
+from solidtex_export import cli
+from solidtex_export.commands.train import make_trainer
+from solidtex_export.commands.train_options import check
+from solidtex_export.commands.train_options import parser as train_parser
+from solidtex_export.training.method_file import DEFAULT, shipped
+
+PROGRAM = "measure_training.py"
+MIB = 1 << 20
+
+EXAMPLES = f"""  {PROGRAM} --size 128 256
+  {PROGRAM} --method gutierrez gramgan --size 96 --threads 2
+  {PROGRAM} --size 512 1024 --steps 2 --device cuda
+Losses that join later are on in the second half of the steps. Memory is what the whole process held
+at most (on CUDA what torch did on the device); "start" is the same before the first step. Seconds
+are those that the processor spent, all threads together (on CUDA those that passed)."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One training to measure."""
+
+    method: str
+    size: int
+    steps: int
+    threads: int
+    device: str
+    compile: bool
+
+
+@dataclass(frozen=True)
+class Cost:
+    """MiB before the first step, MiB at most, and the median step's seconds."""
+
+    start: float
+    peak: float
+    seconds: float
+
+
+def main(arguments: list[str] | None = None) -> int:
+    return cli.run(make_parser(), arguments, measure_all)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
+    p.add_argument("--method", nargs="+", choices=shipped(), default=[DEFAULT])
+    p.add_argument("--size", nargs="+", type=int, default=[128], help="side of the slices")
+    p.add_argument("--steps", type=int, default=6, help="of each training (default: 6)")
+    p.add_argument("--threads", type=int, default=1, help="CPU threads (default: 1)")
+    p.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
+    p.add_argument("--compile", action="store_true", help="with torch.compile")
+    return p
+
+
+def measure_all(args: argparse.Namespace) -> None:
+    print(f"{'method':16} {'size':>5} {'start MiB':>10} {'peak MiB':>9} {'s / step':>9}")
+    context = multiprocessing.get_context("spawn")  # a process each: peaks do not add up
+    for method in args.method:
+        for size in args.size:
+            case = Case(method, size, args.steps, args.threads, args.device, args.compile)
+            with context.Pool(1) as pool:
+                cost = pool.apply(measure, (case,))
+            row = f"{cost.start:10.0f} {cost.peak:9.0f} {cost.seconds:9.2f}"
+            print(f"{method:16} {size:5} {row}", flush=True)
+
+
+def measure(case: Case) -> Cost:
+    torch.set_num_threads(case.threads)
+    with tempfile.TemporaryDirectory() as folder:
+        side = case.size + case.size // 2
+        pixels = np.random.default_rng(0).integers(0, 256, (side, side, 3), np.uint8)
+        Image.fromarray(pixels).save(f"{folder}/noise.png")
+        command = [f"{folder}/noise.png", "-o", f"{folder}/result", "--method", case.method]
+        command += ["--size", str(case.size), "--steps", str(case.steps), "--device", case.device]
+        p = train_parser()
+        args = p.parse_args([*command, *(["--compile"] if case.compile else [])])
+        check(p, args)
+        trainer = make_trainer(args)
+        clock = time.perf_counter if case.device == "cuda" else time.process_time
+        start, times = memory(case.device), [clock()]
+        with contextlib.redirect_stdout(io.StringIO()):
+            # One step short: the end of a training also makes a preview.
+            trainer.run(lambda: trainer.step == case.steps - 1, lambda t: times.append(clock()))
+        return Cost(start, memory(case.device), float(np.median(np.diff(times))))
+
+
+def memory(device: str) -> float:
+    """The most that was held so far, in MiB."""
+    if device == "cuda":
+        return torch.cuda.max_memory_allocated() / MIB
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+if __name__ == "__main__":
+    sys.exit(main())
