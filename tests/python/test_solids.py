@@ -181,6 +181,16 @@ def test_gaussian_fields_have_their_covariance() -> None:
     assert product == pytest.approx(np.exp(-((3 / 5) ** 2) / 2), abs=0.05)
 
 
+def test_the_maps_of_paint_share_their_edges() -> None:
+    """Rust is dark, rough and low, paint light, smooth and high, everywhere."""
+    values = exemplar(SOLIDS["paint"](0), 96, 96)
+    rust = ~phase(values, SOLIDS["paint"](0))
+    roughness, height = values[..., 3], values[..., 4]
+    assert 0.15 < rust.mean() < 0.85
+    assert ((roughness > 0.6) == rust).mean() > 0.95
+    assert height[rust].mean() < height[~rust].mean() - 0.2
+
+
 def test_pictures_are_written_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["grains", "--size", "40,24", "-o", str(tmp_path / "new")]
     assert main(arguments) == 0

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from scipy.special import ndtri
 from scipy.stats import truncnorm
 
+from solidtex_export.solids.paint import RustedPaint
 from solidtex_export.solids.random_parts import GaussianField, PoissonPoints
 from solidtex_export.solids.solid import MAPS, Solid, mixed
 from solidtex_export.training.channels import COLOR
@@ -145,4 +146,5 @@ SOLIDS: dict[str, Callable[[int], Solid]] = {
     "wood": LayeredWood,
     "marble": VeinedMarble,
     "grains": Grains,
+    "paint": RustedPaint,
 }
