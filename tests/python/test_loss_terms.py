@@ -85,7 +85,7 @@ def test_feature_loss_takes_the_layers_that_there_are() -> None:
     layers = ("relu1_1", "pool1", "relu5_1")
     found = statistics.feature_loss("gram", layers, 1e-3, features)
     assert float(found) == pytest.approx(float(statistics.gram_distance(*pair)) / 2)
-    with pytest.raises(ValueError, match="expected relu9_9"):
+    with pytest.raises(statistics.LayerError, match="expected relu9_9"):
         statistics.feature_loss("gram", ("relu9_9",), 1e-3, features)
 
 
@@ -196,6 +196,13 @@ def test_vgg_takes_the_first_three_of_five_channels(
     changed = images.clone()
     changed[:, 3:] += 1
     assert float(descriptor.loss(images, changed)) == 0
+    encoded = vgg.srgb_encoded(torch.tensor([-0.1, 0.0, 0.002, 0.2140, 1.0]))
+    assert encoded.tolist() == pytest.approx([-1.292, 0.0, 0.02584, 0.5, 1.0], abs=1e-4)
+    linear = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3), linear=True)
+    colours = images[:, :3].sigmoid()
+    found = linear.features(colours, colours)["relu1_1"][0]
+    plain = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3))
+    assert torch.equal(found, plain.features(vgg.srgb_encoded(colours), colours)["relu1_1"][0])
     grey = vgg.VggDescriptor(path, torch.zeros(1), torch.eye(1))
     assert grey.features(images[:, :1], images[:, :1])["pool1"][0].shape == (1, 64, 8, 8)
 

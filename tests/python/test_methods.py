@@ -169,6 +169,10 @@ def test_vgg_weights_of_the_users(photo: Path, tmp_path: Path) -> None:
     assert config["vgg"]["file"] == "vgg.pth" and len(config["vgg"]["sha256"]) == 64
     with pytest.raises(SystemExit):
         make_trainer([photo], tmp_path / "g", "gramgan", "--vgg", str(file))
+    with pytest.raises(MethodError, match=r"found 4 channels .* expected at most 3"):
+        more = ("--map", f"roughness={photo.with_name('grey.png')}")
+        Image.open(photo).convert("L").save(photo.with_name("grey.png"))
+        make_trainer([photo], tmp_path / "m", "henzler", "--vgg", str(file), *more)
 
 
 def test_a_diverging_training_says_so(photo: Path, tmp_path: Path) -> None:

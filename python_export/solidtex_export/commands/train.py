@@ -13,6 +13,7 @@ import torch
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from solidtex_export.commands.train_options import check, parser
+from solidtex_export.losses.statistics import LayerError
 from solidtex_export.losses.vgg import VggError
 from solidtex_export.training import ranks
 from solidtex_export.training.acceleration import compile_generator
@@ -27,6 +28,7 @@ from solidtex_export.training.result import ResultError, ResultFolder
 from solidtex_export.training.trainer import Trainer
 
 INTERRUPTED = 130
+FAILURES = (ExemplarError, LayerError, MethodError, ResultError, TrainError, VggError, OSError)
 
 
 def make_trainer(args: argparse.Namespace) -> Trainer:
@@ -59,8 +61,14 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
 
 
 def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:
+    channels = exemplars[0].channels
+    if args.vgg and args.settings.only_vgg and len(channels) > 3:
+        raise MethodError(
+            f"--vgg: found {len(channels)} channels ({', '.join(channels)}), expected at most 3:"
+            f" VGG-19 sees no more, and method {args.method} has no other loss"
+        )
     try:
-        generator = generator_sizes(args.settings, len(exemplars[0].channels))
+        generator = generator_sizes(args.settings, len(channels))
     except (TypeError, ValueError) as error:
         raise MethodError(f"{args.method}: generator: {error}") from error
     return Config(
@@ -74,7 +82,7 @@ def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:
         minutes=args.minutes,
         steps=args.steps,
         exemplars=exemplar_records(exemplars),
-        channels=exemplars[0].channels,
+        channels=channels,
         color_space=exemplars[0].color_space,
         license=args.license,
         source=args.source,
@@ -134,7 +142,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{args.result}: resuming at step {trainer.step}")
         print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
         finished = train(trainer)
-    except (ExemplarError, MethodError, ResultError, TrainError, VggError, OSError) as error:
+    except FAILURES as error:
         print(f"solidtex-train: {error}", file=sys.stderr)
         return 1
     finally:

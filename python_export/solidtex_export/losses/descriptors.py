@@ -32,9 +32,11 @@ class DescriptorSource:
     color_mean: Tensor
     color_basis: Tensor
     vgg: Path | None = None
+    linear: bool = False
+    """Colours are linear light, not sRGB-encoded."""
 
     def make(self, name: str, groups: tuple[tuple[int, ...], ...] = ()) -> Descriptor:
         """ "vgg" without a file of weights is our own weight-free descriptor."""
         if name == "vgg" and self.vgg is not None:
-            return VggDescriptor(self.vgg, self.color_mean, self.color_basis)
+            return VggDescriptor(self.vgg, self.color_mean, self.color_basis, self.linear)
         return RandomDescriptor(groups) if groups else RandomDescriptor()

@@ -18,6 +18,11 @@ from torch import Tensor
 Features = dict[str, tuple[Tensor, Tensor]]
 """Layer name -> features of the slices, features of the photograph."""
 
+
+class LayerError(ValueError):
+    """A method names layers that its descriptor does not have."""
+
+
 NEIGHBOURS = 1  # pixels around one that equation 10 sums over
 
 
@@ -88,7 +93,7 @@ def feature_loss(kind: str, layers: tuple[str, ...], sigma: float, features: Fea
     """One term, the mean over those of `layers` that the descriptor has (table 1)."""
     pairs = [features[name] for name in layers if name in features]
     if not pairs:
-        raise ValueError(
+        raise LayerError(
             f"{kind}: found layers {', '.join(features)}, expected {', '.join(layers)}"
         )
     distances = {

@@ -56,8 +56,14 @@ GATYS = Preprocessing((2, 1, 0), 255.0, (103.939, 116.779, 123.68), (1.0, 1.0, 1
 class VggDescriptor:
     """VGG-19 up to relu5_1 with fixed weights."""
 
-    def __init__(self, path: Path, color_mean: Tensor, color_basis: Tensor) -> None:
-        """`color_mean` [channel], `color_basis` [channel, channel]: colour = mean + basis @ y."""
+    def __init__(
+        self, path: Path, color_mean: Tensor, color_basis: Tensor, linear: bool = False
+    ) -> None:
+        """`color_mean` [channel], `color_basis` [channel, channel]: colour = mean + basis @ y.
+
+        `linear`: colours are linear light; VGG was trained on sRGB-encoded ones.
+        """
+        self._linear = linear
         self._layers, self._preprocess = read_weights(path)
         picks = list(range(3)) if len(color_mean) >= 3 else [0, 0, 0]
         self._mean, self._basis = color_mean[picks], color_basis[picks]
@@ -79,7 +85,8 @@ class VggDescriptor:
             raise VggError(f"slice: found shape {tuple(images.shape)}, expected {SMALLEST} pixels")
         device = images.device
         rgb = torch.einsum("ij,bjrc->birc", self._basis.to(device), images.float())
-        x = self._preprocess(rgb + self._mean.to(device).view(1, 3, 1, 1))
+        rgb = rgb + self._mean.to(device).view(1, 3, 1, 1)
+        x = self._preprocess(srgb_encoded(rgb) if self._linear else rgb)
         found = {}
         remaining = iter(self._layers)
         for group, count in enumerate(CONVOLUTIONS, 1):
@@ -91,6 +98,12 @@ class VggDescriptor:
                 x = F.avg_pool2d(x, 2)
                 found[f"pool{group}"] = x
         return found
+
+
+def srgb_encoded(linear: Tensor) -> Tensor:
+    """IEC 61966-2-1; below black it stays linear, so that gradients do."""
+    curve = 1.055 * linear.clamp_min(0.0031308) ** (1 / 2.4) - 0.055
+    return torch.where(linear <= 0.0031308, 12.92 * linear, curve)
 
 
 def read_weights(path: Path) -> tuple[list[tuple[Tensor, Tensor]], Preprocessing]:

@@ -12,7 +12,7 @@ from typing import Any
 
 PLANES = ("auto", "axes", "any", "about-z")
 GENERATORS = ("lattice", "pyramid", "sampler")
-DESCRIPTORS = ("vgg", "learned", "random")
+DESCRIPTORS = ("vgg", "random")
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 CRITIC_LOSSES = ("style", "adversarial")
 LOSSES = ("descriptor", *FEATURE_LOSSES, *CRITIC_LOSSES)
@@ -141,6 +141,12 @@ class Method:
     @property
     def uses_vgg(self) -> bool:
         return any(t.descriptor == "vgg" and t.kind not in CRITIC_LOSSES for t in self.losses)
+
+    @property
+    def only_vgg(self) -> bool:
+        """Whether VGG-19, which sees three channels, is all that judges from the start."""
+        first = [term for term in self.losses if term.start == 0]
+        return all(t.descriptor == "vgg" and t.kind not in CRITIC_LOSSES for t in first)
 
     def critic_on(self, progress: float) -> bool:
         return any(t.kind in CRITIC_LOSSES and t.start <= progress for t in self.losses)

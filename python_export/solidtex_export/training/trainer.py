@@ -68,7 +68,7 @@ class Trainer:
             config.symmetry,
             [whiten(e.image, mean, basis).to(device) for e in exemplars],
             self.opponents,
-            DescriptorSource(mean, basis, vgg),
+            DescriptorSource(mean, basis, vgg, config.color_space == "linear"),
             self._autocast,
         )
         self.watch = DivergenceWatch()
