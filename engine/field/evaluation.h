@@ -4,9 +4,9 @@
 // long block costs no margin along x and its working set stays in the second cache.
 #pragma once
 
-#include <hwy/aligned_allocator.h>
-
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
 #include <vector>
 
 #include "engine/field/block.h"
@@ -24,7 +24,10 @@ class Workspace {
   float* floats(std::size_t count);
 
  private:
-  hwy::AlignedFreeUniquePtr<float[]> memory_;
+  struct Free {
+    void operator()(float* memory) const { std::free(memory); }
+  };
+  std::unique_ptr<float[], Free> memory_;
   std::size_t size_ = 0;
 };
 
@@ -41,6 +44,7 @@ class Evaluation {
   void advance(const Step& step, const Box& region);
   void compute(const Step& step, const Box& box);
   void convolve(const Step& step, const Box& box);
+  void copy_coarse(int node, const Box& box) const;
   void compute_general(const Step& step, const Box& box);
   Block gather(int node, const Box& box) const;
   void read(int node, int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo,

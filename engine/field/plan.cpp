@@ -1,10 +1,13 @@
 #include "engine/field/plan.h"
 
+#include <algorithm>
 #include <variant>
 
 namespace solidtex::engine {
 
 namespace {
+
+constexpr int kMostDirectInputs = 4;
 
 LinearLayer pack(const Conv3dOp& op) {
   const auto outputs = static_cast<int>(op.weight.shape[0]);
@@ -58,27 +61,44 @@ class Planner {
   }
 
   // Makes the chain that begins with a 3^3 convolution; gives its last node.
-  int extend_chain(int node, ConvChain& chain) {
-    const auto& conv = std::get<Conv3dOp>(nodes_[node].op);
-    chain.first =
-        WinogradLayer(inputs_of(node), nodes_[node].channels, conv.weight.values, conv.bias.values);
-    float* slope = &chain.first.slope;  // of the last layer so far
+  int extend_chain(int first, ConvChain& chain) {
+    float slope = 1;  // of the 3^3 convolution
+    float* last_slope = &slope;
+    int node = first;
     while (readers_[node].size() == 1) {
       const int next = readers_[node][0];
-      if (const auto* relu = std::get_if<LeakyReluOp>(&nodes_[next].op); relu && *slope == 1) {
-        *slope = relu->slope;
+      if (const auto* relu = std::get_if<LeakyReluOp>(&nodes_[next].op); relu && *last_slope == 1) {
+        *last_slope = relu->slope;
       } else if (const auto* point = std::get_if<Conv3dOp>(&nodes_[next].op);
                  point && point->kernel == 1) {
         chain.rest.emplace_back(inputs_of(next), nodes_[next].channels, point->weight.values,
                                 point->bias.values);
-        slope = &chain.rest.back().slope;
+        last_slope = &chain.rest.back().slope;
       } else {
         break;
       }
       plan_.parts[next] = {next};  // not a step of its own
       node = next;
     }
+    const bool gives_result = node + 1 == static_cast<int>(nodes_.size());
+    begin_chain(first, gives_result, chain);
+    (chain.is_direct() ? chain.taps.slope : chain.first.slope) = slope;
     return node;
+  }
+
+  // Few inputs are summed tap by tap. Tiles of four need whole tiles of their inputs, which would
+  // widen the margins of all but the result.
+  void begin_chain(int node, bool gives_result, ConvChain& chain) const {
+    const auto& conv = std::get<Conv3dOp>(nodes_[node].op);
+    const int inputs = inputs_of(node);
+    const std::vector<int>& parts = plan_.parts[nodes_[node].inputs[0]];
+    const bool upsampled = std::ranges::any_of(
+        parts, [this](int part) { return std::holds_alternative<UpsampleOp>(nodes_[part].op); });
+    if (inputs <= kMostDirectInputs && parts.size() == 1 && !upsampled)
+      chain.taps = pack(conv);
+    else
+      chain.first = WinogradLayer(gives_result && !upsampled ? 4 : 2, inputs, nodes_[node].channels,
+                                  conv.weight.values, conv.bias.values);
   }
 
   int inputs_of(int node) const { return nodes_[nodes_[node].inputs[0]].channels; }

@@ -19,7 +19,7 @@ struct Step {
   // The packed weights of any other convolution.
   LinearLayer layer;
 
-  bool is_chain() const { return chain.first.outputs > 0; }
+  bool is_chain() const { return chain.outputs() > 0; }
 };
 
 struct Plan {

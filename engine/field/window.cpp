@@ -14,6 +14,15 @@ std::ptrdiff_t spread(std::ptrdiff_t floats) {
   return (lines + (24 - lines % 16) % 16) * kLine;
 }
 
+// Values z_lo .. z_hi from the even and the odd ones, which begin at the same tile.
+void join(const float* even, const float* odd, std::int64_t z_lo, std::int64_t z_hi,
+          float* __restrict values) {
+  std::int64_t count = z_hi - z_lo;
+  if (count > 0 && (z_lo & 1) != 0) *values++ = *odd++, ++even, --count;
+  for (std::int64_t i = 0; i < count / 2; ++i) values[2 * i] = even[i], values[2 * i + 1] = odd[i];
+  if (count % 2 == 1) values[count - 1] = even[count / 2];
+}
+
 }  // namespace
 
 Window::Window(const Box& box, int channels, int phases, std::int64_t planes) {
@@ -58,10 +67,24 @@ void Window::read(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo
     std::copy(even + (z_lo - planes_.z_lo), even + (z_hi - planes_.z_lo), values);
     return;
   }
-  std::int64_t tile = (z_lo >> 1) - planes_.z_lo, z = z_lo;
-  if (z < z_hi && (z & 1) != 0) *values++ = odd[tile++], ++z;
-  for (; z + 2 <= z_hi; z += 2, ++tile, values += 2) values[0] = even[tile], values[1] = odd[tile];
-  if (z < z_hi) *values = even[tile];
+  const std::int64_t tile = (z_lo >> 1) - planes_.z_lo;
+  join(even + tile, odd + tile, z_lo, z_hi, values);
+}
+
+void Window::join_planes(const Window& from, const Box& box) const {
+  const Planes &in = from.planes_, &out = planes_;
+  const std::ptrdiff_t in_z = (box.lo[2] >> 1) - in.z_lo, out_z = box.lo[2] - out.z_lo;
+  for (std::int64_t x = box.lo[0]; x < box.hi[0]; ++x)
+    for (int c = 0; c < out.channels; ++c) {
+      const float* phases = in.plane(x) + c * in.channel_pitch() + in_z;
+      float* to = out.plane(x) + c * out.channel_pitch() + out_z;
+      for (std::int64_t y = box.lo[1]; y < box.hi[1]; ++y) {
+        const float* even =
+            phases + (y & 1) * 2 * in.phase_pitch + ((y >> 1) - in.y_lo) * in.row_pitch;
+        join(even, even + in.phase_pitch, box.lo[2], box.hi[2],
+             to + (y - out.y_lo) * out.row_pitch);
+      }
+    }
 }
 
 void Window::write(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo,

@@ -34,6 +34,9 @@ class Window {
   void write(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo, std::int64_t z_hi,
              const float* values) const;
 
+  // Fills a box of this window of one phase from one of four.
+  void join_planes(const Window& from, const Box& box) const;
+
  private:
   std::size_t slack() const;
   // The first value of a row; the odd z, where they are apart, are a phase behind.

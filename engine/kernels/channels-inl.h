@@ -31,73 +31,81 @@ HWY_INLINE Floats Activate(Floats v, Floats slope) {
 
 #if HWY_NATIVE_FMA
 
-inline constexpr int kChannelVectors = 2;
-// Sums fill most of the registers: 24 of 32, or 12 of 16.
-inline constexpr int kMostChannels = (HWY_TARGET == HWY_AVX2 ? 12 : 24) / kChannelVectors;
+// Sums of two vectors fill most of the registers: 24 of 32, or 12 of 16.
+inline constexpr int kMostChannels = HWY_TARGET == HWY_AVX2 ? 6 : 12;
 
-// `kOutputs` outputs of two vectors, from output `first` on.
-template <int kOutputs>
+// `kOutputs` outputs of some vectors, from output `first` on.
+template <int kOutputs, int kVectors>
 HWY_INLINE void ChannelTile(const ChannelLayer& layer, int first, const float* HWY_RESTRICT in,
-                            std::ptrdiff_t pitch, float* HWY_RESTRICT out) {
+                            std::ptrdiff_t pitch, float* HWY_RESTRICT out,
+                            std::ptrdiff_t out_pitch) {
   const Float d;
   constexpr std::ptrdiff_t kLanes = hn::MaxLanes(d);
-  Floats sum[kOutputs][kChannelVectors];
+  Floats sum[kOutputs][kVectors];
 #pragma GCC unroll 12
   for (int o = 0; o < kOutputs; ++o)
 #pragma GCC unroll 2
-    for (int v = 0; v < kChannelVectors; ++v) sum[o][v] = hn::Set(d, layer.bias[first + o]);
+    for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::Set(d, layer.bias[first + o]);
   const float* HWY_RESTRICT weights = layer.weights.data() + first;
   for (int i = 0; i < layer.inputs; ++i, weights += layer.padded, in += pitch) {
-    Floats x[kChannelVectors];
+    Floats x[kVectors];
 #pragma GCC unroll 2
-    for (int v = 0; v < kChannelVectors; ++v) x[v] = hn::Load(d, in + v * kLanes);
+    for (int v = 0; v < kVectors; ++v) x[v] = hn::Load(d, in + v * kLanes);
 #pragma GCC unroll 12
     for (int o = 0; o < kOutputs; ++o) {
       const Floats w = hn::Set(d, weights[o]);
 #pragma GCC unroll 2
-      for (int v = 0; v < kChannelVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
+      for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
     }
   }
   const Floats slope = hn::Set(d, layer.slope);
-  out += first * pitch;
+  out += first * out_pitch;
 #pragma GCC unroll 12
-  for (int o = 0; o < kOutputs; ++o, out += pitch)
+  for (int o = 0; o < kOutputs; ++o, out += out_pitch)
 #pragma GCC unroll 2
-    for (int v = 0; v < kChannelVectors; ++v)
-      hn::Store(Activate(sum[o][v], slope), d, out + v * kLanes);
+    for (int v = 0; v < kVectors; ++v) hn::Store(Activate(sum[o][v], slope), d, out + v * kLanes);
 }
 
 // The widest tile that fits what is left, from kOutputs down; gives the output behind it.
-template <int kOutputs>
+template <int kOutputs, int kVectors>
 HWY_INLINE int WidestChannelTile(const ChannelLayer& layer, int first, const float* in,
-                                 std::ptrdiff_t pitch, float* out) {
+                                 std::ptrdiff_t pitch, float* out, std::ptrdiff_t out_pitch) {
   if constexpr (kOutputs > 2) {
     if (layer.padded - first < kOutputs)
-      return WidestChannelTile<kOutputs - 2>(layer, first, in, pitch, out);
+      return WidestChannelTile<kOutputs - 2, kVectors>(layer, first, in, pitch, out, out_pitch);
   }
-  ChannelTile<kOutputs>(layer, first, in, pitch, out);
+  ChannelTile<kOutputs, kVectors>(layer, first, in, pitch, out, out_pitch);
   return first + kOutputs;
 }
 
-// All padded outputs of `count` values, rounded up to pairs of vectors. Channels are `pitch` apart.
+template <int kVectors>
+void ChannelTiles(const ChannelLayer& layer, const float* in, std::ptrdiff_t pitch, float* out,
+                  std::ptrdiff_t out_pitch) {
+  for (int first = 0; first < layer.padded;)
+    first = WidestChannelTile<kMostChannels, kVectors>(layer, first, in, pitch, out, out_pitch);
+}
+
+// All padded outputs of `count` values, whole vectors. Channels are `pitch` apart.
 void Channels(const ChannelLayer& layer, const float* in, std::ptrdiff_t pitch,
-              std::ptrdiff_t count, float* out) {
-  for (std::ptrdiff_t t = 0; t < count; t += kChannelVectors * FloatLanes())
-    for (int first = 0; first < layer.padded;)
-      first = WidestChannelTile<kMostChannels>(layer, first, in + t, pitch, out + t);
+              std::ptrdiff_t count, float* out, std::ptrdiff_t out_pitch) {
+  const std::ptrdiff_t lanes = FloatLanes();
+  std::ptrdiff_t t = 0;
+  for (; t + lanes < count; t += 2 * lanes)
+    ChannelTiles<2>(layer, in + t, pitch, out + t, out_pitch);
+  if (t < count) ChannelTiles<1>(layer, in + t, pitch, out + t, out_pitch);
 }
 
 #else
 
 // Without fused multiply-add in the instruction set, the same sums one by one.
 void Channels(const ChannelLayer& layer, const float* in, std::ptrdiff_t pitch,
-              std::ptrdiff_t count, float* out) {
+              std::ptrdiff_t count, float* out, std::ptrdiff_t out_pitch) {
   for (int o = 0; o < layer.outputs; ++o)
     for (std::ptrdiff_t t = 0; t < count; ++t) {
       float sum = layer.bias[o];
       for (int i = 0; i < layer.inputs; ++i)
         sum = std::fma(layer.weights[i * layer.padded + o], in[i * pitch + t], sum);
-      out[o * pitch + t] = sum > 0 ? sum : layer.slope * sum;
+      out[o * out_pitch + t] = sum > 0 ? sum : layer.slope * sum;
     }
 }
 

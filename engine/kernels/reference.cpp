@@ -23,68 +23,7 @@ void map(const ConstVolume& in, const Volume& out, Function function) {
   });
 }
 
-// Replaces the four values at stride `step` by B^T d of F(2, 3).
-void transform_input(float* d, int step) {
-  const float d0 = d[0], d1 = d[step], d2 = d[2 * step], d3 = d[3 * step];
-  d[0] = d0 - d2, d[step] = d1 + d2, d[2 * step] = d2 - d1, d[3 * step] = d1 - d3;
-}
-
-// A^T m of F(2, 3), one of its two outputs.
-float transform_output(const float* m, int step, int parity) {
-  return parity == 0 ? (m[0] + m[step]) + m[2 * step] : (m[step] - m[2 * step]) - m[3 * step];
-}
-
-using Tile = std::array<float, kWinogradPositions>;
-
-// The 4^3 inputs of a tile, transformed along z, then x, then y. `corner` is the place of its first
-// input relative to the volume; what lies outside is needed by none of the volume's outputs.
-Tile transformed_input(const ConstVolume& in, int channel,
-                       const std::array<std::int64_t, 3>& corner) {
-  Tile d{};
-  for (int i = 0; i < kWinogradPositions; ++i) {
-    const std::int64_t at[3] = {corner[0] + i / 16, corner[1] + i / 4 % 4, corner[2] + i % 4};
-    bool inside = true;
-    for (int axis = 0; axis < 3; ++axis) inside &= at[axis] >= 0 && at[axis] < in.size[axis];
-    if (inside) d[i] = in.row(channel, at[0], at[1])[at[2]];
-  }
-  for (const int step : {1, 16, 4})
-    for (int i = 0; i < kWinogradPositions; ++i)
-      if (i / step % 4 == 0) transform_input(&d[i], step);
-  return d;
-}
-
-// One output of a tile from its products, transformed along z, then y, then x.
-float transformed_output(const Tile& m, const std::array<int, 3>& parity) {
-  float along_x[4];
-  for (int x = 0; x < 4; ++x) {
-    float along_y[4];
-    for (int y = 0; y < 4; ++y) along_y[y] = transform_output(&m[16 * x + 4 * y], 1, parity[2]);
-    along_x[x] = transform_output(along_y, 1, parity[1]);
-  }
-  return transform_output(along_x, 1, parity[0]);
-}
-
 }  // namespace
-
-void winograd_conv3d(const WinogradLayer& layer, const std::array<std::int64_t, 3>& out_lo,
-                     const ConstVolume& in, const Volume& out) {
-  for_each_voxel(out, [&](int o, std::int64_t x, std::int64_t y, std::int64_t z) {
-    std::array<std::int64_t, 3> corner{x, y, z};
-    std::array<int, 3> parity;
-    for (int axis = 0; axis < 3; ++axis) {
-      parity[axis] = static_cast<int>((out_lo[axis] + corner[axis]) & 1);
-      corner[axis] -= parity[axis];  // the input begins one voxel before the output
-    }
-    Tile products{};
-    for (int c = 0; c < layer.inputs; ++c) {
-      const Tile d = transformed_input(in, c, corner);
-      for (int p = 0; p < kWinogradPositions; ++p)
-        products[p] = std::fma(layer.at(p / 4, c)[4 * o + p % 4], d[p], products[p]);
-    }
-    const float sum = transformed_output(products, parity) + layer.bias[o];
-    out.row(o, x, y)[z] = sum > 0 ? sum : layer.slope * sum;
-  });
-}
 
 void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out) {
   for_each_voxel(out, [&](int o, std::int64_t x, std::int64_t y, std::int64_t z) {

@@ -25,6 +25,15 @@ using Words = hn::Vec<Word>;
 
 HWY_INLINE std::ptrdiff_t FloatLanes() { return static_cast<std::ptrdiff_t>(hn::Lanes(Float())); }
 
+// GCC 12 would load a value again for each of its uses, as an operand in memory: with three uses
+// the loads, not the multiplications, then set the pace (75 instead of 55 ns a voxel).
+HWY_INLINE Floats InRegister(Floats v) {
+#if HWY_COMPILER_GCC && HWY_ARCH_X86
+  __asm__("" : "+v"(v.raw));
+#endif
+  return v;
+}
+
 // Stores the first `count` lanes, or all where there are fewer.
 HWY_INLINE void StoreFirst(Floats v, float* to, std::ptrdiff_t count) {
   const Float d;

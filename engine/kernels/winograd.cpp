@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/kernels/channels-inl.h"
+#include "engine/kernels/direct-inl.h"
 #include "engine/kernels/winograd_inputs-inl.h"
 #include "engine/kernels/winograd_products-inl.h"
 
@@ -20,16 +21,20 @@ HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
 // One call's work, in strips of at most kStrip tiles.
+template <int kTile>
 class Convolution {
  public:
   Convolution(const ConvChain& chain, std::span<const ConvSource> sources, const TileRange& range,
               const Planes& out, float* scratch)
       : chain_(chain), sources_(sources), range_(range), out_(out) {
+    const ScratchSizes sizes(chain);
     inputs_ = scratch;
-    products_ = inputs_ + kGroups * GroupPitch(chain.first.inputs);
-    current_ = products_ + 8 * kStrip * static_cast<std::ptrdiff_t>(chain.first.outputs);
-    next_ = current_ + 8 * kStrip * static_cast<std::ptrdiff_t>(widest_layer(chain));
-    FindTerms();
+    products_ = inputs_ + sizes.inputs;
+    slots_ = products_ + sizes.products;
+    layers_[0] = slots_ + sizes.slots;
+    layers_[1] = layers_[0] + sizes.layer;
+    results_ = layers_[1] + sizes.layer;
+    if constexpr (kTile > 1) FindTerms();
   }
 
   // Vectors either keep to their rows or go on from one to the next, whichever takes fewer of them;
@@ -41,19 +46,21 @@ class Convolution {
     for (const ConvSource& source : sources_) same_pitch &= source.planes.row_pitch == pitch;
     const std::ptrdiff_t run = (rows - 1) * pitch + width;
     const auto vectors = [lanes](std::ptrdiff_t count) { return (count + lanes - 1) / lanes; };
-    if (same_pitch && vectors(run) < rows * vectors(width)) {
-      wrap_ = pitch;
-      for (std::int64_t x = range_.x_lo >> 1; 2 * x < range_.x_hi; ++x) AddRun(x, range_.y_lo, run);
-    } else {
-      wrap_ = width;
-      for (std::int64_t x = range_.x_lo >> 1; 2 * x < range_.x_hi; ++x)
+    const bool wraps = same_pitch && vectors(run) < rows * vectors(width);
+    wrap_ = wraps ? pitch : width;
+    for (std::int64_t x = range_.x_lo >> kShift; x << kShift < range_.x_hi; ++x)
+      if (wraps)
+        AddRun(x, range_.y_lo, run);
+      else
         for (std::int64_t y = range_.y_lo; y < range_.y_hi; ++y) AddRun(x, y, width);
-    }
     RunStrip();
   }
 
  private:
   static constexpr std::size_t kMostVectors = kStrip / hn::MaxLanes(Float());
+  static constexpr int kShift = kTile / 2;  // from voxels to tiles along x
+  static constexpr int kGroups = 4 * (kTile + 2);
+  static constexpr int kVoxels = 4 * kTile;
 
   // Tiles that are neighbours in memory, from the beginning of row y on.
   void AddRun(std::int64_t x, std::int64_t y, std::ptrdiff_t count) {
@@ -65,39 +72,65 @@ class Convolution {
   }
 
   void RunStrip() {
-    const std::span<const TileVector> vectors(vectors_, vector_count_);
+    if (vector_count_ == 0) return;
     const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(vector_count_) * FloatLanes();
-    const std::ptrdiff_t pitch = GroupPitch(chain_.first.inputs);
-    float* to = inputs_;
-    for (const ConvSource& source : sources_) {
-      const auto transform = source.upsampled ? TransformUpsampledTiles : TransformTiles;
-      transform(source.planes, vectors, pitch, to);
-      to += 4 * kStrip * source.planes.channels;
-    }
-    Slice<0>(count);
-    Slice<1>(count);
-    Slice<2>(count);
-    Slice<3>(count);
-    for (const ChannelLayer& layer : chain_.rest) {
-      for (int voxel = 0; voxel < 8; ++voxel)
-        Channels(layer, current_ + voxel * kStrip, 8 * kStrip, count, next_ + voxel * kStrip);
-      std::swap(current_, next_);
-    }
+    if constexpr (kTile == 1)
+      SumTaps(chain_.taps, sources_[0].planes, {vectors_, vector_count_}, slots_);
+    else
+      RunFirst(count);
+    if (!chain_.rest.empty())
+      for (int voxel = 0; voxel < kVoxels; ++voxel)
+        if (IsWanted(vectors_[0], voxel / 4) || IsWanted(vectors_[vector_count_ - 1], voxel / 4))
+          RunRest(voxel, count);
     for (std::size_t i = 0; i < vector_count_; ++i) StoreVector(i);
     vector_count_ = 0;
   }
 
-  void StoreVector(std::size_t index) {
-    const TileVector& vector = vectors_[index];
-    const float* from = current_ + index * hn::MaxLanes(Float());
-    for (int x = 0; x < 2; ++x, from += 4 * kStrip)
-      if (2 * vector.x + x >= range_.x_lo && 2 * vector.x + x < range_.x_hi)
-        StorePlane(vector, from, out_.plane(2 * vector.x + x));
+  void RunFirst(std::ptrdiff_t count) {
+    const WinogradLayer& layer = chain_.first;
+    const std::span<const TileVector> vectors(vectors_, vector_count_);
+    float* to = inputs_;
+    for (const ConvSource& source : sources_) {
+      const auto transform = source.upsampled ? TransformUpsampledTiles : TransformTiles<kTile>;
+      transform(source.planes, vectors, to);
+      to += kInputPitch<kTile> * source.planes.channels;
+    }
+    for (int x = 0; x < kTile + 2; ++x) {
+      for (int y = 0; y < 4; ++y) Multiply(4 * x + y, count, products_ + 2 * y * kStrip);
+      OutputAlongY<kTile>(layer.outputs, count, products_, slots_ + 4 * x * kStrip);
+    }
+    OutputAlongX<kTile>(layer, count, slots_);
   }
 
-  // One x of a vector of tiles, row by row.
+  // The 1^3 convolutions of one voxel of each tile.
+  void RunRest(int voxel, std::ptrdiff_t count) {
+    const float* from = slots_ + voxel * kStrip;
+    std::ptrdiff_t pitch = kSlots<kTile> * kStrip;
+    for (const ChannelLayer& layer : chain_.rest) {
+      const bool last = &layer == &chain_.rest.back();
+      float* to = last ? results_ + voxel * kStrip : layers_[(&layer - &chain_.rest[0]) % 2];
+      const std::ptrdiff_t to_pitch = last ? kVoxels * kStrip : kStrip;
+      Channels(layer, from, pitch, count, to, to_pitch);
+      from = to, pitch = to_pitch;
+    }
+  }
+
+  void StoreVector(std::size_t index) {
+    const TileVector& vector = vectors_[index];
+    const float* from = (chain_.rest.empty() ? slots_ : results_) + index * hn::MaxLanes(Float());
+    for (int x = 0; x < kTile; ++x, from += 4 * kStrip)
+      if (IsWanted(vector, x)) StorePlane(vector, from, out_.plane(kTile * vector.x + x));
+  }
+
+  bool IsWanted(const TileVector& vector, int x) const {
+    return kTile * vector.x + x >= range_.x_lo && kTile * vector.x + x < range_.x_hi;
+  }
+
+  // Both y and z of some tiles at one x, row by row unless the result's rows follow each other too.
   void StorePlane(const TileVector& vector, const float* from, float* plane) {
     const std::ptrdiff_t width = range_.z_hi - range_.z_lo;
+    if (width == wrap_ && width == out_.row_pitch)
+      return StoreRun(from, plane + out_.offset(vector.y, vector.z), vector.count);
     std::ptrdiff_t z = vector.z - range_.z_lo;
     std::int64_t y = vector.y;
     for (std::ptrdiff_t t = 0; t < vector.count; ++y, z = 0) {
@@ -111,7 +144,8 @@ class Convolution {
   void StoreRun(const float* from, float* to, std::ptrdiff_t count) {
     const Float d;
     const auto used = hn::FirstN(d, static_cast<std::size_t>(count));
-    for (int o = 0; o < out_.channels; ++o, from += 8 * kStrip)
+    const std::ptrdiff_t pitch = (chain_.rest.empty() ? kSlots<kTile> : kVoxels) * kStrip;
+    for (int o = 0; o < out_.channels; ++o, from += pitch)
       for (int phase = 0; phase < 4; ++phase, to += out_.phase_pitch) {
         const Floats values = hn::LoadU(d, from + phase * kStrip);
         if (count == FloatLanes())
@@ -121,12 +155,6 @@ class Convolution {
       }
   }
 
-  template <int kX>
-  void Slice(std::ptrdiff_t count) {
-    for (int y = 0; y < 4; ++y) Multiply(kX, y, count);
-    OutputSlice<kX>(chain_.first, count, products_, current_);
-  }
-
   // The terms of the products of each group (ix, iy), which are the same for all strips.
   void FindTerms() {
     for (int group = 0; group < kGroups; ++group) {
@@ -134,29 +162,29 @@ class Convolution {
       first_term_[group] = terms_.size();
       for (const ConvSource& source : sources_) {
         if (!source.upsampled || (group / 4 != 2 && group % 4 != 2))
-          terms_.push_back(
-              {chain_.first.at(group, channel),
-               inputs_ + group * GroupPitch(chain_.first.inputs) + 4 * kStrip * channel,
-               source.planes.channels, source.upsampled});
+          terms_.push_back({chain_.first.at(group, channel),
+                            inputs_ + channel * kInputPitch<kTile> + group * 4 * kStrip,
+                            kInputPitch<kTile>, source.planes.channels, source.upsampled});
         channel += source.planes.channels;
       }
     }
     first_term_[kGroups] = terms_.size();
   }
 
-  void Multiply(int x, int y, std::ptrdiff_t count) {
-    const std::size_t first = first_term_[4 * x + y], end = first_term_[4 * x + y + 1];
-    Products({&terms_[first], end - first}, chain_.first.outputs, count,
-             products_ + 2 * y * kStrip);
+  void Multiply(int group, std::ptrdiff_t count, float* to) {
+    const std::size_t first = first_term_[group], end = first_term_[group + 1];
+    Products({&terms_[first], end - first}, chain_.first.outputs, count, to);
   }
 
   const ConvChain& chain_;
   std::span<const ConvSource> sources_;
   const TileRange& range_;
   const Planes& out_;
-  float* inputs_;           // see GroupPitch
-  float* products_;         // [output][iy][z][tile]
-  float *current_, *next_;  // [channel][voxel of a tile][tile]
+  float* inputs_;     // see kInputPitch
+  float* products_;   // [output][iy][z][tile]
+  float* slots_;      // [output][slot][tile]
+  float* layers_[2];  // [channel][tile]
+  float* results_;    // [output][voxel][tile]
   std::vector<ProductTerms> terms_;
   std::size_t first_term_[kGroups + 1];
   TileVector vectors_[kMostVectors];
@@ -166,7 +194,10 @@ class Convolution {
 
 void WinogradConv3d(const ConvChain& chain, std::span<const ConvSource> sources,
                     const TileRange& range, const Planes& out, float* scratch) {
-  Convolution(chain, sources, range, out, scratch).Run();
+  const auto run = [&](auto convolution) { convolution.Run(); };
+  if (chain.tile() == 1) return run(Convolution<1>(chain, sources, range, out, scratch));
+  if (chain.tile() == 2) return run(Convolution<2>(chain, sources, range, out, scratch));
+  run(Convolution<4>(chain, sources, range, out, scratch));
 }
 
 }  // namespace solidtex::engine::HWY_NAMESPACE
@@ -178,9 +209,9 @@ namespace solidtex::engine::kernels {
 HWY_EXPORT(WinogradConv3d);
 
 std::size_t winograd_scratch(const ConvChain& chain) {
-  const int floats_per_tile =
-      64 * chain.first.inputs + 8 * chain.first.outputs + 16 * widest_layer(chain);
-  return static_cast<std::size_t>(floats_per_tile) * kStrip + kGroups * kGroupPad;
+  const ScratchSizes sizes(chain);
+  return static_cast<std::size_t>(sizes.inputs + sizes.products + sizes.slots + 2 * sizes.layer +
+                                  sizes.results);
 }
 
 void winograd_conv3d(const ConvChain& chain, std::span<const ConvSource> sources,

@@ -1,8 +1,8 @@
 // 3^3 convolutions by Winograd's minimal filtering F(2^3, 3^3): 64 products for each tile of 2^3
 // voxels instead of 216 (Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks", 2016,
-// section 4.1, nested along x, y and z).
+// section 4.1, nested along x, y and z). With F(4, 3) along x, 96 for 4 x 2 x 2 instead of 432.
 //
-// Tiles begin at even absolute coordinates, so that no partition into blocks changes a bit.
+// Tiles begin at absolute multiples of their size, so that no partition into blocks changes a bit.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,10 @@
 #include <span>
 #include <vector>
 
+#include "engine/kernels/linear_layer.h"
 #include "engine/kernels/planes.h"
 
 namespace solidtex::engine {
-
-inline constexpr int kWinogradPositions = 64;
 
 // A dense layer over channels. out[o] = phi(bias[o] + sum over i of weight(i, o) * in[i]), inputs
 // in ascending order, each a fused multiply-add; phi(v) = v > 0 ? v : slope * v.
@@ -31,16 +30,17 @@ struct ChannelLayer {
   ChannelLayer(int inputs, int outputs, const std::vector<float>& weights, std::vector<float> bias);
 };
 
-// The weights of a 3^3 convolution, transformed in double and rounded once.
+// The weights of a 3^3 convolution, transformed in double and rounded once. Tiles are of `tile`
+// voxels along x, 2 or 4, and of 2 along y and z.
 struct WinogradLayer {
-  int inputs = 0, outputs = 0;
+  int tile = 2, inputs = 0, outputs = 0;
   std::vector<float> weights;  // [ix][iy][input][output][iz]
   std::vector<float> bias;     // [output]
   float slope = 1;
 
   WinogradLayer() = default;
   // weights: [output][input][3][3][3].
-  WinogradLayer(int inputs, int outputs, const std::vector<float>& weights,
+  WinogradLayer(int tile, int inputs, int outputs, const std::vector<float>& weights,
                 std::vector<float> bias);
 
   // The weights of positions (ix, iy, 0 .. 3) = (group / 4, group % 4, 0 .. 3) and all outputs.
@@ -51,10 +51,15 @@ struct WinogradLayer {
 
 // A 3^3 convolution and the 1^3 convolutions that follow it, evaluated while the tiles are hot.
 struct ConvChain {
+  // One of the two: Winograd's, or tap by tap. Few inputs are summed sooner than transformed.
   WinogradLayer first;
+  LinearLayer taps;
   std::vector<ChannelLayer> rest;
 
-  int outputs() const { return rest.empty() ? first.outputs : rest.back().outputs; }
+  bool is_direct() const { return taps.outputs > 0; }
+  // Voxels along x that are computed together; two along y and z.
+  int tile() const { return is_direct() ? 1 : first.tile; }
+  int outputs() const;
 };
 
 // The (padded) outputs of the chain's widest layer.
@@ -80,7 +85,8 @@ std::size_t winograd_scratch(const ConvChain& chain);
 
 // Writes planes of `out`; the sources are the inputs in their order. A tile reads its neighbours on
 // every side, whether the source has them or not: what lies there may be anything where no result
-// depends on it, but must be readable (see Window). scratch is aligned to HWY_ALIGNMENT.
+// depends on it, but must be readable (see Window). In tiles of four every input along x takes part
+// in every output: their tiles must be whole. scratch is aligned to HWY_ALIGNMENT.
 // Fastest where all sources have one row pitch.
 void winograd_conv3d(const ConvChain& chain, std::span<const ConvSource> sources,
                      const TileRange& range, const Planes& out, float* scratch);

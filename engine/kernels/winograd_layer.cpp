@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "engine/kernels/winograd.h"
@@ -11,19 +12,28 @@ int padded_to_pack(int count) {
   return (count + ChannelLayer::kPack - 1) / ChannelLayer::kPack * ChannelLayer::kPack;
 }
 
-// G g of F(2, 3) along one axis of [outer][3][inner], to [outer][4][inner].
-std::vector<double> transform_axis(const std::vector<double>& g, std::size_t inner) {
-  const std::size_t outer = g.size() / (3 * inner);
-  std::vector<double> result(outer * 4 * inner);
-  for (std::size_t o = 0; o < outer; ++o)
-    for (std::size_t i = 0; i < inner; ++i) {
-      const double* from = &g[o * 3 * inner + i];
-      double* to = &result[o * 4 * inner + i];
-      to[0] = from[0];
-      to[inner] = ((from[0] + from[inner]) + from[2 * inner]) / 2;
-      to[2 * inner] = ((from[0] - from[inner]) + from[2 * inner]) / 2;
-      to[3 * inner] = from[2 * inner];
-    }
+// Rows of G, which make the weights of F(tile, 3) along one axis.
+using Rows = std::vector<std::array<double, 3>>;
+
+Rows weight_transform(int tile) {
+  if (tile == 2) return {{1, 0, 0}, {1. / 2, 1. / 2, 1. / 2}, {1. / 2, -1. / 2, 1. / 2}, {0, 0, 1}};
+  return {{1. / 4, 0, 0},
+          {-1. / 6, -1. / 6, -1. / 6},
+          {-1. / 6, 1. / 6, -1. / 6},
+          {1. / 24, 1. / 12, 1. / 6},
+          {1. / 24, -1. / 12, 1. / 6},
+          {0, 0, 1}};
+}
+
+// [outer][3][inner] to [outer][rows][inner].
+std::vector<double> transform_axis(const std::vector<double>& g, const Rows& rows,
+                                   std::size_t inner) {
+  std::vector<double> result;
+  for (std::size_t o = 0; o < g.size(); o += 3 * inner)
+    for (const auto& row : rows)
+      for (std::size_t i = 0; i < inner; ++i)
+        result.push_back((row[0] * g[o + i] + row[1] * g[o + inner + i]) +
+                         row[2] * g[o + 2 * inner + i]);
   return result;
 }
 
@@ -43,24 +53,31 @@ ChannelLayer::ChannelLayer(int input_count, int output_count, const std::vector<
           from[static_cast<std::size_t>(o) * inputs + i];
 }
 
-WinogradLayer::WinogradLayer(int input_count, int output_count, const std::vector<float>& from,
-                             std::vector<float> biases)
-    : inputs(input_count),
+WinogradLayer::WinogradLayer(int tile_size, int input_count, int output_count,
+                             const std::vector<float>& from, std::vector<float> biases)
+    : tile(tile_size),
+      inputs(input_count),
       outputs(output_count),
-      weights(static_cast<std::size_t>(kWinogradPositions) * inputs * outputs),
+      weights(static_cast<std::size_t>(16 * (tile + 2)) * inputs * outputs),
       bias(std::move(biases)) {
+  const Rows along_x = weight_transform(tile), across = weight_transform(2);
   for (int o = 0; o < outputs; ++o)
     for (int i = 0; i < inputs; ++i) {
       const auto first = from.begin() + (static_cast<std::ptrdiff_t>(o) * inputs + i) * 27;
       std::vector<double> g(first, first + 27);
-      for (const std::size_t inner : {9, 3, 1}) g = transform_axis(g, inner);
+      g = transform_axis(transform_axis(transform_axis(g, along_x, 9), across, 3), across, 1);
       for (std::size_t p = 0; p < g.size(); ++p)
         weights[(((p / 4) * inputs + i) * outputs + o) * 4 + p % 4] = static_cast<float>(g[p]);
     }
 }
 
+int ConvChain::outputs() const {
+  if (!rest.empty()) return rest.back().outputs;
+  return is_direct() ? taps.outputs : first.outputs;
+}
+
 int widest_layer(const ConvChain& chain) {
-  int width = chain.first.outputs;
+  int width = std::max(chain.first.outputs, padded_to_pack(chain.taps.outputs));
   for (const ChannelLayer& layer : chain.rest) width = std::max(width, layer.padded);
   return width;
 }

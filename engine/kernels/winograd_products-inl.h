@@ -7,6 +7,7 @@
 #include "engine/kernels/channels-inl.h"
 #include "engine/kernels/vector-inl.h"
 #include "engine/kernels/winograd.h"
+#include "engine/kernels/winograd_transforms-inl.h"
 
 #if defined(SOLIDTEX_WINOGRAD_PRODUCTS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SOLIDTEX_WINOGRAD_PRODUCTS_INL_H
@@ -18,17 +19,11 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-// A^T m of F(2, 3): (m0 + m1 + m2, m1 - m2 - m3).
-HWY_INLINE void TransformOutput(Floats m0, Floats m1, Floats m2, Floats m3, Floats& even,
-                                Floats& odd) {
-  even = hn::Add(hn::Add(m0, m1), m2);
-  odd = hn::Sub(hn::Sub(m1, m2), m3);
-}
-
 // Some of the input channels of four products (ix, iy, 0 .. 3).
 struct ProductTerms {
   const float* weights;  // [input][output][iz]
-  const float* values;   // [input][iz][tile]
+  const float* values;   // [iz][tile] of each input
+  std::ptrdiff_t pitch;  // from one input to the next
   int count;
   bool upsampled;  // nothing at iz = 2
 };
@@ -39,15 +34,6 @@ struct ProductTerms {
 inline constexpr int kProductOutputs = 3;
 inline constexpr int kProductVectors = HWY_TARGET == HWY_AVX2 ? 1 : 2;
 
-// GCC 12 would load a value again for each of its uses, as an operand in memory: with three uses
-// the loads, not the multiplications, then set the pace (75 instead of 55 ns a voxel).
-HWY_INLINE Floats InRegister(Floats v) {
-#if HWY_COMPILER_GCC && HWY_ARCH_X86
-  __asm__("" : "+v"(v.raw));
-#endif
-  return v;
-}
-
 template <int kOutputs, int kVectors>
 using ProductSums = Floats[kOutputs][4][kVectors];
 
@@ -57,7 +43,7 @@ HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, st
   const Float d;
   const float* HWY_RESTRICT weights = terms.weights + 4 * first;
   const float* HWY_RESTRICT values = terms.values + at;
-  for (int i = 0; i < terms.count; ++i, weights += 4 * outputs, values += 4 * kStrip) {
+  for (int i = 0; i < terms.count; ++i, weights += 4 * outputs, values += terms.pitch) {
 #pragma GCC unroll 4
     for (int z = 0; z < 4; ++z) {
       if (kUpsampled && z == 2) continue;
@@ -92,15 +78,16 @@ HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, in
     else
       Accumulate<kOutputs, kVectors, false>(part, outputs, first, at, sum);
   }
-  out += first * 8 * kStrip + at;
+  out += 8 * first * kStrip + at;
 #pragma GCC unroll 3
   for (int o = 0; o < kOutputs; ++o, out += 8 * kStrip)
 #pragma GCC unroll 2
     for (int v = 0; v < kVectors; ++v) {
-      Floats even, odd;
-      TransformOutput(sum[o][0][v], sum[o][1][v], sum[o][2][v], sum[o][3][v], even, odd);
-      hn::Store(even, d, out + v * hn::MaxLanes(d));
-      hn::Store(odd, d, out + kStrip + v * hn::MaxLanes(d));
+      const Floats m[4] = {sum[o][0][v], sum[o][1][v], sum[o][2][v], sum[o][3][v]};
+      Floats z[2];
+      TransformOutput(m, z);
+      hn::Store(z[0], d, out + v * hn::MaxLanes(d));
+      hn::Store(z[1], d, out + kStrip + v * hn::MaxLanes(d));
     }
 }
 
@@ -136,7 +123,7 @@ void Products(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t c
           for (int z = 0; z < 4; ++z)
             if (!part.upsampled || z != 2)
               sum[z] = std::fma(part.weights[(i * outputs + o) * 4 + z],
-                                part.values[(4 * i + z) * kStrip + t], sum[z]);
+                                part.values[i * part.pitch + z * kStrip + t], sum[z]);
       out[8 * o * kStrip + t] = (sum[0] + sum[1]) + sum[2];
       out[(8 * o + 1) * kStrip + t] = (sum[1] - sum[2]) - sum[3];
     }
@@ -144,42 +131,43 @@ void Products(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t c
 
 #endif
 
-// Adds position kX to the eight voxels (px, py, pz) of a tile, for all outputs; the last ones are
-// finished with bias and activation. Position (iy, pz) of output o is
-// products[(8 o + 2 iy + pz) * kStrip], voxel p is out[(8 o + p) * kStrip].
-template <int kX>
-void OutputSlice(const WinogradLayer& layer, std::ptrdiff_t count,
-                 const float* HWY_RESTRICT products, float* HWY_RESTRICT out) {
+// Transforms the products of one x position along y. Position (iy, z) of output o is
+// products[(8 o + 2 iy + z) * kStrip], its y go to out[(kSlots o + 2 y + z) * kStrip].
+template <int kTile>
+void OutputAlongY(int outputs, std::ptrdiff_t count, const float* HWY_RESTRICT products,
+                  float* HWY_RESTRICT out) {
   const Float d;
-  constexpr std::ptrdiff_t kLanes = hn::MaxLanes(d);
-  const Floats slope = hn::Set(d, layer.slope);
-  for (int o = 0; o < layer.outputs; ++o, products += 8 * kStrip, out += 8 * kStrip) {
-    const Floats bias = hn::Set(d, layer.bias[o]);
-    for (std::ptrdiff_t t = 0; t < count; t += kLanes) {
+  for (int o = 0; o < outputs; ++o, products += 8 * kStrip, out += kSlots<kTile> * kStrip)
+    for (std::ptrdiff_t t = 0; t < count; t += hn::MaxLanes(d))
 #pragma GCC unroll 2
       for (int z = 0; z < 2; ++z) {
-        const auto m = [&](int y) { return hn::Load(d, products + (2 * y + z) * kStrip + t); };
-        Floats sums[2];
-        TransformOutput(m(0), m(1), m(2), m(3), sums[0], sums[1]);
-#pragma GCC unroll 2
-        for (int y = 0; y < 2; ++y) {
-          float* even = out + (2 * y + z) * kStrip + t;
-          float* odd = even + 4 * kStrip;
-          const Floats s = sums[y];
-          if constexpr (kX == 0) hn::Store(s, d, even);
-          if constexpr (kX == 1) {
-            hn::Store(hn::Add(hn::Load(d, even), s), d, even);
-            hn::Store(s, d, odd);
-          }
-          if constexpr (kX == 2) {
-            hn::Store(Activate(hn::Add(hn::Add(hn::Load(d, even), s), bias), slope), d, even);
-            hn::Store(hn::Sub(hn::Load(d, odd), s), d, odd);
-          }
-          if constexpr (kX == 3)
-            hn::Store(Activate(hn::Add(hn::Sub(hn::Load(d, odd), s), bias), slope), d, odd);
-        }
+        Floats m[4], y[2];
+#pragma GCC unroll 4
+        for (int i = 0; i < 4; ++i) m[i] = hn::Load(d, products + (2 * i + z) * kStrip + t);
+        TransformOutput(m, y);
+        hn::Store(y[0], d, out + z * kStrip + t);
+        hn::Store(y[1], d, out + (2 + z) * kStrip + t);
       }
-    }
+}
+
+// Transforms all slots along x, in place, and finishes the voxels with bias and activation.
+template <int kTile>
+void OutputAlongX(const WinogradLayer& layer, std::ptrdiff_t count, float* HWY_RESTRICT slots) {
+  const Float d;
+  const Floats slope = hn::Set(d, layer.slope);
+  for (int o = 0; o < layer.outputs; ++o, slots += kSlots<kTile> * kStrip) {
+    const Floats bias = hn::Set(d, layer.bias[o]);
+    for (int yz = 0; yz < 4; ++yz)
+      for (std::ptrdiff_t t = 0; t < count; t += hn::MaxLanes(d)) {
+        float* at = slots + yz * kStrip + t;
+        Floats m[kTile + 2], x[kTile];
+#pragma GCC unroll 6
+        for (int i = 0; i < kTile + 2; ++i) m[i] = hn::Load(d, at + 4 * i * kStrip);
+        TransformOutput(m, x);
+#pragma GCC unroll 4
+        for (int i = 0; i < kTile; ++i)
+          hn::Store(Activate(hn::Add(x[i], bias), slope), d, at + 4 * i * kStrip);
+      }
   }
 }
 

@@ -78,6 +78,7 @@ struct ConvCase {
   std::vector<Source> sources;
   std::vector<int> outputs;  // of the 3^3 convolution and the 1^3 ones behind it
   std::array<std::int64_t, 3> lo, size;
+  int tile = 2;   // along x; 1: summed tap by tap
   int wider = 0;  // by so many voxels in z the last source exceeds what is needed
 
   Box box() const { return {lo, {lo[0] + size[0], lo[1] + size[1], lo[2] + size[2]}}; }
@@ -94,10 +95,14 @@ ConvChain random_chain(const ConvCase& c) {
   int inputs = c.inputs();
   for (const int outputs : c.outputs) {
     const auto bias = random_values(static_cast<std::size_t>(outputs), 1);
-    if (chain.first.outputs == 0) {
-      chain.first =
-          WinogradLayer(inputs, outputs, random_values(floats(inputs, outputs) * 27, 1), bias);
-      chain.first.slope = 0.25f;
+    if (chain.outputs() == 0) {
+      const auto weights = random_values(floats(inputs, outputs) * 27, 1);
+      if (c.tile == 1)
+        chain.taps = LinearLayer(outputs, inputs * 27, bias,
+                                 [&](int o, int t) { return weights[o * inputs * 27 + t]; });
+      else
+        chain.first = WinogradLayer(c.tile, inputs, outputs, weights, bias);
+      chain.first.slope = chain.taps.slope = 0.25f;
     } else {
       chain.rest.emplace_back(inputs, outputs, random_values(floats(inputs, outputs), 1), bias);
       chain.rest.back().slope = 0.5f;
@@ -109,8 +114,11 @@ ConvChain random_chain(const ConvCase& c) {
 
 // The chain by the loops that define it.
 Block expected_block(const ConvChain& chain, const Block& in, const Box& box) {
-  Block out(box, chain.first.outputs);
-  reference::winograd_conv3d(chain.first, box.lo, in.volume(), out.volume());
+  Block out(box, chain.is_direct() ? chain.taps.outputs : chain.first.outputs);
+  if (chain.is_direct())
+    reference::conv3d(chain.taps, 3, in.volume(), out.volume());
+  else
+    reference::winograd_conv3d(chain.first, box.lo, in.volume(), out.volume());
   for (const ChannelLayer& layer : chain.rest) {
     LinearLayer linear(layer.outputs, layer.inputs, layer.bias,
                        [&](int o, int i) { return layer.weights[i * layer.padded + o]; });
@@ -169,7 +177,7 @@ void check(const ConvCase& c) {
 
 }  // namespace
 
-TEST_CASE("a Winograd convolution is its reference bit for bit", "[kernels]") {
+TEST_CASE("a chain of convolutions is its reference bit for bit", "[kernels]") {
   const std::vector<ConvCase> cases = {
       {{{1, false}}, {1}, {0, 0, 0}, {1, 1, 1}},
       {{{3, false}}, {4}, {-1, 5, -3}, {3, 2, 7}},
@@ -177,22 +185,41 @@ TEST_CASE("a Winograd convolution is its reference bit for bit", "[kernels]") {
       {{{5, true}, {4, false}}, {7, 3}, {-6, 3, 8}, {3, 4, 37}},
       {{{4, false}, {3, true}, {2, false}}, {6, 9, 2}, {7, -2, -31}, {1, 7, 70}},
       {{{20, true}, {4, false}}, {24, 24, 3}, {100001, -4, -5}, {2, 3, 21}},
-      {{{5, true}, {4, false}}, {8}, {2, 2, 2}, {4, 6, 9}, /*wider=*/5}};
+      {{{5, true}, {4, false}}, {8}, {2, 2, 2}, {4, 6, 9}, 2, /*wider=*/5}};
+  for (const ConvCase& c : cases) check(c);
+}
+
+TEST_CASE("a chain in tiles of four is its reference bit for bit", "[kernels]") {
+  const std::vector<ConvCase> cases = {
+      {{{1, false}}, {1}, {0, 0, 0}, {4, 1, 1}, 4},
+      {{{3, false}}, {4}, {-4, 5, -3}, {8, 2, 7}, 4},
+      {{{4, false}, {2, false}}, {6, 9, 2}, {-8, -2, -31}, {4, 7, 70}, 4},
+      {{{24, false}}, {24, 24, 3}, {100004, -4, -5}, {4, 3, 21}, 4},
+      {{{2, false}, {3, false}}, {8}, {4, 2, 2}, {12, 6, 9}, 4, 5}};
+  for (const ConvCase& c : cases) check(c);
+}
+
+TEST_CASE("a chain that begins tap by tap is its reference bit for bit", "[kernels]") {
+  const std::vector<ConvCase> cases = {{{{1, false}}, {1}, {0, 0, 0}, {1, 1, 1}, 1},
+                                       {{{3, false}}, {4}, {-1, 5, -3}, {3, 2, 7}, 1},
+                                       {{{4, false}}, {4, 4}, {-7, -2, -31}, {2, 7, 70}, 1},
+                                       {{{2, false}}, {9, 3}, {3, 3, 8}, {5, 4, 37}, 1, 5}};
   for (const ConvCase& c : cases) check(c);
 }
 
 TEST_CASE("a Winograd convolution is a convolution", "[kernels]") {
-  const Box box{{-3, 2, 5}, {4, 6, 12}};
+  const Box box{{-4, 2, 5}, {4, 6, 12}};
   const int inputs = 6, outputs = 5;
   const Block in = random_block(grown(box, 1), inputs);
   const auto weights = random_values(inputs * outputs * 27, 1);
   const auto bias = random_values(outputs, 1);
   Block found(box, outputs), expected(box, outputs);
-  reference::winograd_conv3d(WinogradLayer(inputs, outputs, weights, bias), box.lo, in.volume(),
-                             found.volume());
   const LinearLayer direct(outputs, inputs * 27, bias,
                            [&](int o, int t) { return weights[o * inputs * 27 + t]; });
   reference::conv3d(direct, 3, in.volume(), expected.volume());
+  const auto tile = GENERATE(2, 4);
+  reference::winograd_conv3d(WinogradLayer(tile, inputs, outputs, weights, bias), box.lo,
+                             in.volume(), found.volume());
   const auto a = values_of(found), b = values_of(expected);
   float error = 0;
   for (std::size_t i = 0; i < a.size(); ++i) error = std::max(error, std::fabs(a[i] - b[i]));

@@ -1,0 +1,139 @@
+// 3^3 convolutions of few channels, tap by tap. Included once per target.
+#include <hwy/highway.h>
+
+#include <cmath>
+#include <span>
+
+#include "engine/kernels/channels-inl.h"
+#include "engine/kernels/vector-inl.h"
+#include "engine/kernels/winograd.h"
+#include "engine/kernels/winograd_inputs-inl.h"
+#include "engine/kernels/winograd_products-inl.h"
+
+#if defined(SOLIDTEX_DIRECT_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SOLIDTEX_DIRECT_INL_H
+#undef SOLIDTEX_DIRECT_INL_H
+#else
+#define SOLIDTEX_DIRECT_INL_H
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace solidtex::engine::HWY_NAMESPACE {
+
+#if HWY_NATIVE_FMA
+
+// Both z of some outputs of two vectors of tiles: 16 sums of 32 registers, or 8 of 16.
+inline constexpr int kTapOutputs = HWY_TARGET == HWY_AVX2 ? 2 : 4;
+inline constexpr int kTapVectors = 2;
+
+template <int kVectors>
+using TapSums = Floats[kTapOutputs][2][kVectors];
+
+// Adds three taps along z of one input. `weights`: [z][4 outputs].
+template <int kVectors>
+HWY_INLINE void AddRow(const float* const (&even)[kVectors], std::ptrdiff_t odd,
+                       const float* HWY_RESTRICT weights, TapSums<kVectors>& sum) {
+  const Float d;
+  Floats in[4][kVectors];
+#pragma GCC unroll 2
+  for (int v = 0; v < kVectors; ++v) {
+    in[0][v] = hn::LoadU(d, even[v] + odd - 1);
+    in[1][v] = hn::LoadU(d, even[v]);
+    in[2][v] = hn::LoadU(d, even[v] + odd);
+    in[3][v] = hn::LoadU(d, even[v] + 1);
+  }
+#pragma GCC unroll 3
+  for (int z = 0; z < 3; ++z)
+#pragma GCC unroll 4
+    for (int o = 0; o < kTapOutputs; ++o) {
+      const Floats w = InRegister(hn::Set(d, weights[z * LinearLayer::kPack + o]));
+#pragma GCC unroll 2
+      for (int v = 0; v < kVectors; ++v) {
+        sum[o][0][v] = hn::MulAdd(w, in[z][v], sum[o][0][v]);
+        sum[o][1][v] = hn::MulAdd(w, in[z + 1][v], sum[o][1][v]);
+      }
+    }
+}
+
+// Outputs `first` and the following ones at one y of the tiles and both z.
+template <int kVectors>
+HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source,
+                        const TilePlanes<1>* tiles, int y, int first, float* HWY_RESTRICT out) {
+  const Float d;
+  TapSums<kVectors> sum;
+#pragma GCC unroll 4
+  for (int o = 0; o < kTapOutputs; ++o)
+#pragma GCC unroll 2
+    for (int z = 0; z < 2; ++z)
+#pragma GCC unroll 2
+      for (int v = 0; v < kVectors; ++v) sum[o][z][v] = hn::Set(d, layer.bias[first + o]);
+  const float* HWY_RESTRICT weights = layer.packed.data() + layer.index(first, 0);
+  for (std::ptrdiff_t channel = 0; channel < source.plane_pitch();
+       channel += source.channel_pitch())
+    for (int x = 0; x < 3; ++x)
+#pragma GCC unroll 3
+      for (int dy = 0; dy < 3; ++dy, weights += 3 * LinearLayer::kPack) {
+        const float* even[kVectors];
+        for (int v = 0; v < kVectors; ++v) even[v] = tiles[v].At(x, y + dy) + channel;
+        AddRow<kVectors>(even, source.phase_pitch, weights, sum);
+      }
+  const Floats slope = hn::Set(d, layer.slope);
+#pragma GCC unroll 4
+  for (int o = 0; o < kTapOutputs; ++o)
+#pragma GCC unroll 2
+    for (int z = 0; z < 2; ++z)
+#pragma GCC unroll 2
+      for (int v = 0; v < kVectors; ++v)
+        hn::Store(Activate(sum[o][z][v], slope), d,
+                  out + (kSlots<1> * (first + o) + 2 * y + z) * kStrip + v * hn::MaxLanes(d));
+}
+
+template <int kVectors>
+void TapTiles(const LinearLayer& layer, const ConstPlanes& source, const TileVector* at,
+              float* HWY_RESTRICT out) {
+  TilePlanes<1> tiles[kVectors];
+  for (int v = 0; v < kVectors; ++v) tiles[v] = {source, at[v]};
+  for (int first = 0; first < layer.outputs; first += kTapOutputs) {
+    TapTile<kVectors>(layer, source, tiles, 0, first, out);
+    TapTile<kVectors>(layer, source, tiles, 1, first, out);
+  }
+}
+
+// The four voxels of some vectors of tiles, for all outputs: voxel p of output o is
+// out[(kSlots o + p) * kStrip].
+void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
+             std::span<const TileVector> vectors, float* HWY_RESTRICT out) {
+  std::size_t i = 0;
+  for (; i + kTapVectors <= vectors.size(); i += kTapVectors)
+    TapTiles<kTapVectors>(layer, source, &vectors[i], out + i * hn::MaxLanes(Float()));
+  if (i < vectors.size()) TapTiles<1>(layer, source, &vectors[i], out + i * hn::MaxLanes(Float()));
+}
+
+#else
+
+// Without fused multiply-add in the instruction set, the same sums one by one.
+void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
+             std::span<const TileVector> vectors, float* HWY_RESTRICT out) {
+  for (std::size_t i = 0; i < vectors.size(); ++i, out += hn::MaxLanes(Float())) {
+    const TilePlanes<1> tiles(source, vectors[i]);
+    for (int o = 0; o < layer.outputs; ++o)
+      for (int p = 0; p < 4; ++p)
+        for (std::ptrdiff_t t = 0; t < FloatLanes(); ++t) {
+          float sum = layer.bias[o];
+          for (int term = 0; term < layer.terms; ++term) {
+            const int x = term / 9 % 3, y = p / 2 + term / 3 % 3, z = p % 2 + term % 3;
+            const float* even = tiles.At(x, y) + term / 27 * source.channel_pitch() + t;
+            const float* in = z % 2 == 0 ? even + tiles.phase - (z == 0) : even + (z == 3);
+            sum = std::fma(layer.weight(o, term), *in, sum);
+          }
+          out[(kSlots<1> * o + p) * kStrip + t] = sum > 0 ? sum : layer.slope * sum;
+        }
+  }
+}
+
+#endif
+
+}  // namespace solidtex::engine::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
