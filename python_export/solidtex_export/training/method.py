@@ -15,7 +15,8 @@ GENERATORS = ("lattice", "pyramid", "sampler")
 DESCRIPTORS = ("vgg", "random")
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 CRITIC_LOSSES = ("style", "adversarial")
-LOSSES = ("descriptor", *FEATURE_LOSSES, *CRITIC_LOSSES)
+DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
+LOSSES = ("wavelets", *DESCRIPTOR_LOSSES, *CRITIC_LOSSES)
 RULES = ("sum", "unit-gradients")
 STATISTICS = ("measured", "trained")
 
@@ -140,7 +141,7 @@ class Method:
 
     @property
     def uses_vgg(self) -> bool:
-        return any(t.descriptor == "vgg" and t.kind not in CRITIC_LOSSES for t in self.losses)
+        return any(t.descriptor == "vgg" and t.kind in DESCRIPTOR_LOSSES for t in self.losses)
 
     @property
     def only_vgg(self) -> bool:

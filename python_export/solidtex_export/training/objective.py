@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -12,8 +13,9 @@ from torch import Tensor
 from solidtex_export.losses.critic import adversarial_loss, style_loss
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
 from solidtex_export.losses.statistics import Features, feature_loss
+from solidtex_export.losses.wavelets import WaveletLoss
 from solidtex_export.training.exemplar import random_crops, random_symmetry
-from solidtex_export.training.method import CRITIC_LOSSES, Loss, Method
+from solidtex_export.training.method import CRITIC_LOSSES, DESCRIPTOR_LOSSES, Loss, Method
 from solidtex_export.training.opponent import Opponent
 
 REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
@@ -26,6 +28,7 @@ class Objective:
         self,
         method: Method,
         symmetry: str,
+        size: int,
         exemplars: Sequence[Tensor],
         opponents: Sequence[Opponent],
         source: DescriptorSource,
@@ -39,9 +42,12 @@ class Objective:
         self._names = _unique_names(method.losses)
         made: dict[tuple[str, tuple[tuple[int, ...], ...]], Descriptor] = {}
         for term in method.losses:
-            if term.kind not in CRITIC_LOSSES and (term.descriptor, term.groups) not in made:
+            if term.kind in DESCRIPTOR_LOSSES and (term.descriptor, term.groups) not in made:
                 made[term.descriptor, term.groups] = source.make(term.descriptor, term.groups)
         self._descriptors = made
+        self._wavelets: list[WaveletLoss] = []
+        if any(term.kind == "wavelets" for term in method.losses):
+            self._wavelets = [WaveletLoss(e, size, symmetry) for e in exemplars]
 
     @property
     def names(self) -> list[str]:
@@ -70,6 +76,14 @@ class Objective:
         values = {name: loss.item() for name, (_, loss) in losses.items()}
         return gradient, {name: values.get(name, math.nan) for name in self._names}
 
+    def state(self) -> list[Any]:
+        """What the losses remember of earlier slices."""
+        return [loss.state() for loss in self._wavelets]
+
+    def restore(self, state: list[Any]) -> None:
+        for loss, saved in zip(self._wavelets, state, strict=True):
+            loss.restore(saved)
+
     def critic_losses(self, index: int) -> list[Tensor]:
         """What the critics of that photograph have to minimise, on the slices they remember."""
         with self._autocast():
@@ -92,6 +106,8 @@ class Objective:
             if term.kind == "descriptor":
                 reals = self._reals(index, 1, int(REAL_SIZE * slices.shape[2]))
                 loss = self._descriptors[key].loss(self._turned(slices), reals)
+            elif term.kind == "wavelets":
+                loss = self._wavelets[index](slices)
             elif term.kind in CRITIC_LOSSES:
                 judged = judged or self._judged(slices, index)
                 loss = judged[term.kind](term)

@@ -66,6 +66,7 @@ class Trainer:
         self.objective = Objective(
             self.method,
             config.symmetry,
+            config.size,
             [whiten(e.image, mean, basis).to(device) for e in exemplars],
             self.opponents,
             DescriptorSource(mean, basis, vgg, config.color_space == "linear"),
@@ -211,6 +212,7 @@ class Trainer:
             "rng": torch.get_rng_state(),
             "cuda_rng": torch.cuda.get_rng_state(self.device) if self._on_cuda else None,
             "memories": [on_cpu(opponent.memory) for opponent in self.opponents],
+            "objective": self.objective.state(),
         }
         return {
             "generator": self.generator.state_dict(),
@@ -235,6 +237,7 @@ class Trainer:
             opponent.restore(saved)
         for opponent, memory in zip(self.opponents, own["memories"], strict=True):
             opponent.memory = memory
+        self.objective.restore(own["objective"])
         self.watch.restore(state["watch"])
         self.step = state["step"]
         self.seconds = state["seconds"]
