@@ -39,6 +39,7 @@ SMALL = {
     "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
     "gramgan": [*SAMPLER, *CRITIC],
     "henzler": [*SAMPLER, *RANDOM],
+    "wavelets": [*LATTICE, *CRITIC],
 }
 
 
