@@ -12,7 +12,7 @@ from torch import Tensor
 
 from solidtex_export.losses import statistics, vgg
 from solidtex_export.losses.critic import Critic, Penalties, critic_loss, field_of_view, style_loss
-from solidtex_export.losses.descriptors import DescriptorSource
+from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.training.divergence import EXPLOSION, DivergenceWatch, TrainError
 from solidtex_export.training.exemplar import Exemplar
@@ -173,7 +173,7 @@ def test_vgg_judges_colours(weights: dict[str, Tensor], tmp_path: Path) -> None:
     torch.save(weights, path)
     colours = maps(1, 3, 32, 32).mul(0.1).add(0.5)
     plain = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3))
-    whitened = DescriptorSource(MEAN, BASIS, path).make("vgg")
+    whitened = DescriptorSource(MEAN, BASIS, PretrainedWeights(path)).make("vgg")
     y = (colours - MEAN.view(1, 3, 1, 1)) / BASIS.diag().view(1, 3, 1, 1)
     features = whitened.features(y, y)
     for name, (fakes, _) in plain.features(colours, colours).items():

@@ -1,4 +1,4 @@
-"""solidtex-pretrain-descriptor: trains the descriptor that the package ships."""
+"""solidtex-pretrain-descriptor: trains a descriptor for solidtex-train --descriptor."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ EXAMPLES = """  solidtex-pretrain-descriptor -o results/descriptor
   solidtex-pretrain-descriptor --steps 200 --threads 2 -o results/short
 
 The same command again resumes an interrupted training. Ctrl-C saves before it stops.
-RESULT/weights.safetensors is what the package ships as solidtex_export/descriptor/. The same steps,
-seed and threads give the same weights on the same machine."""
+RESULT/weights.safetensors is what solidtex-train --descriptor takes. The same steps, seed and
+threads give the same weights on the same machine."""
 
 
 def parser() -> argparse.ArgumentParser:

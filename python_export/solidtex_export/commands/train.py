@@ -13,6 +13,8 @@ import torch
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from solidtex_export.commands.train_options import check, parser
+from solidtex_export.descriptor.weights import WeightsError, load_weights
+from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.statistics import LayerError
 from solidtex_export.losses.vgg import VggError
 from solidtex_export.training import ranks
@@ -28,7 +30,16 @@ from solidtex_export.training.result import ResultError, ResultFolder
 from solidtex_export.training.trainer import Trainer
 
 INTERRUPTED = 130
-FAILURES = (ExemplarError, LayerError, MethodError, ResultError, TrainError, VggError, OSError)
+FAILURES = (
+    ExemplarError,
+    LayerError,
+    MethodError,
+    ResultError,
+    TrainError,
+    VggError,
+    WeightsError,
+    OSError,
+)
 
 
 def make_trainer(args: argparse.Namespace) -> Trainer:
@@ -40,12 +51,14 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     if args.settings.match_histograms:
         exemplars = share_histograms(exemplars)
     config = make_config(args, exemplars)
+    learned = load_weights(args.descriptor) if args.descriptor else None
+    weights = PretrainedWeights(args.vgg, learned)
     folder = ResultFolder(args.result)
     own_ranks, device = ranks.join(args.device != "cpu" and torch.cuda.is_available())
     if own_ranks.leads:
         folder.open(config, exemplars)
     own_ranks.wait()
-    trainer = Trainer(config, exemplars, device, folder, own_ranks, args.vgg)
+    trainer = Trainer(config, exemplars, device, folder, own_ranks, weights)
     if args.compile:
         compile_generator(trainer.generator)
     state = folder.load_checkpoint()
@@ -90,12 +103,13 @@ def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:
         method_name=args.method,
         method=args.settings,
         vgg=file_record(args.vgg) if args.vgg else None,
+        descriptor=file_record(args.descriptor) if args.descriptor else None,
     )
 
 
 def file_record(path: Path) -> dict[str, str]:
     if not path.is_file():
-        raise VggError(f"{path}: found no such file, expected weights of VGG-19")
+        raise FileNotFoundError(f"{path}: found no such file, expected weights of a descriptor")
     return {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
 
 

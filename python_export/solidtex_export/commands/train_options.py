@@ -22,6 +22,8 @@ EXAMPLES = """  solidtex-train granite.jpg -o results/granite
   solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
   solidtex-train front.png side.png top.png -o results/cube
   solidtex-train granite.jpg --method gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
+  solidtex-train granite.jpg --set losses.0.descriptor=learned \\
+      --descriptor results/descriptor/weights.safetensors -o results/granite
   solidtex-train albedo.png --map roughness=rough.png --map height=height.tif -o results/rust
 
 The same command again resumes an interrupted training. Ctrl-C saves before it stops.
@@ -55,6 +57,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--vgg", type=Path, metavar="FILE",
                    help="weights of VGG-19, torchvision's or those of Gatys et al., for methods"
                    " that use it; without them our own descriptor takes its place")  # fmt: skip
+    p.add_argument("--descriptor", type=Path, metavar="FILE",
+                   help="weights.safetensors of solidtex-pretrain-descriptor, for methods that"
+                   ' say descriptor = "learned"')  # fmt: skip
     p.add_argument("--size", type=int, default=96, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
                    " (default: 96)")  # fmt: skip
@@ -125,8 +130,18 @@ def method_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Method:
         method = load_method(args.method, args.settings)
     except MethodError as error:
         p.error(str(error))
-    if args.vgg is not None and not method.uses_vgg:
+    if args.vgg is not None and not method.uses("vgg"):
         p.error(f"--vgg: found a file for method {args.method}, expected one that uses VGG-19")
+    if args.descriptor is not None and not method.uses("learned"):
+        p.error(
+            f"--descriptor: found a file for method {args.method}, expected one with"
+            ' descriptor = "learned"'
+        )
+    if args.descriptor is None and method.uses("learned"):
+        p.error(
+            f"--descriptor: found no file for method {args.method}, whose descriptor is"
+            ' "learned"; expected weights.safetensors of solidtex-pretrain-descriptor'
+        )
     return method
 
 

@@ -7,7 +7,6 @@ over the procedural textures. `__metadata__` tells how they were trained.
 from __future__ import annotations
 
 import json
-from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,8 +18,8 @@ from torch import Tensor
 from solidtex_export.descriptor.network import DescriptorNetwork, layer_names
 from solidtex_export.whole_file import write_whole
 
-SHIPPED = "weights.safetensors"
 METADATA_KEY = "solidtex-descriptor"
+EXPECTED = "expected weights.safetensors of solidtex-pretrain-descriptor"
 
 
 class WeightsError(ValueError):
@@ -43,22 +42,20 @@ def save_weights(
     write_whole(path, save(tensors, {METADATA_KEY: json.dumps(metadata, sort_keys=True)}))
 
 
-def load_shipped() -> Trained:
-    """The weights that come with this package."""
-    with as_file(files("solidtex_export.descriptor") / SHIPPED) as path:
-        return load_weights(path)
-
-
 def load_weights(path: Path) -> Trained:
     network = DescriptorNetwork()
     expected = {k: v.shape for k, v in network.state_dict().items()}
     expected |= {f"{n}.deviation": expected[f"{n}.bias"] for n in layer_names()}
     try:
         with safe_open(path, "pt") as file:
-            metadata = json.loads((file.metadata() or {})[METADATA_KEY])
+            metadata = json.loads((file.metadata() or {}).get(METADATA_KEY, "null"))
             tensors = {k: file.get_tensor(k).float() for k in file.keys()}  # noqa: SIM118
-    except (SafetensorError, OSError, KeyError, ValueError) as error:
-        raise WeightsError(f"{path}: found no weights of a descriptor ({error})") from error
+    except (SafetensorError, OSError, ValueError) as error:
+        raise WeightsError(
+            f"{path}: found no readable safetensors ({error}), {EXPECTED}"
+        ) from error
+    if not isinstance(metadata, dict):
+        raise WeightsError(f"{path}: {METADATA_KEY}: found no such metadata, {EXPECTED}")
     for name in sorted(expected.keys() | tensors.keys()):
         found = tuple(tensors[name].shape) if name in tensors else "nothing"
         wanted = tuple(expected[name]) if name in expected else "nothing"

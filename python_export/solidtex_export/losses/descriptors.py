@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
 from torch import Tensor
 
+from solidtex_export.descriptor.weights import Trained, WeightsError
+from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.losses.statistics import Features
 from solidtex_export.losses.vgg import VggDescriptor
@@ -26,17 +28,29 @@ class Descriptor(Protocol):
 
 
 @dataclass(frozen=True)
+class PretrainedWeights:
+    """What a user has of the weights that descriptors need."""
+
+    vgg: Path | None = None
+    learned: Trained | None = None
+
+
+@dataclass(frozen=True)
 class DescriptorSource:
-    """What descriptors are made from: colour = color_mean + color_basis @ y, and a user's file."""
+    """What descriptors are made from: colour = color_mean + color_basis @ y, and weights."""
 
     color_mean: Tensor
     color_basis: Tensor
-    vgg: Path | None = None
+    weights: PretrainedWeights = field(default_factory=PretrainedWeights)
     linear: bool = False
     """Colours are linear light, not sRGB-encoded."""
 
     def make(self, name: str, groups: tuple[tuple[int, ...], ...] = ()) -> Descriptor:
         """ "vgg" without a file of weights is our own weight-free descriptor."""
-        if name == "vgg" and self.vgg is not None:
-            return VggDescriptor(self.vgg, self.color_mean, self.color_basis, self.linear)
+        if name == "learned":
+            if self.weights.learned is None:
+                raise WeightsError('descriptor "learned": found no weights, expected some')
+            return LearnedDescriptor(self.weights.learned)
+        if name == "vgg" and self.weights.vgg is not None:
+            return VggDescriptor(self.weights.vgg, self.color_mean, self.color_basis, self.linear)
         return RandomDescriptor(groups) if groups else RandomDescriptor()

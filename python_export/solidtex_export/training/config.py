@@ -33,6 +33,8 @@ class Config:
     method: Method
     vgg: dict[str, str] | None = None
     """File name and SHA-256 of the weights of VGG-19, where they are used."""
+    descriptor: dict[str, str] | None = None
+    """The same of the learned descriptor."""
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

@@ -139,9 +139,8 @@ class Method:
     def uses_critic(self) -> bool:
         return any(term.kind in CRITIC_LOSSES for term in self.losses)
 
-    @property
-    def uses_vgg(self) -> bool:
-        return any(t.descriptor == "vgg" and t.kind in DESCRIPTOR_LOSSES for t in self.losses)
+    def uses(self, descriptor: str) -> bool:
+        return any(t.descriptor == descriptor and t.kind in DESCRIPTOR_LOSSES for t in self.losses)
 
     @property
     def only_vgg(self) -> bool:

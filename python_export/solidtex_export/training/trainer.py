@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import torch
 from torch import Tensor
 
 from solidtex_export.losses.critic import field_of_view
-from solidtex_export.losses.descriptors import DescriptorSource
+from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.training.axes import channel_axes, whiten
 from solidtex_export.training.batch_norm import measure_statistics
 from solidtex_export.training.config import Config
@@ -45,7 +44,7 @@ class Trainer:
         device: torch.device,
         folder: ResultFolder,
         ranks: Ranks | None = None,
-        vgg: Path | None = None,
+        weights: PretrainedWeights | None = None,
     ) -> None:
         torch.manual_seed(config.seed)
         self.config = config
@@ -69,7 +68,9 @@ class Trainer:
             config.size,
             [whiten(e.image, mean, basis).to(device) for e in exemplars],
             self.opponents,
-            DescriptorSource(mean, basis, vgg, config.color_space == "linear"),
+            DescriptorSource(
+                mean, basis, weights or PretrainedWeights(), config.color_space == "linear"
+            ),
             self._autocast,
         )
         self.watch = DivergenceWatch()
