@@ -12,7 +12,7 @@ from typing import Any
 
 PLANES = ("auto", "axes", "any", "about-z")
 GENERATORS = ("lattice", "pyramid", "sampler")
-DESCRIPTORS = ("vgg", "random")
+DESCRIPTORS = ("vgg", "learned", "random")
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 CRITIC_LOSSES = ("style", "adversarial")
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
