@@ -53,6 +53,8 @@ def make_parser() -> argparse.ArgumentParser:
                    help="a further channel of the exemplar, as in solidtex-train")  # fmt: skip
     p.add_argument("-o", dest="output", metavar="HTML", type=Path, help="write a report")
     p.add_argument("--json", metavar="JSON", type=Path, help="write all figures")
+    p.add_argument("--pictures", metavar="FOLDER", type=Path,
+                   help="write the pictures of the report, as PNG files")  # fmt: skip
     p.add_argument("--force", action="store_true", help="replace files that exist")
     p.add_argument("--size", type=int, metavar="N",
                    help="side of the compared crops in pixels, at most; smaller where the"
@@ -109,6 +111,8 @@ def run(args: argparse.Namespace) -> None:
             f"{PROGRAM}: found no Python package {error.name!r}, expected it"
             " (pip install 'solidtex[evaluate]')"
         ) from error
+    if args.pictures and args.pictures.exists() and not args.force:
+        raise OutputError(f"{args.pictures}: found it, expected a new folder (--force adds to it)")
     for path, suffix in ((args.output, ".html"), (args.json, ".json")):
         if path is not None:
             check_output(path, args.force, suffix)
@@ -166,6 +170,13 @@ def write(args: argparse.Namespace, result: Evaluation, exemplars: list[str]) ->
 
         write_whole(args.output, render(result, exemplars).encode())
         print(args.output)
+    if args.pictures:
+        from solidtex_export.evaluation.report import png
+
+        args.pictures.mkdir(parents=True, exist_ok=True)
+        for name, picture in result.pictures.items():
+            write_whole(args.pictures / f"{name.replace(' ', '-')}.png", png(picture))
+        print(args.pictures)
 
 
 def main(arguments: list[str] | None = None) -> int:

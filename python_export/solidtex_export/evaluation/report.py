@@ -86,13 +86,14 @@ def _figure(picture: np.ndarray, caption: str, zoom: int) -> Markup:
     return Markup(
         '<figure><img width="{}" height="{}" alt="{}" src="data:image/png;base64,{}">'
         "<figcaption>{}</figcaption></figure>"
-    ).format(columns * zoom, rows * zoom, caption, _png(picture), caption)
+    ).format(columns * zoom, rows * zoom, caption, base64.b64encode(png(picture)).decode(), caption)
 
 
-def _png(picture: np.ndarray) -> str:
+def png(picture: np.ndarray) -> bytes:
+    """A picture [row, column, channel] as an 8-bit PNG; the first channel where it has no three."""
     pixels = np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8)
-    if pixels.shape[2] not in (3,):
+    if pixels.shape[2] != 3:
         pixels = pixels[..., :1].repeat(3, axis=2)
     data = io.BytesIO()
     Image.fromarray(pixels).save(data, "PNG", optimize=True)
-    return base64.b64encode(data.getvalue()).decode("ascii")
+    return data.getvalue()

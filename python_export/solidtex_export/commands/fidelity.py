@@ -1,0 +1,88 @@
+"""solidtex-fidelity: trains methods on exemplars, judges them, and writes the table."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from solidtex_export import cli
+from solidtex_export.training.method_file import MethodError, load_method
+from solidtex_export.verification.model_output import OutputError
+
+PROGRAM = "solidtex-fidelity"
+
+EXAMPLES = f"""  {PROGRAM} docs/fidelity.toml --photos photographs -o results/fidelity
+  {PROGRAM} docs/fidelity.toml --photos photographs -o results/fidelity --only granite-grey
+  {PROGRAM} docs/fidelity.toml -o results/fidelity --no-training --table docs/fidelity.md
+
+The same command again does what is missing: Ctrl-C is safe at any time. What failed is not tried
+again without --retry. The plan: docs/evaluation.md."""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(
+        PROGRAM,
+        "Train every method of a plan on each of its exemplars, compare the results with the"
+        " exemplars, and write a table with pictures.",
+        EXAMPLES,
+    )
+    p.add_argument("plan", metavar="PLAN", type=Path, help="a TOML file")
+    p.add_argument("-o", dest="folder", metavar="FOLDER", type=Path, required=True,
+                   help="where models, reports and figures go")  # fmt: skip
+    p.add_argument("--photos", metavar="FOLDER", type=Path,
+                   help="where the photographs are (default: beside PLAN)")  # fmt: skip
+    p.add_argument("--table", metavar="MARKDOWN", type=Path,
+                   help="the table, replaced if it exists; its pictures go to images/ beside it"
+                   " (default: FOLDER/fidelity.md)")  # fmt: skip
+    p.add_argument("--only", metavar="EXEMPLAR", action="append",
+                   help="train on this exemplar only; may be repeated")  # fmt: skip
+    p.add_argument("--no-training", action="store_true", help="only write the table")
+    p.add_argument("--retry", action="store_true", help="try again what failed before")
+    p.add_argument("--threads", type=int, default=1, metavar="T",
+                   help="CPU threads of each training (default: 1)")  # fmt: skip
+    return p
+
+
+def run(args: argparse.Namespace) -> None:
+    try:
+        from solidtex_export.fidelity.cell import Cell
+        from solidtex_export.fidelity.plan import read_plan
+        from solidtex_export.fidelity.table import write_table
+    except ModuleNotFoundError as error:
+        raise OutputError(
+            f"{PROGRAM}: found no Python package {error.name!r}, expected it"
+            " (pip install 'solidtex[evaluate]')"
+        ) from error
+    plan = read_plan(args.plan)
+    for method in plan.methods:
+        load_method(method)  # refuses what is none
+    known = [entry.name for entry in plan.exemplars]
+    for name in args.only or ():
+        if name not in known:
+            raise OutputError(f"--only: found {name}, expected one of {', '.join(known)}")
+    photos = args.photos or args.plan.parent
+    rows = [
+        [Cell(plan, entry, method, args.folder, photos) for method in plan.methods]
+        for entry in plan.exemplars
+    ]
+    table = args.table or args.folder / "fidelity.md"
+    args.folder.mkdir(parents=True, exist_ok=True)
+    for cell in [] if args.no_training else [c for row in rows for c in row]:
+        other = args.only and cell.entry.name not in args.only
+        if other or cell.finished or (cell.failure.exists() and not args.retry):
+            continue
+        print(f"{cell.entry.name}, {cell.method}", flush=True)
+        if not cell.run(args.threads):
+            print(cell.failure.read_text(), end="", flush=True)
+        write_table(table, plan, args.plan.name, rows)
+    write_table(table, plan, args.plan.name, rows)
+    print(table)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    return cli.run(make_parser(), arguments, run, (*cli.FAILURES, MethodError))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

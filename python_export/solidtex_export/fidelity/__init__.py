@@ -1,0 +1,1 @@
+"""Exemplars x methods, trained and compared: docs/fidelity.md."""

@@ -1,0 +1,158 @@
+"""solidtex-fidelity: plans, one real cell, what fails, what is not done twice."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from solidtex_export.commands import evaluate
+from solidtex_export.commands.fidelity import main
+from solidtex_export.evaluation import subjects
+from solidtex_export.fidelity import cell as cells
+from solidtex_export.fidelity.plan import PlanError, photograph, read_plan
+from solidtex_export.solids.materials import SOLIDS
+from solidtex_export.training.method_file import shipped
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+DOCS, MODELS = REPOSITORY / "docs", REPOSITORY / "models"
+PLAN = """
+minutes = 0.01
+methods = ["default"]
+[[exemplar]]
+name = "rock"
+solid = "porous"
+pixels = 100
+size = 48
+resolution = 100
+[[exemplar]]
+name = "missing"
+photo = "nowhere.png"
+"""
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Path:
+    path = tmp_path / "plan.toml"
+    path.write_text(PLAN)
+    return path
+
+
+def in_process(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """Steps run without new processes, on small blocks; a shipped model stands for training."""
+    calls: list[list[str]] = []
+
+    def run(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        module, arguments = command[2], command[3:]
+        calls.append([module.rpartition(".")[2], *arguments])
+        if module.endswith("train"):
+            missing = arguments[0].endswith("nowhere.png")
+            return subprocess.CompletedProcess(command, int(missing), "no such file")
+        if module.endswith("export"):
+            shutil.copyfile(MODELS / "granite-grey.solidtex", arguments[-1])
+            return subprocess.CompletedProcess(command, 0, "")
+        return subprocess.CompletedProcess(command, evaluate.main(arguments), "")
+
+    monkeypatch.setattr(subprocess, "run", run)
+    monkeypatch.setattr(cells, "BLOCK", 40)
+    monkeypatch.setattr(subjects, "BLOCK", 40)
+    monkeypatch.setattr("solidtex_export.evaluation.evaluate.COPY_SIDE", 16)
+    return calls
+
+
+def test_a_plan_is_trained_judged_and_written_once(
+    plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = in_process(monkeypatch)
+    arguments = [str(plan), "-o", str(tmp_path / "all"), "--table", str(tmp_path / "table.md")]
+    assert main(arguments) == 0
+    rock = tmp_path / "all" / "rock"
+    assert [call[0] for call in calls] == ["train", "export", "evaluate", "train"]
+    assert calls[0][1:4] == [str(rock / "exemplar.png"), "-o", str(rock / "default" / "result")]
+    options = {"--method=default", "--minutes=0.01", "--size=48", "--resolution=100"}
+    assert options <= set(calls[0]) and calls[0][-2:] == ["--threads", "1"]
+    assert (rock / "default" / "report.html").exists()
+    errors = json.loads((rock / "default" / "solid.json").read_text())
+    # Granite knows less than another piece of the true rock.
+    assert errors["model"]["two_point"] > 2 * errors["true"]["two_point"]
+
+    page = (tmp_path / "table.md").read_text()
+    assert "default failed: `train: no such file`" in page and "| failed |" in page
+    assert "another block of the true solid" in page and "| 13.0 | 1469 |" in page
+    for file in ("rock.jpg", "rock-default.jpg"):
+        assert f"images/table/{file}" in page and (tmp_path / "images" / "table" / file).exists()
+
+    calls.clear()
+    (tmp_path / "table.md").unlink()
+    assert main(arguments) == 0
+    assert not calls and (tmp_path / "table.md").read_text() == page
+    assert main([*arguments, "--retry"]) == 0
+    assert [call[0] for call in calls] == ["train"]
+
+
+def test_maps_of_a_solid_are_trained_and_judged(
+    plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan.write_text(PLAN.replace('solid = "porous"', 'solid = "grains"'))
+    calls = in_process(monkeypatch)
+    assert main([str(plan), "-o", str(tmp_path / "all"), "--only", "rock"]) == 0
+    maps = {f"--map={n}={tmp_path}/all/rock/exemplar-{n}.png" for n in ("roughness", "height")}
+    assert maps <= set(calls[0]) and maps <= set(calls[2])
+
+
+def test_an_interrupted_step_ends_the_command(
+    plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.CompletedProcess(command, 130, "")
+
+    monkeypatch.setattr(subprocess, "run", interrupted)
+    assert main([str(plan), "-o", str(tmp_path / "all"), "--only", "missing"]) == 130
+    assert not (tmp_path / "all" / "missing" / "default" / "failure.txt").exists()
+
+
+def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
+    plan = read_plan(DOCS / "fidelity.toml")
+    assert len(plan.exemplars) >= 12
+    assert len(plan.methods) > 5 and set(plan.methods) <= set(shipped())
+    assert {entry.solid for entry in plan.exemplars if entry.solid} == set(SOLIDS)
+    for entry in plan.exemplars:
+        if (entry.photo or "").startswith("skimage:"):
+            with Image.open(photograph(entry, tmp_path)) as picture:
+                assert np.asarray(picture).std() > 5
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("minutes = 1", "the plan: found minutes, expected exemplar, methods, minutes"),
+        ("]", "found no readable TOML"),
+        (PLAN.replace("0.01", "0"), "minutes: found 0, expected more than 0"),
+        (PLAN.replace('["default"]', "[]"), "methods: found []"),
+        (PLAN.replace("missing", "rock"), "expected different ones"),
+        (PLAN.replace("porous", "cheese"), "exemplar[0].solid: found cheese"),
+        (PLAN.replace("pixels", "texels"), "exemplar[0]: found texels"),
+        (PLAN.replace('photo = "nowhere.png"', ""), "exemplar[1]: expected one of photo and solid"),
+    ],
+)
+def test_wrong_plans_are_refused(text: str, message: str, plan: Path) -> None:
+    plan.write_text(text)
+    with pytest.raises(PlanError) as refusal:
+        read_plan(plan)
+    assert str(plan) in str(refusal.value) and message in str(refusal.value)
+
+
+def test_unknown_methods_and_exemplars_are_refused(
+    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(plan), "-o", str(tmp_path / "all"), "--only", "cheese"]) == 1
+    assert "--only: found cheese, expected one of rock, missing" in capsys.readouterr().err
+    plan.write_text(PLAN.replace('["default"]', '["alchemy"]'))
+    assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
+    assert "found alchemy" in capsys.readouterr().err
+    assert not (tmp_path / "all").exists()
