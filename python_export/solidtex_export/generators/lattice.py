@@ -66,6 +66,13 @@ class FieldGenerator(nn.Module):
         self.register_buffer("color_mean", torch.zeros(out_channels))
         self.register_buffer("color_basis", torch.eye(out_channels))
 
+    def feature_boxes(self, box: Box) -> list[Box]:
+        """Per level, finest first, the region of its features that `box` depends on."""
+        boxes = [box]
+        for _ in range(1, self.levels):
+            boxes.append(boxes[-1].grown(BLOCK_MARGIN).coarser())
+        return boxes
+
     def noise_boxes(self, box: Box) -> list[Box]:
         """Per level, finest first, the region of noise that `box` depends on."""
         raise NotImplementedError
@@ -146,13 +153,6 @@ class LatticeGenerator(FieldGenerator):
             if stage < levels:
                 self.add_module(f"up{stage}", Upsampling(width))
         self.last_conv = PlaneConvolution(levels * step_channels, out_channels, 1)
-
-    def feature_boxes(self, box: Box) -> list[Box]:
-        """Per level, finest first, the region of the features that finer levels receive."""
-        boxes = [box]
-        for _ in range(1, self.levels):
-            boxes.append(boxes[-1].grown(BLOCK_MARGIN).coarser())
-        return boxes
 
     def noise_boxes(self, box: Box) -> list[Box]:
         """Section 4.2."""

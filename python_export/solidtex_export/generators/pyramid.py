@@ -17,7 +17,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from solidtex_export.generators.lattice import Box, FieldGenerator, upsampled
+from solidtex_export.generators.lattice import BLOCK_MARGIN, Box, FieldGenerator, upsampled
 from solidtex_export.generators.planes import (
     XYZ,
     Axes,
@@ -25,8 +25,6 @@ from solidtex_export.generators.planes import (
     from_planes,
     to_planes,
 )
-
-BLOCK_MARGIN = 2  # two 3^3 convolutions without padding
 
 
 class PyramidGenerator(FieldGenerator):
@@ -50,13 +48,6 @@ class PyramidGenerator(FieldGenerator):
             convolutions = PlaneConvolution(joint, width, 3), PlaneConvolution(width, width, 3)
             self.blocks.append(nn.ModuleList(convolutions))
         self.last = PlaneConvolution(width, out_channels, 1)
-
-    def feature_boxes(self, box: Box) -> list[Box]:
-        """Per level, finest first, the region of its features that `box` depends on."""
-        boxes = [box]
-        for _ in range(1, self.levels):
-            boxes.append(boxes[-1].grown(BLOCK_MARGIN).coarser())
-        return boxes
 
     def noise_boxes(self, box: Box) -> list[Box]:
         return [b.grown(BLOCK_MARGIN) for b in self.feature_boxes(box)]
