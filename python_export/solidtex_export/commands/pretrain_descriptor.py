@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from pathlib import Path
-from types import FrameType
 
 import torch
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from solidtex_export import cli
 from solidtex_export.descriptor.pretrain import PretrainConfig, Pretrainer
 from solidtex_export.training.result import ResultError, ResultFolder
+from solidtex_export.training.terminal import run_in_terminal
 
 INTERRUPTED = 130
 
@@ -61,33 +59,6 @@ def make_pretrainer(args: argparse.Namespace) -> Pretrainer:
     return pretrainer
 
 
-def train(pretrainer: Pretrainer) -> None:
-    """Train with a progress bar; Ctrl-C ends it after the step."""
-    interrupted = False
-
-    def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        nonlocal interrupted
-        interrupted = True
-
-    previous = signal.signal(signal.SIGINT, interrupt)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    try:
-        with Progress(*columns) as bar:
-            task = bar.add_task("training", total=1.0)
-
-            def report(p: Pretrainer) -> None:
-                bar.update(task, completed=p.progress, description=describe(p))
-
-            pretrainer.run(lambda: interrupted, report)
-    finally:
-        signal.signal(signal.SIGINT, previous)
-
-
-def describe(pretrainer: Pretrainer) -> str:
-    left = pretrainer.seconds * (1 / max(pretrainer.progress, 1e-9) - 1)
-    return f"step {pretrainer.step}, {left / 60:.1f} min left"
-
-
 def main(arguments: list[str] | None = None) -> int:
     p = parser()
     args = p.parse_args(arguments)
@@ -98,7 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
         if pretrainer.step:
             print(f"{args.result}: resuming at step {pretrainer.step}", flush=True)
         if pretrainer.progress < 1:
-            train(pretrainer)
+            run_in_terminal(pretrainer)
     except (ResultError, OSError) as error:
         print(f"{p.prog}: {error}", file=sys.stderr)
         return 1

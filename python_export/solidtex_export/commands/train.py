@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import signal
 import sys
 from pathlib import Path
-from types import FrameType
 
 import torch
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from solidtex_export.commands.train_options import check, parser
 from solidtex_export.descriptor.weights import WeightsError, load_weights
@@ -27,6 +24,7 @@ from solidtex_export.training.histograms import share_histograms
 from solidtex_export.training.method_file import MethodError
 from solidtex_export.training.pictures import ExemplarError
 from solidtex_export.training.result import ResultError, ResultFolder
+from solidtex_export.training.terminal import run_in_terminal
 from solidtex_export.training.trainer import Trainer
 
 INTERRUPTED = 130
@@ -113,34 +111,6 @@ def file_record(path: Path) -> dict[str, str]:
     return {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
 
 
-def train(trainer: Trainer) -> bool:
-    """Train with a progress bar; true when the end was reached, false when interrupted."""
-    interrupted = False
-
-    def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        nonlocal interrupted
-        interrupted = True
-
-    previous = signal.signal(signal.SIGINT, interrupt)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    try:
-        with Progress(*columns) as bar:
-            task = bar.add_task("training", total=1.0)
-
-            def report(t: Trainer) -> None:
-                bar.update(task, completed=t.progress, description=describe(t))
-
-            trainer.run(lambda: interrupted, report)
-    finally:
-        signal.signal(signal.SIGINT, previous)
-    return trainer.finished
-
-
-def describe(trainer: Trainer) -> str:
-    left = max(0.0, trainer.seconds / max(trainer.progress, 1e-9) - trainer.seconds)
-    return f"step {trainer.step}, {left / 60:.1f} min left"
-
-
 def main(arguments: list[str] | None = None) -> int:
     p = parser()
     args = p.parse_args(arguments)
@@ -155,13 +125,13 @@ def main(arguments: list[str] | None = None) -> int:
         if trainer.step:
             print(f"{args.result}: resuming at step {trainer.step}")
         print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
-        finished = train(trainer)
+        run_in_terminal(trainer)
     except FAILURES as error:
         print(f"solidtex-train: {error}", file=sys.stderr)
         return 1
     finally:
         ranks.leave()
-    if not finished:
+    if not trainer.finished:
         print(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
         return INTERRUPTED
     print(f"{args.result}: done; look at {trainer.folder.preview}")
