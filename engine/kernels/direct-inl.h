@@ -30,17 +30,18 @@ template <int kVectors>
 using TapSums = Floats[kTapOutputs][2][kVectors];
 
 // Adds three taps along z of one input. `weights`: [z][4 outputs].
-template <int kVectors>
-HWY_INLINE void AddRow(const float* const (&even)[kVectors], std::ptrdiff_t odd,
+template <int kVectors, class Planes>
+HWY_INLINE void AddRow(const Planes* tiles, int x, std::ptrdiff_t even,
                        const float* HWY_RESTRICT weights, TapSums<kVectors>& sum) {
   const Float d;
+  const std::ptrdiff_t odd = even + tiles[0].phase();
   Floats in[4][kVectors];
 #pragma GCC unroll 2
   for (int v = 0; v < kVectors; ++v) {
-    in[0][v] = hn::LoadU(d, even[v] + odd - 1);
-    in[1][v] = hn::LoadU(d, even[v]);
-    in[2][v] = hn::LoadU(d, even[v] + odd);
-    in[3][v] = hn::LoadU(d, even[v] + 1);
+    in[0][v] = tiles[v].Load(x, odd - 1);
+    in[1][v] = tiles[v].Load(x, even);
+    in[2][v] = tiles[v].Load(x, odd);
+    in[3][v] = tiles[v].Load(x, even + 1);
   }
 #pragma GCC unroll 3
   for (int z = 0; z < 3; ++z)
@@ -56,9 +57,9 @@ HWY_INLINE void AddRow(const float* const (&even)[kVectors], std::ptrdiff_t odd,
 }
 
 // Outputs `first` and the following ones at one y of the tiles and both z.
-template <int kVectors>
-HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source,
-                        const TilePlanes<1>* tiles, int y, int first, float* HWY_RESTRICT out) {
+template <int kVectors, class Planes>
+HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source, const Planes* tiles,
+                        int y, int first, float* HWY_RESTRICT out) {
   const Float d;
   TapSums<kVectors> sum;
 #pragma GCC unroll 4
@@ -72,11 +73,8 @@ HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source,
        channel += source.channel_pitch())
     for (int x = 0; x < 3; ++x)
 #pragma GCC unroll 3
-      for (int dy = 0; dy < 3; ++dy, weights += 3 * LinearLayer::kPack) {
-        const float* even[kVectors];
-        for (int v = 0; v < kVectors; ++v) even[v] = tiles[v].At(x, y + dy) + channel;
-        AddRow<kVectors>(even, source.phase_pitch, weights, sum);
-      }
+      for (int dy = 0; dy < 3; ++dy, weights += 3 * LinearLayer::kPack)
+        AddRow<kVectors>(tiles, x, tiles[0].Y(y + dy) + channel, weights, sum);
   const Floats slope = hn::Set(d, layer.slope);
 #pragma GCC unroll 4
   for (int o = 0; o < kTapOutputs; ++o)
@@ -88,10 +86,10 @@ HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source,
                   out + (kSlots<1> * (first + o) + 2 * y + z) * kStrip + v * hn::MaxLanes(d));
 }
 
-template <int kVectors>
+template <int kVectors, bool kJoined>
 void TapTiles(const LinearLayer& layer, const ConstPlanes& source, const TileVector* at,
               float* HWY_RESTRICT out) {
-  TilePlanes<1> tiles[kVectors];
+  TilePlanes<1, 3, kJoined> tiles[kVectors];
   for (int v = 0; v < kVectors; ++v) tiles[v] = {source, at[v]};
   for (int first = 0; first < layer.outputs; first += kTapOutputs) {
     TapTile<kVectors>(layer, source, tiles, 0, first, out);
@@ -101,33 +99,40 @@ void TapTiles(const LinearLayer& layer, const ConstPlanes& source, const TileVec
 
 // The four voxels of some vectors of tiles, for all outputs: voxel p of output o is
 // out[(kSlots o + p) * kStrip].
+template <bool kJoined>
 void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
              std::span<const TileVector> vectors, float* HWY_RESTRICT out) {
+  constexpr std::size_t kLanes = hn::MaxLanes(Float());
   std::size_t i = 0;
   for (; i + kTapVectors <= vectors.size(); i += kTapVectors)
-    TapTiles<kTapVectors>(layer, source, &vectors[i], out + i * hn::MaxLanes(Float()));
-  if (i < vectors.size()) TapTiles<1>(layer, source, &vectors[i], out + i * hn::MaxLanes(Float()));
+    TapTiles<kTapVectors, kJoined>(layer, source, &vectors[i], out + i * kLanes);
+  if (i < vectors.size()) TapTiles<1, kJoined>(layer, source, &vectors[i], out + i * kLanes);
 }
 
 #else
 
 // Without fused multiply-add in the instruction set, the same sums one by one.
+template <bool kJoined>
 void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
              std::span<const TileVector> vectors, float* HWY_RESTRICT out) {
-  for (std::size_t i = 0; i < vectors.size(); ++i, out += hn::MaxLanes(Float())) {
-    const TilePlanes<1> tiles(source, vectors[i]);
+  constexpr std::size_t kLanes = hn::MaxLanes(Float());
+  for (std::size_t i = 0; i < vectors.size(); ++i, out += kLanes) {
+    const TilePlanes<1, 3, kJoined> tiles(source, vectors[i]);
     for (int o = 0; o < layer.outputs; ++o)
-      for (int p = 0; p < 4; ++p)
-        for (std::ptrdiff_t t = 0; t < FloatLanes(); ++t) {
-          float sum = layer.bias[o];
-          for (int term = 0; term < layer.terms; ++term) {
-            const int x = term / 9 % 3, y = p / 2 + term / 3 % 3, z = p % 2 + term % 3;
-            const float* even = tiles.At(x, y) + term / 27 * source.channel_pitch() + t;
-            const float* in = z % 2 == 0 ? even + tiles.phase - (z == 0) : even + (z == 3);
-            sum = std::fma(layer.weight(o, term), *in, sum);
-          }
-          out[(kSlots<1> * o + p) * kStrip + t] = sum > 0 ? sum : layer.slope * sum;
+      for (int p = 0; p < 4; ++p) {
+        HWY_ALIGN float sum[kLanes], in[kLanes];
+        std::fill_n(sum, kLanes, layer.bias[o]);
+        for (int term = 0; term < layer.terms; ++term) {
+          const int x = term / 9 % 3, y = p / 2 + term / 3 % 3, z = p % 2 + term % 3;
+          const std::ptrdiff_t even = tiles.Y(y) + term / 27 * source.channel_pitch();
+          const std::ptrdiff_t at = z % 2 == 0 ? even + tiles.phase() - (z == 0) : even + (z == 3);
+          hn::Store(tiles.Load(x, at), Float(), in);
+          for (std::size_t t = 0; t < kLanes; ++t)
+            sum[t] = std::fma(layer.weight(o, term), in[t], sum[t]);
         }
+        for (std::size_t t = 0; t < kLanes; ++t)
+          out[(kSlots<1> * o + p) * kStrip + t] = sum[t] > 0 ? sum[t] : layer.slope * sum[t];
+      }
   }
 }
 

@@ -37,8 +37,9 @@ class Convolution {
     if constexpr (kTile > 1) FindTerms();
   }
 
-  // Vectors either keep to their rows or go on from one to the next, whichever takes fewer of them;
-  // the second needs one row pitch for all sources, and also computes what lies between the rows.
+  // Runs of tiles either keep to their rows or go on from one to the next, whichever takes fewer
+  // vectors; the second needs one row pitch for all sources, and also computes what lies between
+  // the rows. Short runs, those of small regions, share vectors.
   void Run() {
     const std::ptrdiff_t width = range_.z_hi - range_.z_lo, rows = range_.y_hi - range_.y_lo;
     const std::ptrdiff_t pitch = sources_[0].planes.row_pitch, lanes = FloatLanes();
@@ -48,6 +49,8 @@ class Convolution {
     const auto vectors = [lanes](std::ptrdiff_t count) { return (count + lanes - 1) / lanes; };
     const bool wraps = same_pitch && vectors(run) < rows * vectors(width);
     wrap_ = wraps ? pitch : width;
+    const std::ptrdiff_t length = wraps ? run : width;
+    joins_ = kIdleShare * (vectors(length) * lanes - length) > length;
     for (std::int64_t x = range_.x_lo >> kShift; x << kShift < range_.x_hi; ++x)
       if (wraps)
         AddRun(x, range_.y_lo, run);
@@ -61,37 +64,65 @@ class Convolution {
   static constexpr int kShift = kTile / 2;  // from voxels to tiles along x
   static constexpr int kGroups = 4 * (kTile + 2);
   static constexpr int kVoxels = 4 * kTile;
+  static constexpr std::ptrdiff_t kIdleShare = 16;  // one in so many
 
   // Tiles that are neighbours in memory, from the beginning of row y on.
   void AddRun(std::int64_t x, std::int64_t y, std::ptrdiff_t count) {
-    for (std::ptrdiff_t t = 0; t < count; t += FloatLanes()) {
-      vectors_[vector_count_++] = {x, y + t / wrap_, range_.z_lo + t % wrap_,
-                                   std::min(count - t, FloatLanes())};
-      if (vector_count_ == kMostVectors) RunStrip();
+    for (std::ptrdiff_t t = 0; t < count;) {
+      TileVector& vector = VectorWithRoom();
+      const std::ptrdiff_t lane = vector.used();
+      const std::ptrdiff_t part = std::min(count - t, FloatLanes() - lane);
+      vector.runs[vector.size++] = {x, y + t / wrap_, range_.z_lo + t % wrap_, lane, part};
+      t += part;
     }
+  }
+
+  TileVector& VectorWithRoom() {
+    if (vector_count_ > 0) {
+      TileVector& last = vectors_[vector_count_ - 1];
+      if (joins_ && last.used() < FloatLanes() && last.size < TileVector::kMostRuns) return last;
+    }
+    if (vector_count_ == kMostVectors) RunStrip();
+    TileVector& next = vectors_[vector_count_++];
+    next.size = 0;
+    return next;
   }
 
   void RunStrip() {
     if (vector_count_ == 0) return;
-    const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(vector_count_) * FloatLanes();
-    if constexpr (kTile == 1)
-      SumTaps(chain_.taps, sources_[0].planes, {vectors_, vector_count_}, slots_);
-    else
-      RunFirst(count);
+    const std::span<const TileVector> vectors(vectors_, vector_count_);
+    const auto joined = [](const TileVector& vector) { return vector.size > 1; };
+    std::ranges::any_of(vectors, joined) ? RunFirst<true>(vectors) : RunFirst<false>(vectors);
     if (!chain_.rest.empty())
       for (int voxel = 0; voxel < kVoxels; ++voxel)
-        if (IsWanted(vectors_[0], voxel / 4) || IsWanted(vectors_[vector_count_ - 1], voxel / 4))
-          RunRest(voxel, count);
+        if (IsWanted(vectors.front().first(), voxel / 4) ||
+            IsWanted(vectors.back().last(), voxel / 4))
+          RunRest(voxel, Count(vectors));
     for (std::size_t i = 0; i < vector_count_; ++i) StoreVector(i);
     vector_count_ = 0;
   }
 
-  void RunFirst(std::ptrdiff_t count) {
+  static std::ptrdiff_t Count(std::span<const TileVector> vectors) {
+    return static_cast<std::ptrdiff_t>(vectors.size()) * FloatLanes();
+  }
+
+  // The 3^3 convolution of a strip.
+  template <bool kJoined>
+  void RunFirst(std::span<const TileVector> vectors) {
+    if constexpr (kTile == 1)
+      SumTaps<kJoined>(chain_.taps, sources_[0].planes, vectors, slots_);
+    else
+      RunTiles<kJoined>(vectors);
+  }
+
+  template <bool kJoined>
+  void RunTiles(std::span<const TileVector> vectors) {
     const WinogradLayer& layer = chain_.first;
-    const std::span<const TileVector> vectors(vectors_, vector_count_);
+    const std::ptrdiff_t count = Count(vectors);
     float* to = inputs_;
     for (const ConvSource& source : sources_) {
-      const auto transform = source.upsampled ? TransformUpsampledTiles : TransformTiles<kTile>;
+      const auto transform =
+          source.upsampled ? TransformUpsampledTiles<kJoined> : TransformTiles<kTile, kJoined>;
       transform(source.planes, vectors, to);
       to += kInputPitch<kTile> * source.planes.channels;
     }
@@ -116,25 +147,27 @@ class Convolution {
   }
 
   void StoreVector(std::size_t index) {
+    const float* voxels = (chain_.rest.empty() ? slots_ : results_) + index * hn::MaxLanes(Float());
     const TileVector& vector = vectors_[index];
-    const float* from = (chain_.rest.empty() ? slots_ : results_) + index * hn::MaxLanes(Float());
-    for (int x = 0; x < kTile; ++x, from += 4 * kStrip)
-      if (IsWanted(vector, x)) StorePlane(vector, from, out_.plane(kTile * vector.x + x));
+    for (const TileRun& run : std::span(vector.runs, static_cast<std::size_t>(vector.size)))
+      for (int x = 0; x < kTile; ++x)
+        if (IsWanted(run, x))
+          StorePlane(run, voxels + 4 * x * kStrip + run.lane, out_.plane(kTile * run.x + x));
   }
 
-  bool IsWanted(const TileVector& vector, int x) const {
-    return kTile * vector.x + x >= range_.x_lo && kTile * vector.x + x < range_.x_hi;
+  bool IsWanted(const TileRun& run, int x) const {
+    return kTile * run.x + x >= range_.x_lo && kTile * run.x + x < range_.x_hi;
   }
 
   // Both y and z of some tiles at one x, row by row unless the result's rows follow each other too.
-  void StorePlane(const TileVector& vector, const float* from, float* plane) {
+  void StorePlane(const TileRun& run, const float* from, float* plane) {
     const std::ptrdiff_t width = range_.z_hi - range_.z_lo;
     if (width == wrap_ && width == out_.row_pitch)
-      return StoreRun(from, plane + out_.offset(vector.y, vector.z), vector.count);
-    std::ptrdiff_t z = vector.z - range_.z_lo;
-    std::int64_t y = vector.y;
-    for (std::ptrdiff_t t = 0; t < vector.count; ++y, z = 0) {
-      const std::ptrdiff_t count = std::min(vector.count - t, width - z);
+      return StoreRun(from, plane + out_.offset(run.y, run.z), run.count);
+    std::ptrdiff_t z = run.z - range_.z_lo;
+    std::int64_t y = run.y;
+    for (std::ptrdiff_t t = 0; t < run.count; ++y, z = 0) {
+      const std::ptrdiff_t count = std::min(run.count - t, width - z);
       if (count > 0) StoreRun(from + t, plane + out_.offset(y, range_.z_lo + z), count);
       t += wrap_ - z;
     }
@@ -190,6 +223,7 @@ class Convolution {
   TileVector vectors_[kMostVectors];
   std::size_t vector_count_ = 0;
   std::ptrdiff_t wrap_ = 1;  // from one row of tiles to the next, in tiles
+  bool joins_ = false;
 };
 
 void WinogradConv3d(const ConvChain& chain, std::span<const ConvSource> sources,
@@ -211,7 +245,7 @@ HWY_EXPORT(WinogradConv3d);
 std::size_t winograd_scratch(const ConvChain& chain) {
   const ScratchSizes sizes(chain);
   return static_cast<std::size_t>(sizes.inputs + sizes.products + sizes.slots + 2 * sizes.layer +
-                                  sizes.results);
+                                  sizes.results + kStrip);  // results are loaded in whole vectors
 }
 
 void winograd_conv3d(const ConvChain& chain, std::span<const ConvSource> sources,

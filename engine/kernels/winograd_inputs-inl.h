@@ -51,55 +51,89 @@ struct ScratchSizes {
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-// Position kZ of F(2, 3) along z: d0 is the odd one of the tile before, d1 and d2 its own two, d3
-// the even one of the tile after.
-template <int kZ>
-HWY_INLINE Floats AlongZ(const float* even, const float* odd) {
-  const Float d;
-  if constexpr (kZ == 0) return hn::Sub(hn::LoadU(d, odd - 1), hn::LoadU(d, odd));
-  if constexpr (kZ == 1) return hn::Add(hn::LoadU(d, even), hn::LoadU(d, odd));
-  if constexpr (kZ == 2) return hn::Sub(hn::LoadU(d, odd), hn::LoadU(d, even));
-  if constexpr (kZ == 3) return hn::Sub(hn::LoadU(d, even), hn::LoadU(d, even + 1));
-}
-
-// A vector of tiles that are neighbours in memory, of which the first `count` are wanted. It may go
-// on from one row to the next.
-struct TileVector {
+// Tiles that are neighbours in memory, from one row to the next perhaps: lanes of a vector.
+struct TileRun {
   std::int64_t x, y, z;  // of the first tile
-  std::ptrdiff_t count;
+  std::ptrdiff_t lane, count;
 };
 
-// The planes that tiles of kTile x 2 x 2 voxels read, at a vector of them.
-template <int kTile>
-struct TilePlanes {
+// A vector of tiles. One run fills it in large regions; in small ones it joins several.
+struct TileVector {
+  static constexpr int kMostRuns = 4;
+
+  const TileRun& first() const { return runs[0]; }
+  const TileRun& last() const { return runs[size - 1]; }
+  std::ptrdiff_t used() const { return size == 0 ? 0 : last().lane + last().count; }
+
+  TileRun runs[kMostRuns];
+  int size = 0;
+};
+
+// The kPlanes planes that tiles of kTile x 2 x 2 voxels read, at a vector of them.
+template <int kTile, int kPlanes, bool kJoined>
+class TilePlanes {
+ public:
   TilePlanes() = default;
-  TilePlanes(const ConstPlanes& source, const TileVector& at)
-      : row(source.row_pitch), phase(source.phase_pitch) {
-    for (int i = 0; i < kTile + 2; ++i)
-      x[i] = source.plane(kTile * at.x - 1 + i) + source.offset(at.y, at.z);
+  TilePlanes(const ConstPlanes& source, const TileVector& vector)
+      : size_(vector.size), row_(source.row_pitch), phase_(source.phase_pitch) {
+    for (int r = 0; r < (kJoined ? size_ : 1); ++r) {
+      const TileRun& run = vector.runs[r];
+      if constexpr (kJoined)
+        lanes_[r] = hn::Not(hn::FirstN(Float(), static_cast<std::size_t>(run.lane)));
+      for (int i = 0; i < kPlanes; ++i)
+        at_[i][r] = source.plane(kTile * run.x - 1 + i) + source.offset(run.y, run.z) - run.lane;
+    }
+  }
+
+  void AddChannel(std::ptrdiff_t pitch) {
+    for (auto& plane : at_)
+      for (int r = 0; r < (kJoined ? size_ : 1); ++r) plane[r] += pitch;
   }
 
   // Along y: the odd one of the tile before, its own two, the even one of the tile after.
-  HWY_INLINE const float* At(int plane, int y) const {
-    const std::ptrdiff_t offset = y == 0 ? 2 * phase - row : y == 2 ? 2 * phase : y == 3 ? row : 0;
-    return x[plane] + offset;
+  HWY_INLINE std::ptrdiff_t Y(int y) const {
+    return y == 0 ? 2 * phase_ - row_ : y == 2 ? 2 * phase_ : y == 3 ? row_ : 0;
+  }
+  HWY_INLINE std::ptrdiff_t row() const { return row_; }
+  HWY_INLINE std::ptrdiff_t phase() const { return phase_; }
+
+  HWY_INLINE Floats Load(int plane, std::ptrdiff_t offset) const {
+    const Float d;
+    Floats v = hn::LoadU(d, at_[plane][0] + offset);
+    if constexpr (kJoined)
+      for (int r = 1; r < size_; ++r)
+        v = hn::IfThenElse(lanes_[r], hn::LoadU(d, at_[plane][r] + offset), v);
+    return v;
   }
 
-  const float* x[kTile + 2];
-  std::ptrdiff_t row, phase;  // pitches
+ private:
+  static constexpr int kRuns = kJoined ? TileVector::kMostRuns : 1;
+
+  const float* at_[kPlanes][kRuns];
+  hn::Mask<Float> lanes_[kRuns];  // from the first of each run on
+  int size_ = 0;
+  std::ptrdiff_t row_ = 0, phase_ = 0;  // pitches
 };
 
+// Position kZ of F(2, 3) along z, from the even ones on at `even`: d0 is the odd one of the tile
+// before, d1 and d2 its own two, d3 the even one of the tile after.
+template <int kZ, class Planes>
+HWY_INLINE Floats AlongZ(const Planes& planes, int x, std::ptrdiff_t even) {
+  const std::ptrdiff_t odd = even + planes.phase();
+  if constexpr (kZ == 0) return hn::Sub(planes.Load(x, odd - 1), planes.Load(x, odd));
+  if constexpr (kZ == 1) return hn::Add(planes.Load(x, even), planes.Load(x, odd));
+  if constexpr (kZ == 2) return hn::Sub(planes.Load(x, odd), planes.Load(x, even));
+  if constexpr (kZ == 3) return hn::Sub(planes.Load(x, even), planes.Load(x, even + 1));
+}
+
 // The positions (ix, iy, kZ) of a vector of tiles.
-template <int kTile, int kZ>
-HWY_INLINE void InputPositions(const TilePlanes<kTile>& planes, float* HWY_RESTRICT out) {
+template <int kTile, int kZ, class Planes>
+HWY_INLINE void InputPositions(const Planes& planes, float* HWY_RESTRICT out) {
   Floats v[kTile + 2][4];
 #pragma GCC unroll 6
   for (int x = 0; x < kTile + 2; ++x) {
 #pragma GCC unroll 4
-    for (int y = 0; y < 4; ++y) {
-      const float* even = planes.At(x, y);
-      v[x][y] = AlongZ<kZ>(even, even + planes.phase);
-    }
+    for (int y = 0; y < 4; ++y) v[x][y] = AlongZ<kZ>(planes, x, planes.Y(y));
     TransformInput(v[x]);
   }
 #pragma GCC unroll 4
@@ -115,10 +149,10 @@ HWY_INLINE void InputPositions(const TilePlanes<kTile>& planes, float* HWY_RESTR
 }
 
 // All positions of some vectors of tiles, for all channels of a source.
-template <int kTile>
+template <int kTile, bool kJoined>
 void TransformTiles(const ConstPlanes& source, std::span<const TileVector> vectors,
                     float* HWY_RESTRICT out) {
-  TilePlanes<kTile> tiles[kStrip / hn::MaxLanes(Float())];
+  TilePlanes<kTile, kTile + 2, kJoined> tiles[kStrip / hn::MaxLanes(Float())];
   for (std::size_t i = 0; i < vectors.size(); ++i) tiles[i] = {source, vectors[i]};
   // Vectors inside: they often share cache lines.
   for (int c = 0; c < source.channels; ++c, out += kInputPitch<kTile>)
@@ -128,7 +162,7 @@ void TransformTiles(const ConstPlanes& source, std::span<const TileVector> vecto
       InputPositions<kTile, 1>(tiles[i], to);
       InputPositions<kTile, 2>(tiles[i], to);
       InputPositions<kTile, 3>(tiles[i], to);
-      for (const float*& plane : tiles[i].x) plane += source.channel_pitch();
+      tiles[i].AddChannel(source.channel_pitch());
     }
 }
 
@@ -137,20 +171,19 @@ HWY_INLINE void TransformUpsampled(Floats& low, Floats& middle, Floats& high) {
   low = hn::Sub(low, middle), high = hn::Sub(middle, high), middle = hn::Add(middle, middle);
 }
 
-template <int kZ>
-HWY_INLINE void UpsampledPositions(const float* const (&planes)[3], std::ptrdiff_t row,
-                                   float* HWY_RESTRICT out) {
+template <int kZ, class Planes>
+HWY_INLINE void UpsampledPositions(const Planes& planes, float* HWY_RESTRICT out) {
   const Float d;
   Floats v[3][3];
 #pragma GCC unroll 3
   for (int y = 0; y < 3; ++y)
 #pragma GCC unroll 3
     for (int x = 0; x < 3; ++x) {
-      const float* at = planes[x] + (y - 1) * row;
-      const Floats own = hn::LoadU(d, at);
-      if constexpr (kZ == 0) v[x][y] = hn::Sub(hn::LoadU(d, at - 1), own);
+      const std::ptrdiff_t at = (y - 1) * planes.row();
+      const Floats own = planes.Load(x, at);
+      if constexpr (kZ == 0) v[x][y] = hn::Sub(planes.Load(x, at - 1), own);
       if constexpr (kZ == 1) v[x][y] = hn::Add(own, own);
-      if constexpr (kZ == 3) v[x][y] = hn::Sub(own, hn::LoadU(d, at + 1));
+      if constexpr (kZ == 3) v[x][y] = hn::Sub(own, planes.Load(x, at + 1));
     }
 #pragma GCC unroll 3
   for (int x = 0; x < 3; ++x) TransformUpsampled(v[x][0], v[x][1], v[x][2]);
@@ -165,18 +198,18 @@ HWY_INLINE void UpsampledPositions(const float* const (&planes)[3], std::ptrdiff
 }
 
 // The same of an upsampled source: position 2 of every axis is zero and left out.
+template <bool kJoined>
 void TransformUpsampledTiles(const ConstPlanes& source, std::span<const TileVector> vectors,
                              float* HWY_RESTRICT out) {
+  TilePlanes<1, 3, kJoined> tiles[kStrip / hn::MaxLanes(Float())];
+  for (std::size_t i = 0; i < vectors.size(); ++i) tiles[i] = {source, vectors[i]};
   for (int c = 0; c < source.channels; ++c, out += kInputPitch<2>)
     for (std::size_t i = 0; i < vectors.size(); ++i) {
-      const std::ptrdiff_t at =
-          c * source.channel_pitch() + source.offset(vectors[i].y, vectors[i].z);
-      const float* planes[3];
-      for (int x = 0; x < 3; ++x) planes[x] = source.plane(vectors[i].x - 1 + x) + at;
       float* to = out + i * hn::MaxLanes(Float());
-      UpsampledPositions<0>(planes, source.row_pitch, to);
-      UpsampledPositions<1>(planes, source.row_pitch, to);
-      UpsampledPositions<3>(planes, source.row_pitch, to);
+      UpsampledPositions<0>(tiles[i], to);
+      UpsampledPositions<1>(tiles[i], to);
+      UpsampledPositions<3>(tiles[i], to);
+      tiles[i].AddChannel(source.channel_pitch());
     }
 }
 

@@ -30,28 +30,29 @@ struct ProductTerms {
 
 #if HWY_NATIVE_FMA
 
-// Four products of three outputs for some vectors of tiles: 24 sums of 32 registers, or 12 of 16.
-inline constexpr int kProductOutputs = 3;
+// Two products of six outputs for some vectors of tiles: 24 sums of 32 registers, or 12 of 16.
+inline constexpr int kProductOutputs = 6;
 inline constexpr int kProductVectors = HWY_TARGET == HWY_AVX2 ? 1 : 2;
 
 template <int kOutputs, int kVectors>
-using ProductSums = Floats[kOutputs][4][kVectors];
+using ProductSums = Floats[kOutputs][2][kVectors];
 
-template <int kOutputs, int kVectors, bool kUpsampled>
+// Adds the products z_lo and, if kBoth, z_lo + 1.
+template <int kOutputs, int kVectors, bool kLow, bool kHigh>
 HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, std::ptrdiff_t at,
                            ProductSums<kOutputs, kVectors>& sum) {
   const Float d;
   const float* HWY_RESTRICT weights = terms.weights + 4 * first;
   const float* HWY_RESTRICT values = terms.values + at;
   for (int i = 0; i < terms.count; ++i, weights += 4 * outputs, values += terms.pitch) {
-#pragma GCC unroll 4
-    for (int z = 0; z < 4; ++z) {
-      if (kUpsampled && z == 2) continue;
+#pragma GCC unroll 2
+    for (int z = 0; z < 2; ++z) {
+      if ((z == 0 && !kLow) || (z == 1 && !kHigh)) continue;
       Floats x[kVectors];
 #pragma GCC unroll 2
       for (int v = 0; v < kVectors; ++v)
         x[v] = InRegister(hn::Load(d, values + z * kStrip + v * hn::MaxLanes(d)));
-#pragma GCC unroll 3
+#pragma GCC unroll 6
       for (int o = 0; o < kOutputs; ++o) {
         const Floats w = hn::Set(d, weights[4 * o + z]);
 #pragma GCC unroll 2
@@ -61,34 +62,46 @@ HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, st
   }
 }
 
-template <int kOutputs, int kVectors>
+template <int kOutputs, int kVectors, bool kSecond>
 HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, int first,
                             std::ptrdiff_t at, float* HWY_RESTRICT out) {
   const Float d;
   ProductSums<kOutputs, kVectors> sum;
-#pragma GCC unroll 3
+#pragma GCC unroll 6
   for (int o = 0; o < kOutputs; ++o)
-#pragma GCC unroll 4
-    for (int z = 0; z < 4; ++z)
+#pragma GCC unroll 2
+    for (int z = 0; z < 2; ++z)
 #pragma GCC unroll 2
       for (int v = 0; v < kVectors; ++v) sum[o][z][v] = hn::Zero(d);
-  for (const ProductTerms& part : terms) {
-    if (part.upsampled)
-      Accumulate<kOutputs, kVectors, true>(part, outputs, first, at, sum);
+  for (ProductTerms part : terms) {
+    if (kSecond) part.weights += 2, part.values += 2 * kStrip;
+    if (part.upsampled && kSecond)
+      Accumulate<kOutputs, kVectors, false, true>(part, outputs, first, at, sum);
     else
-      Accumulate<kOutputs, kVectors, false>(part, outputs, first, at, sum);
+      Accumulate<kOutputs, kVectors, true, true>(part, outputs, first, at, sum);
   }
   out += 8 * first * kStrip + at;
-#pragma GCC unroll 3
+#pragma GCC unroll 6
   for (int o = 0; o < kOutputs; ++o, out += 8 * kStrip)
 #pragma GCC unroll 2
     for (int v = 0; v < kVectors; ++v) {
-      const Floats m[4] = {sum[o][0][v], sum[o][1][v], sum[o][2][v], sum[o][3][v]};
-      Floats z[2];
-      TransformOutput(m, z);
-      hn::Store(z[0], d, out + v * hn::MaxLanes(d));
-      hn::Store(z[1], d, out + kStrip + v * hn::MaxLanes(d));
+      float* low = out + v * hn::MaxLanes(d);
+      float* high = low + kStrip;
+      if constexpr (kSecond) {
+        hn::Store(hn::Add(hn::Load(d, low), sum[o][0][v]), d, low);
+        hn::Store(hn::Sub(hn::Sub(hn::Load(d, high), sum[o][0][v]), sum[o][1][v]), d, high);
+      } else {
+        hn::Store(hn::Add(sum[o][0][v], sum[o][1][v]), d, low);
+        hn::Store(sum[o][1][v], d, high);
+      }
     }
+}
+
+template <int kOutputs, int kVectors>
+HWY_INLINE void BothTiles(std::span<const ProductTerms> terms, int outputs, int first,
+                          std::ptrdiff_t at, float* HWY_RESTRICT out) {
+  ProductTile<kOutputs, kVectors, false>(terms, outputs, first, at, out);
+  ProductTile<kOutputs, kVectors, true>(terms, outputs, first, at, out);
 }
 
 template <int kVectors>
@@ -96,9 +109,9 @@ void ProductTiles(std::span<const ProductTerms> terms, int outputs, std::ptrdiff
                   float* HWY_RESTRICT out) {
   int first = 0;
   for (; first + kProductOutputs <= outputs; first += kProductOutputs)
-    ProductTile<kProductOutputs, kVectors>(terms, outputs, first, at, out);
-  if (first + 2 == outputs) ProductTile<2, kVectors>(terms, outputs, first, at, out);
-  if (first + 1 == outputs) ProductTile<1, kVectors>(terms, outputs, first, at, out);
+    BothTiles<kProductOutputs, kVectors>(terms, outputs, first, at, out);
+  for (; first + 2 <= outputs; first += 2) BothTiles<2, kVectors>(terms, outputs, first, at, out);
+  if (first + 1 == outputs) BothTiles<1, kVectors>(terms, outputs, first, at, out);
 }
 
 // The products (ix, iy, 0 .. 3) of `count` tiles, summed over the terms and transformed along z;
