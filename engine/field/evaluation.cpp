@@ -43,11 +43,6 @@ Box whole_tiles(Box box, int tile) {
   return box;
 }
 
-// What an upsampled node keeps: the coarse voxels themselves.
-Box kept_box(const Op& op, const Box& region) {
-  return std::holds_alternative<UpsampleOp>(op) ? required_input(op, region) : region;
-}
-
 }  // namespace
 
 // A convolution touches hundreds of pages at a time, one for each phase of a channel's plane, too
@@ -91,8 +86,9 @@ void Evaluation::find_regions(const Box& box, const std::vector<Box>& steps) {
   const std::vector<Box> whole = required_regions(model_, box);
   regions_.clear();
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    const auto ahead = i + 1 < steps.size() ? LookAhead::whole_tiles : LookAhead::exact;
-    regions_.push_back(required_regions(model_, steps[i], ahead));
+    const bool is_last = i + 1 == steps.size();
+    regions_.push_back(required_regions(
+        model_, steps[i], is_last ? std::span<const int>() : std::span(plan_.tile_origins)));
     for (std::size_t node = 0; node < whole.size(); ++node) {
       Box& region = regions_.back()[node];
       if (region.empty()) continue;
@@ -114,7 +110,7 @@ void Evaluation::place_windows(Workspace& workspace) {
     std::int64_t planes = 1;
     for (const auto& regions : regions_) {
       if (regions[step.node].empty()) continue;
-      kept = kept_box(node.op, regions[step.node]);
+      kept = kept_box(step, regions[step.node]);
       planes = std::max(planes, kept.size(0));
     }
     offsets.push_back(size);
@@ -128,9 +124,16 @@ void Evaluation::place_windows(Workspace& workspace) {
     windows_[plan_.steps[i].node].use(scratch_ + scratch + offsets[i]);
 }
 
+// What a window keeps of a region: of an upsampled node the coarse voxels themselves.
+Box Evaluation::kept_box(const Step& step, const Box& region) const {
+  if (is_upsample(step.node)) return required_input(model_.nodes[step.node].op, region);
+  return step.is_chain() && !region.empty() ? whole_tiles_across(region, step.chain.origin)
+                                            : region;
+}
+
 // Computes what the window does not have yet of a region.
 void Evaluation::advance(const Step& step, const Box& region) {
-  Box box = kept_box(model_.nodes[step.node].op, region);
+  Box box = kept_box(step, region);
   if (box.empty()) return;
   Window& window = windows_[step.node];
   const std::int64_t computed = window.empty() ? box.lo[0] : window.planes().x_hi;
@@ -169,10 +172,8 @@ void Evaluation::convolve(const Step& step, const Box& box) {
   std::vector<ConvSource> sources;
   for (const int part : plan_.parts[model_.nodes[step.first].inputs[0]])
     sources.push_back({windows_[part].planes(), is_upsample(part)});
-  const Planes& out = windows_[step.node].planes();
-  const TileRange range{box.lo[0],           box.hi[0], out.y_lo,
-                        out.y_lo + out.rows, out.z_lo,  out.z_lo + out.row_pitch};
-  kernels::winograd_conv3d(step.chain, sources, range, out, scratch_);
+  kernels::winograd_conv3d(step.chain, sources, tile_range(box, step.chain.origin),
+                           windows_[step.node].planes(), scratch_);
 }
 
 // Any other operation works on blocks in plain order.

@@ -41,6 +41,7 @@ class Evaluation {
  private:
   void find_regions(const Box& box, const std::vector<Box>& steps);
   void place_windows(Workspace& workspace);
+  Box kept_box(const Step& step, const Box& region) const;
   void advance(const Step& step, const Box& region);
   void compute(const Step& step, const Box& box);
   void convolve(const Step& step, const Box& box);

@@ -1,13 +1,17 @@
 #include "engine/field/plan.h"
 
 #include <algorithm>
+#include <utility>
 #include <variant>
+
+#include "engine/field/regions.h"
 
 namespace solidtex::engine {
 
 namespace {
 
 constexpr int kMostDirectInputs = 4;
+constexpr std::int64_t kAligned = 64;
 
 LinearLayer pack(const Conv3dOp& op) {
   const auto outputs = static_cast<int>(op.weight.shape[0]);
@@ -29,13 +33,17 @@ LinearLayer pack(const ConvTranspose3dOp& op) {
 
 class Planner {
  public:
-  explicit Planner(const FieldModel& model) : nodes_(model.nodes), readers_(nodes_.size()) {
+  explicit Planner(const FieldModel& model)
+      : nodes_(model.nodes),
+        readers_(nodes_.size()),
+        aligned_(required_regions(model, {{0, 0, 0}, {kAligned, kAligned, kAligned}})) {
     for (std::size_t i = 0; i < nodes_.size(); ++i)
       for (const int input : nodes_[i].inputs) readers_[input].push_back(static_cast<int>(i));
   }
 
   Plan run() {
     plan_.parts.resize(nodes_.size());
+    plan_.tile_origins.resize(nodes_.size());
     for (std::size_t i = 0; i < nodes_.size(); ++i)
       if (plan_.parts[i].empty()) add(static_cast<int>(i));
     return std::move(plan_);
@@ -83,6 +91,9 @@ class Planner {
     const bool gives_result = node + 1 == static_cast<int>(nodes_.size());
     begin_chain(first, gives_result, chain);
     (chain.is_direct() ? chain.taps.slope : chain.first.slope) = slope;
+    plan_.tile_origins[first] = chain.origin;
+    for (int inner = first; inner != node; plan_.tile_origins[inner] = chain.origin)
+      inner = readers_[inner][0];
     return node;
   }
 
@@ -90,21 +101,25 @@ class Planner {
   // widen the margins of all but the result.
   void begin_chain(int node, bool gives_result, ConvChain& chain) const {
     const auto& conv = std::get<Conv3dOp>(nodes_[node].op);
-    const int inputs = inputs_of(node);
+    std::vector<bool> upsampled;  // input
     const std::vector<int>& parts = plan_.parts[nodes_[node].inputs[0]];
-    const bool upsampled = std::ranges::any_of(
-        parts, [this](int part) { return std::holds_alternative<UpsampleOp>(nodes_[part].op); });
-    if (inputs <= kMostDirectInputs && parts.size() == 1 && !upsampled)
+    for (const int part : parts)
+      upsampled.insert(upsampled.end(), static_cast<std::size_t>(nodes_[part].channels),
+                       std::holds_alternative<UpsampleOp>(nodes_[part].op));
+    const bool any_upsampled = std::ranges::find(upsampled, true) != upsampled.end();
+    chain.origin = any_upsampled ? 1 : static_cast<int>(aligned_[node].lo[0] & 1);
+    if (inputs_of(node) <= kMostDirectInputs && parts.size() == 1 && !any_upsampled)
       chain.taps = pack(conv);
     else
-      chain.first = WinogradLayer(gives_result && !upsampled ? 4 : 2, inputs, nodes_[node].channels,
-                                  conv.weight.values, conv.bias.values);
+      chain.first = WinogradLayer(gives_result && !any_upsampled ? 4 : 2, std::move(upsampled),
+                                  nodes_[node].channels, conv.weight.values, conv.bias.values);
   }
 
   int inputs_of(int node) const { return nodes_[nodes_[node].inputs[0]].channels; }
 
   const std::vector<Node>& nodes_;
   std::vector<std::vector<int>> readers_;
+  std::vector<Box> aligned_;  // regions of a block that begins and ends at multiples of its size
   Plan plan_;
 };
 

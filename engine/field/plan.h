@@ -27,6 +27,8 @@ struct Plan {
   // For each node, the nodes whose windows hold its channels: itself, the parts of a
   // concatenation, the end of a chain.
   std::vector<std::vector<int>> parts;
+  // For each node, where the tiles begin that it is computed in.
+  std::vector<int> tile_origins;
 };
 
 Plan make_plan(const FieldModel& model);

@@ -44,14 +44,18 @@ struct InputRange {
 
 }  // namespace
 
-std::vector<Box> required_regions(const FieldModel& model, const Box& output, LookAhead ahead) {
+std::vector<Box> required_regions(const FieldModel& model, const Box& output,
+                                  std::span<const int> tile_origins) {
   std::vector<Box> regions(model.nodes.size());
   if (regions.empty()) return regions;
   regions.back() = output;
   for (std::size_t i = regions.size(); i-- > 0;) {
     const Node& node = model.nodes[i];
     if (regions[i].empty()) continue;
-    if (ahead == LookAhead::whole_tiles) regions[i].hi[0] = 2 * half(regions[i].hi[0] + 1);
+    if (!tile_origins.empty()) {
+      const int origin = tile_origins[i];
+      regions[i].hi[0] = 2 * half(regions[i].hi[0] - origin + 1) + origin;
+    }
     const Box needed = required_input(node.op, regions[i]);
     for (const int input : node.inputs) regions[input] = unite(regions[input], needed);
   }

@@ -1,6 +1,7 @@
 // Which boxes of its inputs an operation needs, and a graph of every node.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "engine/field/box.h"
@@ -12,13 +13,11 @@ namespace solidtex::engine {
 // halves with floor.
 Box required_input(const Op& op, const Box& output);
 
-// exact: what the output needs and nothing more. whole_tiles: along x every node goes on to the end
-// of a tile, so that an evaluation that moves along x computes no tile twice.
-enum class LookAhead { exact, whole_tiles };
-
 // The box every node must be known on so that the output is known on `output`; same order as
-// model.nodes. A backward pass; several consumers unite.
+// model.nodes. A backward pass; several consumers unite. With tile_origins, one for each node,
+// every node goes on along x to the end of a tile of two that begins there, so that an evaluation
+// that moves along x computes no tile twice.
 std::vector<Box> required_regions(const FieldModel& model, const Box& output,
-                                  LookAhead ahead = LookAhead::exact);
+                                  std::span<const int> tile_origins = {});
 
 }  // namespace solidtex::engine

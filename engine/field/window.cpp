@@ -25,6 +25,19 @@ void join(const float* even, const float* odd, std::int64_t z_lo, std::int64_t z
 
 }  // namespace
 
+TileRange tile_range(const Box& box, int origin) {
+  const auto first = [&](int axis) { return (box.lo[axis] - origin) >> 1; };
+  const auto end = [&](int axis) { return (box.hi[axis] - origin + 1) >> 1; };
+  return {box.lo[0], box.hi[0], first(1), end(1), first(2), end(2)};
+}
+
+Box whole_tiles_across(Box box, int origin) {
+  const TileRange tiles = tile_range(box, origin);
+  box.lo[1] = 2 * tiles.y_lo + origin, box.hi[1] = 2 * tiles.y_hi + origin;
+  box.lo[2] = 2 * tiles.z_lo + origin, box.hi[2] = 2 * tiles.z_hi + origin;
+  return box;
+}
+
 Window::Window(const Box& box, int channels, int phases, std::int64_t planes) {
   const int step = phases == 4 ? 1 : 0;  // as a shift
   planes_.channels = channels;

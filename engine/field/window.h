@@ -7,8 +7,14 @@
 #include "engine/field/box.h"
 #include "engine/kernels/planes.h"
 #include "engine/kernels/volume.h"
+#include "engine/kernels/winograd.h"
 
 namespace solidtex::engine {
+
+// What a convolution computes of a box in tiles that begin at 2 t + origin, and the box that it
+// writes: tiles are whole along y and z.
+TileRange tile_range(const Box& box, int origin);
+Box whole_tiles_across(Box box, int origin);
 
 class Window {
  public:

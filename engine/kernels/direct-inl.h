@@ -31,17 +31,14 @@ using TapSums = Floats[kTapOutputs][2][kVectors];
 
 // Adds three taps along z of one input. `weights`: [z][4 outputs].
 template <int kVectors, class Planes>
-HWY_INLINE void AddRow(const Planes* tiles, int x, std::ptrdiff_t even,
+HWY_INLINE void AddRow(const Planes* tiles, int x, std::ptrdiff_t at,
                        const float* HWY_RESTRICT weights, TapSums<kVectors>& sum) {
   const Float d;
-  const std::ptrdiff_t odd = even + tiles[0].phase();
   Floats in[4][kVectors];
 #pragma GCC unroll 2
   for (int v = 0; v < kVectors; ++v) {
-    in[0][v] = tiles[v].Load(x, odd - 1);
-    in[1][v] = tiles[v].Load(x, even);
-    in[2][v] = tiles[v].Load(x, odd);
-    in[3][v] = tiles[v].Load(x, even + 1);
+#pragma GCC unroll 4
+    for (int z = 0; z < 4; ++z) in[z][v] = tiles[v].Load(x, at + tiles[0].Z(z));
   }
 #pragma GCC unroll 3
   for (int z = 0; z < 3; ++z)
@@ -87,10 +84,10 @@ HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source, con
 }
 
 template <int kVectors, bool kJoined>
-void TapTiles(const LinearLayer& layer, const ConstPlanes& source, const TileVector* at,
+void TapTiles(const LinearLayer& layer, const ConstPlanes& source, const TileVector* at, int origin,
               float* HWY_RESTRICT out) {
   TilePlanes<1, 3, kJoined> tiles[kVectors];
-  for (int v = 0; v < kVectors; ++v) tiles[v] = {source, at[v]};
+  for (int v = 0; v < kVectors; ++v) tiles[v] = {source, at[v], -1, origin};
   for (int first = 0; first < layer.outputs; first += kTapOutputs) {
     TapTile<kVectors>(layer, source, tiles, 0, first, out);
     TapTile<kVectors>(layer, source, tiles, 1, first, out);
@@ -101,12 +98,13 @@ void TapTiles(const LinearLayer& layer, const ConstPlanes& source, const TileVec
 // out[(kSlots o + p) * kStrip].
 template <bool kJoined>
 void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
-             std::span<const TileVector> vectors, float* HWY_RESTRICT out) {
+             std::span<const TileVector> vectors, int origin, float* HWY_RESTRICT out) {
   constexpr std::size_t kLanes = hn::MaxLanes(Float());
   std::size_t i = 0;
   for (; i + kTapVectors <= vectors.size(); i += kTapVectors)
-    TapTiles<kTapVectors, kJoined>(layer, source, &vectors[i], out + i * kLanes);
-  if (i < vectors.size()) TapTiles<1, kJoined>(layer, source, &vectors[i], out + i * kLanes);
+    TapTiles<kTapVectors, kJoined>(layer, source, &vectors[i], origin, out + i * kLanes);
+  if (i < vectors.size())
+    TapTiles<1, kJoined>(layer, source, &vectors[i], origin, out + i * kLanes);
 }
 
 #else
@@ -114,18 +112,17 @@ void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
 // Without fused multiply-add in the instruction set, the same sums one by one.
 template <bool kJoined>
 void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
-             std::span<const TileVector> vectors, float* HWY_RESTRICT out) {
+             std::span<const TileVector> vectors, int origin, float* HWY_RESTRICT out) {
   constexpr std::size_t kLanes = hn::MaxLanes(Float());
   for (std::size_t i = 0; i < vectors.size(); ++i, out += kLanes) {
-    const TilePlanes<1, 3, kJoined> tiles(source, vectors[i]);
+    const TilePlanes<1, 3, kJoined> tiles(source, vectors[i], -1, origin);
     for (int o = 0; o < layer.outputs; ++o)
       for (int p = 0; p < 4; ++p) {
         HWY_ALIGN float sum[kLanes], in[kLanes];
         std::fill_n(sum, kLanes, layer.bias[o]);
         for (int term = 0; term < layer.terms; ++term) {
           const int x = term / 9 % 3, y = p / 2 + term / 3 % 3, z = p % 2 + term % 3;
-          const std::ptrdiff_t even = tiles.Y(y) + term / 27 * source.channel_pitch();
-          const std::ptrdiff_t at = z % 2 == 0 ? even + tiles.phase() - (z == 0) : even + (z == 3);
+          const std::ptrdiff_t at = tiles.Y(y) + tiles.Z(z) + term / 27 * source.channel_pitch();
           hn::Store(tiles.Load(x, at), Float(), in);
           for (std::size_t t = 0; t < kLanes; ++t)
             sum[t] = std::fma(layer.weight(o, term), in[t], sum[t]);

@@ -21,9 +21,11 @@ namespace reference {
 // Unpadded: out.size = in.size - (kernel - 1), out[i] = layer of in[i + t].
 void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out);
 
-// The same sum by minimal filtering on tiles at even absolute coordinates; out begins at out_lo.
-void winograd_conv3d(const WinogradLayer& layer, const std::array<std::int64_t, 3>& out_lo,
-                     const ConstVolume& in, const Volume& out);
+// The same sum by minimal filtering on tiles that begin at absolute coordinates `origin` modulo
+// their size; out begins at out_lo. Of upsampled inputs all voxels are given.
+void winograd_conv3d(const WinogradLayer& layer, int origin,
+                     const std::array<std::int64_t, 3>& out_lo, const ConstVolume& in,
+                     const Volume& out);
 
 // Stride 2: out[o] = layer over the taps t and inputs i with o = 2 i + t - padding.
 void conv_transpose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,

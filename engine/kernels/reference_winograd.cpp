@@ -14,6 +14,12 @@ void transform_input_2(float* d) {
   d[0] = d0 - d2, d[1] = d1 + d2, d[2] = d2 - d1, d[3] = d1 - d3;
 }
 
+// The same of an upsampled input, pairs of equal values. See WinogradLayer.
+void transform_upsampled(float* d) {
+  const float a = d[1], b = d[2];
+  d[0] = a - b, d[1] = a + b, d[2] = 0, d[3] = a - b;
+}
+
 // B^T d of F(4, 3). Products with powers of two are exact.
 void transform_input_4(float* d) {
   const float d0 = d[0], d1 = d[1], d2 = d[2], d3 = d[3], d4 = d[4], d5 = d[5];
@@ -40,26 +46,33 @@ float output_4(const float* m, int i) {
 
 // Values of a tile: (tile + 2) x 4 x 4 of them.
 struct Tile {
-  explicit Tile(int tile_size) : tile(tile_size), positions(tile + 2), values(16 * positions) {}
+  explicit Tile(int tile_size, bool is_upsampled = false)
+      : tile(tile_size),
+        positions(tile + 2),
+        upsampled(is_upsampled),
+        values(static_cast<std::size_t>(16 * positions)) {}
   float& at(int x, int y, int z) { return values[16 * x + 4 * y + z]; }
 
   // Transforms `count` values that are `step` apart.
   void transform_input(float* first, int count, int step) {
     float d[6] = {};
     for (int i = 0; i < count; ++i) d[i] = first[i * step];
-    count == 4 ? transform_input_2(d) : transform_input_4(d);
+    if (upsampled)
+      transform_upsampled(d);
+    else
+      count == 4 ? transform_input_2(d) : transform_input_4(d);
     for (int i = 0; i < count; ++i) first[i * step] = d[i];
   }
 
   int tile, positions;
+  bool upsampled;
   std::vector<float> values;
 };
 
 // The inputs of a tile, transformed along z, then y, then x. `corner` is the place of its first
 // input relative to the volume; what lies outside is needed by none of the volume's outputs.
-Tile transformed_input(const ConstVolume& in, int channel, int tile_size,
+Tile transformed_input(const ConstVolume& in, int channel, Tile d,
                        const std::array<std::int64_t, 3>& corner) {
-  Tile d(tile_size);
   const int n = d.positions;
   for (int x = 0; x < n; ++x)
     for (int y = 0; y < 4; ++y)
@@ -90,8 +103,9 @@ float transformed_output(Tile& m, const std::array<int, 3>& voxel) {
 
 }  // namespace
 
-void winograd_conv3d(const WinogradLayer& layer, const std::array<std::int64_t, 3>& out_lo,
-                     const ConstVolume& in, const Volume& out) {
+void winograd_conv3d(const WinogradLayer& layer, int origin,
+                     const std::array<std::int64_t, 3>& out_lo, const ConstVolume& in,
+                     const Volume& out) {
   const std::int64_t last[3] = {layer.tile - 1, 1, 1};  // of a tile
   for (int o = 0; o < out.channels; ++o)
     for (std::int64_t x = 0; x < out.size[0]; ++x)
@@ -100,12 +114,12 @@ void winograd_conv3d(const WinogradLayer& layer, const std::array<std::int64_t, 
           std::array<std::int64_t, 3> corner{x, y, z};
           std::array<int, 3> voxel;
           for (int axis = 0; axis < 3; ++axis) {
-            voxel[axis] = static_cast<int>((out_lo[axis] + corner[axis]) & last[axis]);
+            voxel[axis] = static_cast<int>((out_lo[axis] + corner[axis] - origin) & last[axis]);
             corner[axis] -= voxel[axis];  // the input begins one voxel before the output
           }
           Tile products(layer.tile);
-          for (int c = 0; c < layer.inputs; ++c) {
-            const Tile d = transformed_input(in, c, layer.tile, corner);
+          for (int c = 0; c < layer.inputs(); ++c) {
+            const Tile d = transformed_input(in, c, Tile(layer.tile, layer.upsampled[c]), corner);
             for (std::size_t p = 0; p < d.values.size(); ++p)
               products.values[p] = std::fma(layer.at(static_cast<int>(p / 4), c)[4 * o + p % 4],
                                             d.values[p], products.values[p]);

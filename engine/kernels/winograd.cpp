@@ -26,7 +26,11 @@ class Convolution {
  public:
   Convolution(const ConvChain& chain, std::span<const ConvSource> sources, const TileRange& range,
               const Planes& out, float* scratch)
-      : chain_(chain), sources_(sources), range_(range), out_(out) {
+      : chain_(chain),
+        sources_(sources),
+        range_(range),
+        out_(out),
+        origin_x_(kTile == 1 ? 0 : chain.origin) {
     const ScratchSizes sizes(chain);
     inputs_ = scratch;
     products_ = inputs_ + sizes.inputs;
@@ -34,6 +38,11 @@ class Convolution {
     layers_[0] = slots_ + sizes.slots;
     layers_[1] = layers_[0] + sizes.layer;
     results_ = layers_[1] + sizes.layer;
+    for (int voxel = 0; voxel < 4; ++voxel) {
+      const int y = voxel / 2 + chain.origin, z = voxel % 2 + chain.origin;
+      offsets_[voxel] =
+          (y >> 1) * out.row_pitch + (z >> 1) + (2 * (y & 1) + (z & 1)) * out.phase_pitch;
+    }
     if constexpr (kTile > 1) FindTerms();
   }
 
@@ -51,7 +60,8 @@ class Convolution {
     wrap_ = wraps ? pitch : width;
     const std::ptrdiff_t length = wraps ? run : width;
     joins_ = kIdleShare * (vectors(length) * lanes - length) > length;
-    for (std::int64_t x = range_.x_lo >> kShift; x << kShift < range_.x_hi; ++x)
+    const std::int64_t x_hi = range_.x_hi - origin_x_;
+    for (std::int64_t x = (range_.x_lo - origin_x_) >> kShift; x << kShift < x_hi; ++x)
       if (wraps)
         AddRun(x, range_.y_lo, run);
       else
@@ -110,7 +120,7 @@ class Convolution {
   template <bool kJoined>
   void RunFirst(std::span<const TileVector> vectors) {
     if constexpr (kTile == 1)
-      SumTaps<kJoined>(chain_.taps, sources_[0].planes, vectors, slots_);
+      SumTaps<kJoined>(chain_.taps, sources_[0].planes, vectors, chain_.origin, slots_);
     else
       RunTiles<kJoined>(vectors);
   }
@@ -121,9 +131,10 @@ class Convolution {
     const std::ptrdiff_t count = Count(vectors);
     float* to = inputs_;
     for (const ConvSource& source : sources_) {
-      const auto transform =
-          source.upsampled ? TransformUpsampledTiles<kJoined> : TransformTiles<kTile, kJoined>;
-      transform(source.planes, vectors, to);
+      if (source.upsampled)
+        TransformUpsampledTiles<kJoined>(source.planes, vectors, to);
+      else
+        TransformTiles<kTile, kJoined>(source.planes, vectors, chain_.origin, to);
       to += kInputPitch<kTile> * source.planes.channels;
     }
     for (int x = 0; x < kTile + 2; ++x) {
@@ -152,17 +163,21 @@ class Convolution {
     for (const TileRun& run : std::span(vector.runs, static_cast<std::size_t>(vector.size)))
       for (int x = 0; x < kTile; ++x)
         if (IsWanted(run, x))
-          StorePlane(run, voxels + 4 * x * kStrip + run.lane, out_.plane(kTile * run.x + x));
+          StorePlane(run, voxels + 4 * x * kStrip + run.lane, out_.plane(Voxel(run, x)));
   }
 
+  std::int64_t Voxel(const TileRun& run, int x) const { return kTile * run.x + origin_x_ + x; }
+
   bool IsWanted(const TileRun& run, int x) const {
-    return kTile * run.x + x >= range_.x_lo && kTile * run.x + x < range_.x_hi;
+    return Voxel(run, x) >= range_.x_lo && Voxel(run, x) < range_.x_hi;
   }
 
   // Both y and z of some tiles at one x, row by row unless the result's rows follow each other too.
+  // Tiles that begin at odd coordinates leave the even values before their rows and the odd ones
+  // behind them free: for the tile between two rows.
   void StorePlane(const TileRun& run, const float* from, float* plane) {
     const std::ptrdiff_t width = range_.z_hi - range_.z_lo;
-    if (width == wrap_ && width == out_.row_pitch)
+    if (wrap_ == out_.row_pitch && wrap_ - width <= chain_.origin)
       return StoreRun(from, plane + out_.offset(run.y, run.z), run.count);
     std::ptrdiff_t z = run.z - range_.z_lo;
     std::int64_t y = run.y;
@@ -178,13 +193,13 @@ class Convolution {
     const Float d;
     const auto used = hn::FirstN(d, static_cast<std::size_t>(count));
     const std::ptrdiff_t pitch = (chain_.rest.empty() ? kSlots<kTile> : kVoxels) * kStrip;
-    for (int o = 0; o < out_.channels; ++o, from += pitch)
-      for (int phase = 0; phase < 4; ++phase, to += out_.phase_pitch) {
-        const Floats values = hn::LoadU(d, from + phase * kStrip);
+    for (int o = 0; o < out_.channels; ++o, from += pitch, to += out_.channel_pitch())
+      for (int voxel = 0; voxel < 4; ++voxel) {
+        const Floats values = hn::LoadU(d, from + voxel * kStrip);
         if (count == FloatLanes())
-          hn::StoreU(values, d, to);
+          hn::StoreU(values, d, to + offsets_[voxel]);
         else
-          hn::BlendedStore(values, used, d, to);
+          hn::BlendedStore(values, used, d, to + offsets_[voxel]);
       }
   }
 
@@ -194,10 +209,12 @@ class Convolution {
       int channel = 0;
       first_term_[group] = terms_.size();
       for (const ConvSource& source : sources_) {
-        if (!source.upsampled || (group / 4 != 2 && group % 4 != 2))
+        if (!source.upsampled || (group / 4 != 2 && group % 4 != 2)) {
+          const int from = source.upsampled ? 4 * (group / 4 % 3) + group % 4 % 3 : group;
           terms_.push_back({chain_.first.at(group, channel),
-                            inputs_ + channel * kInputPitch<kTile> + group * 4 * kStrip,
+                            inputs_ + channel * kInputPitch<kTile> + from * 4 * kStrip,
                             kInputPitch<kTile>, source.planes.channels, source.upsampled});
+        }
         channel += source.planes.channels;
       }
     }
@@ -213,6 +230,7 @@ class Convolution {
   std::span<const ConvSource> sources_;
   const TileRange& range_;
   const Planes& out_;
+  const int origin_x_;
   float* inputs_;     // see kInputPitch
   float* products_;   // [output][iy][z][tile]
   float* slots_;      // [output][slot][tile]
@@ -220,6 +238,7 @@ class Convolution {
   float* results_;    // [output][voxel][tile]
   std::vector<ProductTerms> terms_;
   std::size_t first_term_[kGroups + 1];
+  std::ptrdiff_t offsets_[4];  // from a tile's place in a result's plane to its voxels
   TileVector vectors_[kMostVectors];
   std::size_t vector_count_ = 0;
   std::ptrdiff_t wrap_ = 1;  // from one row of tiles to the next, in tiles

@@ -2,7 +2,8 @@
 // voxels instead of 216 (Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks", 2016,
 // section 4.1, nested along x, y and z). With F(4, 3) along x, 96 for 4 x 2 x 2 instead of 432.
 //
-// Tiles begin at absolute multiples of their size, so that no partition into blocks changes a bit.
+// Tiles begin at absolute multiples of their size, or one voxel further, so that no partition into
+// blocks changes a bit.
 #pragma once
 
 #include <cstddef>
@@ -32,20 +33,29 @@ struct ChannelLayer {
 
 // The weights of a 3^3 convolution, transformed in double and rounded once. Tiles are of `tile`
 // voxels along x, 2 or 4, and of 2 along y and z.
+//
+// An upsampled input holds every value twice. In tiles that begin at odd coordinates their inputs
+// are a, a, b, b, and F(2, 3) is
+//   y0 = (g0 + g1 - g2) / 2 (a - b) + (g0 + g1 + g2) / 2 (a + b)
+//   y1 = (g0 + g1 + g2) / 2 (a + b) - (g1 + g2 - g0) / 2 (a - b)
+// three products along each axis instead of four, at the positions 0, 1 and 3 of the others.
 struct WinogradLayer {
-  int tile = 2, inputs = 0, outputs = 0;
-  std::vector<float> weights;  // [ix][iy][input][output][iz]
-  std::vector<float> bias;     // [output]
+  int tile = 2, outputs = 0;
+  std::vector<bool> upsampled;  // [input]
+  std::vector<float> weights;   // [ix][iy][input][output][iz]
+  std::vector<float> bias;      // [output]
   float slope = 1;
 
   WinogradLayer() = default;
   // weights: [output][input][3][3][3].
-  WinogradLayer(int tile, int inputs, int outputs, const std::vector<float>& weights,
-                std::vector<float> bias);
+  WinogradLayer(int tile, std::vector<bool> upsampled, int outputs,
+                const std::vector<float>& weights, std::vector<float> bias);
+
+  int inputs() const { return static_cast<int>(upsampled.size()); }
 
   // The weights of positions (ix, iy, 0 .. 3) = (group / 4, group % 4, 0 .. 3) and all outputs.
   const float* at(int group, int input) const {
-    return weights.data() + (static_cast<std::ptrdiff_t>(group) * inputs + input) * outputs * 4;
+    return weights.data() + (static_cast<std::ptrdiff_t>(group) * inputs() + input) * outputs * 4;
   }
 };
 
@@ -55,6 +65,10 @@ struct ConvChain {
   WinogradLayer first;
   LinearLayer taps;
   std::vector<ChannelLayer> rest;
+  // Where tiles begin, modulo their size, along every axis: 0 or 1; 1 if an input is upsampled. A
+  // 3^3 convolution before another one begins at odd coordinates where that one's begin at even
+  // ones: of 17^3 tiles for a block of 32^3, 18^3 would have been needed.
+  int origin = 0;
 
   bool is_direct() const { return taps.outputs > 0; }
   // Voxels along x that are computed together; two along y and z.
@@ -69,11 +83,12 @@ int widest_layer(const ConvChain& chain);
 struct ConvSource {
   ConstPlanes planes;
   // The planes, of one phase, are those of a volume of half the size and stand for its nearest
-  // upsampling. Its differences inside a tile vanish, and with them 37 of the 64 products.
+  // upsampling.
   bool upsampled = false;
 };
 
-// What to compute: the voxels [lo, hi) of x, and of y and z the tiles [lo, hi).
+// What to compute: the voxels [lo, hi) of x, and of y and z the tiles [lo, hi). Tile t begins at
+// 2 t + origin.
 struct TileRange {
   std::int64_t x_lo, x_hi, y_lo, y_hi, z_lo, z_hi;
 };

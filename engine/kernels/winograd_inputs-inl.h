@@ -29,7 +29,7 @@ inline constexpr std::ptrdiff_t kSlots = kTile == 1 ? 4 : (kTile + 2) * 4;
 struct ScratchSizes {
   explicit ScratchSizes(const ConvChain& chain) {
     const int tile = chain.tile(), width = widest_layer(chain);
-    inputs = (tile == 2 ? kInputPitch<2> : kInputPitch<4>)*chain.first.inputs;
+    inputs = (tile == 2 ? kInputPitch<2> : kInputPitch<4>)*chain.first.inputs();
     products = 8 * chain.first.outputs * kStrip;
     slots = (tile == 1 ? kSlots<1> : tile == 2 ? kSlots<2> : kSlots<4>)*width * kStrip;
     layer = width * kStrip;
@@ -69,19 +69,29 @@ struct TileVector {
   int size = 0;
 };
 
-// The kPlanes planes that tiles of kTile x 2 x 2 voxels read, at a vector of them.
-template <int kTile, int kPlanes, bool kJoined>
+// The kPlanes planes of x that tiles read, from `first` + kStep for each tile on, at a vector of
+// them.
+template <int kStep, int kPlanes, bool kJoined>
 class TilePlanes {
  public:
   TilePlanes() = default;
-  TilePlanes(const ConstPlanes& source, const TileVector& vector)
-      : size_(vector.size), row_(source.row_pitch), phase_(source.phase_pitch) {
+  // origin: of the tiles along y and z.
+  TilePlanes(const ConstPlanes& source, const TileVector& vector, std::int64_t first, int origin)
+      : size_(vector.size) {
     for (int r = 0; r < (kJoined ? size_ : 1); ++r) {
       const TileRun& run = vector.runs[r];
       if constexpr (kJoined)
         lanes_[r] = hn::Not(hn::FirstN(Float(), static_cast<std::size_t>(run.lane)));
       for (int i = 0; i < kPlanes; ++i)
-        at_[i][r] = source.plane(kTile * run.x - 1 + i) + source.offset(run.y, run.z) - run.lane;
+        at_[i][r] =
+            source.plane(kStep * run.x + first + i) + source.offset(run.y, run.z) - run.lane;
+    }
+    // The inputs of a tile along an axis: the voxel before it, its own two, the one after it.
+    for (int i = 0; i < 4; ++i) {
+      const int voxel = i - 1 + origin;
+      const std::ptrdiff_t tile = voxel >> 1, odd = voxel & 1;
+      y_[i] = tile * source.row_pitch + odd * 2 * source.phase_pitch;
+      z_[i] = tile + odd * source.phase_pitch;
     }
   }
 
@@ -90,12 +100,8 @@ class TilePlanes {
       for (int r = 0; r < (kJoined ? size_ : 1); ++r) plane[r] += pitch;
   }
 
-  // Along y: the odd one of the tile before, its own two, the even one of the tile after.
-  HWY_INLINE std::ptrdiff_t Y(int y) const {
-    return y == 0 ? 2 * phase_ - row_ : y == 2 ? 2 * phase_ : y == 3 ? row_ : 0;
-  }
-  HWY_INLINE std::ptrdiff_t row() const { return row_; }
-  HWY_INLINE std::ptrdiff_t phase() const { return phase_; }
+  HWY_INLINE std::ptrdiff_t Y(int y) const { return y_[y]; }
+  HWY_INLINE std::ptrdiff_t Z(int z) const { return z_[z]; }
 
   HWY_INLINE Floats Load(int plane, std::ptrdiff_t offset) const {
     const Float d;
@@ -112,18 +118,17 @@ class TilePlanes {
   const float* at_[kPlanes][kRuns];
   hn::Mask<Float> lanes_[kRuns];  // from the first of each run on
   int size_ = 0;
-  std::ptrdiff_t row_ = 0, phase_ = 0;  // pitches
+  std::ptrdiff_t y_[4], z_[4];
 };
 
-// Position kZ of F(2, 3) along z, from the even ones on at `even`: d0 is the odd one of the tile
-// before, d1 and d2 its own two, d3 the even one of the tile after.
+// Position kZ of F(2, 3) along z.
 template <int kZ, class Planes>
-HWY_INLINE Floats AlongZ(const Planes& planes, int x, std::ptrdiff_t even) {
-  const std::ptrdiff_t odd = even + planes.phase();
-  if constexpr (kZ == 0) return hn::Sub(planes.Load(x, odd - 1), planes.Load(x, odd));
-  if constexpr (kZ == 1) return hn::Add(planes.Load(x, even), planes.Load(x, odd));
-  if constexpr (kZ == 2) return hn::Sub(planes.Load(x, odd), planes.Load(x, even));
-  if constexpr (kZ == 3) return hn::Sub(planes.Load(x, even), planes.Load(x, even + 1));
+HWY_INLINE Floats AlongZ(const Planes& planes, int x, std::ptrdiff_t at) {
+  const auto d = [&](int z) { return planes.Load(x, at + planes.Z(z)); };
+  if constexpr (kZ == 0) return hn::Sub(d(0), d(2));
+  if constexpr (kZ == 1) return hn::Add(d(1), d(2));
+  if constexpr (kZ == 2) return hn::Sub(d(2), d(1));
+  if constexpr (kZ == 3) return hn::Sub(d(1), d(3));
 }
 
 // The positions (ix, iy, kZ) of a vector of tiles.
@@ -150,10 +155,11 @@ HWY_INLINE void InputPositions(const Planes& planes, float* HWY_RESTRICT out) {
 
 // All positions of some vectors of tiles, for all channels of a source.
 template <int kTile, bool kJoined>
-void TransformTiles(const ConstPlanes& source, std::span<const TileVector> vectors,
+void TransformTiles(const ConstPlanes& source, std::span<const TileVector> vectors, int origin,
                     float* HWY_RESTRICT out) {
   TilePlanes<kTile, kTile + 2, kJoined> tiles[kStrip / hn::MaxLanes(Float())];
-  for (std::size_t i = 0; i < vectors.size(); ++i) tiles[i] = {source, vectors[i]};
+  for (std::size_t i = 0; i < vectors.size(); ++i)
+    tiles[i] = {source, vectors[i], origin - 1, origin};
   // Vectors inside: they often share cache lines.
   for (int c = 0; c < source.channels; ++c, out += kInputPitch<kTile>)
     for (std::size_t i = 0; i < vectors.size(); ++i) {
@@ -166,49 +172,46 @@ void TransformTiles(const ConstPlanes& source, std::span<const TileVector> vecto
     }
 }
 
-// B^T d where d1 = d2, without the position 2 that is zero.
-HWY_INLINE void TransformUpsampled(Floats& low, Floats& middle, Floats& high) {
-  low = hn::Sub(low, middle), high = hn::Sub(middle, high), middle = hn::Add(middle, middle);
+// a and b to a - b and a + b, the positions 0 and 1; 3 is 0 again.
+HWY_INLINE void TransformUpsampled(Floats& a, Floats& b) {
+  const Floats difference = hn::Sub(a, b);
+  b = hn::Add(a, b), a = difference;
 }
 
-template <int kZ, class Planes>
-HWY_INLINE void UpsampledPositions(const Planes& planes, float* HWY_RESTRICT out) {
-  const Float d;
-  Floats v[3][3];
-#pragma GCC unroll 3
-  for (int y = 0; y < 3; ++y)
-#pragma GCC unroll 3
-    for (int x = 0; x < 3; ++x) {
-      const std::ptrdiff_t at = (y - 1) * planes.row();
-      const Floats own = planes.Load(x, at);
-      if constexpr (kZ == 0) v[x][y] = hn::Sub(planes.Load(x, at - 1), own);
-      if constexpr (kZ == 1) v[x][y] = hn::Add(own, own);
-      if constexpr (kZ == 3) v[x][y] = hn::Sub(own, planes.Load(x, at + 1));
+// The positions 0 and 1 of every axis of an upsampled source.
+template <class Planes>
+HWY_INLINE void UpsampledPositions(const Planes& planes, std::ptrdiff_t row,
+                                   float* HWY_RESTRICT out) {
+  Floats v[2][2][2];
+#pragma GCC unroll 2
+  for (int x = 0; x < 2; ++x) {
+#pragma GCC unroll 2
+    for (int y = 0; y < 2; ++y) {
+      v[x][y][0] = planes.Load(x, y * row), v[x][y][1] = planes.Load(x, y * row + 1);
+      TransformUpsampled(v[x][y][0], v[x][y][1]);
     }
-#pragma GCC unroll 3
-  for (int x = 0; x < 3; ++x) TransformUpsampled(v[x][0], v[x][1], v[x][2]);
-  constexpr int kPosition[3] = {0, 1, 3};
-#pragma GCC unroll 3
-  for (int y = 0; y < 3; ++y) {
-    TransformUpsampled(v[0][y], v[1][y], v[2][y]);
-#pragma GCC unroll 3
-    for (int x = 0; x < 3; ++x)
-      hn::Store(v[x][y], d, out + (16 * kPosition[x] + 4 * kPosition[y] + kZ) * kStrip);
+#pragma GCC unroll 2
+    for (int z = 0; z < 2; ++z) TransformUpsampled(v[x][0][z], v[x][1][z]);
   }
+#pragma GCC unroll 2
+  for (int y = 0; y < 2; ++y)
+#pragma GCC unroll 2
+    for (int z = 0; z < 2; ++z) {
+      TransformUpsampled(v[0][y][z], v[1][y][z]);
+      hn::Store(v[0][y][z], Float(), out + (4 * y + z) * kStrip);
+      hn::Store(v[1][y][z], Float(), out + (16 + 4 * y + z) * kStrip);
+    }
 }
 
-// The same of an upsampled source: position 2 of every axis is zero and left out.
+// The same of an upsampled source.
 template <bool kJoined>
 void TransformUpsampledTiles(const ConstPlanes& source, std::span<const TileVector> vectors,
                              float* HWY_RESTRICT out) {
-  TilePlanes<1, 3, kJoined> tiles[kStrip / hn::MaxLanes(Float())];
-  for (std::size_t i = 0; i < vectors.size(); ++i) tiles[i] = {source, vectors[i]};
+  TilePlanes<1, 2, kJoined> tiles[kStrip / hn::MaxLanes(Float())];
+  for (std::size_t i = 0; i < vectors.size(); ++i) tiles[i] = {source, vectors[i], 0, 0};
   for (int c = 0; c < source.channels; ++c, out += kInputPitch<2>)
     for (std::size_t i = 0; i < vectors.size(); ++i) {
-      float* to = out + i * hn::MaxLanes(Float());
-      UpsampledPositions<0>(tiles[i], to);
-      UpsampledPositions<1>(tiles[i], to);
-      UpsampledPositions<3>(tiles[i], to);
+      UpsampledPositions(tiles[i], source.row_pitch, out + i * hn::MaxLanes(Float()));
       tiles[i].AddChannel(source.channel_pitch());
     }
 }

@@ -15,6 +15,12 @@ int padded_to_pack(int count) {
 // Rows of G, which make the weights of F(tile, 3) along one axis.
 using Rows = std::vector<std::array<double, 3>>;
 
+// What the weights of upsampled inputs become, see WinogradLayer.
+Rows upsampled_transform() {
+  return {
+      {1. / 2, 1. / 2, -1. / 2}, {1. / 2, 1. / 2, 1. / 2}, {0, 0, 0}, {-1. / 2, 1. / 2, 1. / 2}};
+}
+
 Rows weight_transform(int tile) {
   if (tile == 2) return {{1, 0, 0}, {1. / 2, 1. / 2, 1. / 2}, {1. / 2, -1. / 2, 1. / 2}, {0, 0, 1}};
   return {{1. / 4, 0, 0},
@@ -53,21 +59,22 @@ ChannelLayer::ChannelLayer(int input_count, int output_count, const std::vector<
           from[static_cast<std::size_t>(o) * inputs + i];
 }
 
-WinogradLayer::WinogradLayer(int tile_size, int input_count, int output_count,
+WinogradLayer::WinogradLayer(int tile_size, std::vector<bool> upsampled_inputs, int output_count,
                              const std::vector<float>& from, std::vector<float> biases)
     : tile(tile_size),
-      inputs(input_count),
       outputs(output_count),
-      weights(static_cast<std::size_t>(16 * (tile + 2)) * inputs * outputs),
+      upsampled(std::move(upsampled_inputs)),
+      weights(16 * (tile + 2) * upsampled.size() * outputs),
       bias(std::move(biases)) {
-  const Rows along_x = weight_transform(tile), across = weight_transform(2);
   for (int o = 0; o < outputs; ++o)
-    for (int i = 0; i < inputs; ++i) {
-      const auto first = from.begin() + (static_cast<std::ptrdiff_t>(o) * inputs + i) * 27;
+    for (int i = 0; i < inputs(); ++i) {
+      const Rows along_x = upsampled[i] ? upsampled_transform() : weight_transform(tile);
+      const Rows across = upsampled[i] ? upsampled_transform() : weight_transform(2);
+      const auto first = from.begin() + (static_cast<std::ptrdiff_t>(o) * inputs() + i) * 27;
       std::vector<double> g(first, first + 27);
       g = transform_axis(transform_axis(transform_axis(g, along_x, 9), across, 3), across, 1);
       for (std::size_t p = 0; p < g.size(); ++p)
-        weights[(((p / 4) * inputs + i) * outputs + o) * 4 + p % 4] = static_cast<float>(g[p]);
+        weights[(((p / 4) * inputs() + i) * outputs + o) * 4 + p % 4] = static_cast<float>(g[p]);
     }
 }
 

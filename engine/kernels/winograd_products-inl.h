@@ -25,7 +25,7 @@ struct ProductTerms {
   const float* values;   // [iz][tile] of each input
   std::ptrdiff_t pitch;  // from one input to the next
   int count;
-  bool upsampled;  // nothing at iz = 2
+  bool upsampled;  // of values, iz 0 and 1 only: nothing at 2, and 3 is 0 again
 };
 
 #if HWY_NATIVE_FMA
@@ -37,21 +37,22 @@ inline constexpr int kProductVectors = HWY_TARGET == HWY_AVX2 ? 1 : 2;
 template <int kOutputs, int kVectors>
 using ProductSums = Floats[kOutputs][2][kVectors];
 
-// Adds the products z_lo and, if kBoth, z_lo + 1.
-template <int kOutputs, int kVectors, bool kLow, bool kHigh>
+// Adds the products kZ and kZ + 1.
+template <int kOutputs, int kVectors, int kZ, bool kUpsampled>
 HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, std::ptrdiff_t at,
                            ProductSums<kOutputs, kVectors>& sum) {
   const Float d;
-  const float* HWY_RESTRICT weights = terms.weights + 4 * first;
+  const float* HWY_RESTRICT weights = terms.weights + 4 * first + kZ;
   const float* HWY_RESTRICT values = terms.values + at;
   for (int i = 0; i < terms.count; ++i, weights += 4 * outputs, values += terms.pitch) {
 #pragma GCC unroll 2
     for (int z = 0; z < 2; ++z) {
-      if ((z == 0 && !kLow) || (z == 1 && !kHigh)) continue;
+      if (kUpsampled && kZ + z == 2) continue;
+      const int from = kUpsampled && kZ + z == 3 ? 0 : kZ + z;
       Floats x[kVectors];
 #pragma GCC unroll 2
       for (int v = 0; v < kVectors; ++v)
-        x[v] = InRegister(hn::Load(d, values + z * kStrip + v * hn::MaxLanes(d)));
+        x[v] = InRegister(hn::Load(d, values + from * kStrip + v * hn::MaxLanes(d)));
 #pragma GCC unroll 6
       for (int o = 0; o < kOutputs; ++o) {
         const Floats w = hn::Set(d, weights[4 * o + z]);
@@ -62,7 +63,9 @@ HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, st
   }
 }
 
-template <int kOutputs, int kVectors, bool kSecond>
+// The products kZ and kZ + 1 of kOutputs outputs. The voxels m0 + m1 + m2 and m1 - m2 - m3 along z
+// are begun by the first two and finished by the others.
+template <int kOutputs, int kVectors, int kZ>
 HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, int first,
                             std::ptrdiff_t at, float* HWY_RESTRICT out) {
   const Float d;
@@ -73,12 +76,11 @@ HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, in
     for (int z = 0; z < 2; ++z)
 #pragma GCC unroll 2
       for (int v = 0; v < kVectors; ++v) sum[o][z][v] = hn::Zero(d);
-  for (ProductTerms part : terms) {
-    if (kSecond) part.weights += 2, part.values += 2 * kStrip;
-    if (part.upsampled && kSecond)
-      Accumulate<kOutputs, kVectors, false, true>(part, outputs, first, at, sum);
+  for (const ProductTerms& part : terms) {
+    if (part.upsampled)
+      Accumulate<kOutputs, kVectors, kZ, true>(part, outputs, first, at, sum);
     else
-      Accumulate<kOutputs, kVectors, true, true>(part, outputs, first, at, sum);
+      Accumulate<kOutputs, kVectors, kZ, false>(part, outputs, first, at, sum);
   }
   out += 8 * first * kStrip + at;
 #pragma GCC unroll 6
@@ -87,7 +89,7 @@ HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, in
     for (int v = 0; v < kVectors; ++v) {
       float* low = out + v * hn::MaxLanes(d);
       float* high = low + kStrip;
-      if constexpr (kSecond) {
+      if constexpr (kZ == 2) {
         hn::Store(hn::Add(hn::Load(d, low), sum[o][0][v]), d, low);
         hn::Store(hn::Sub(hn::Sub(hn::Load(d, high), sum[o][0][v]), sum[o][1][v]), d, high);
       } else {
@@ -98,10 +100,10 @@ HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, in
 }
 
 template <int kOutputs, int kVectors>
-HWY_INLINE void BothTiles(std::span<const ProductTerms> terms, int outputs, int first,
-                          std::ptrdiff_t at, float* HWY_RESTRICT out) {
-  ProductTile<kOutputs, kVectors, false>(terms, outputs, first, at, out);
-  ProductTile<kOutputs, kVectors, true>(terms, outputs, first, at, out);
+HWY_INLINE void AllProducts(std::span<const ProductTerms> terms, int outputs, int first,
+                            std::ptrdiff_t at, float* HWY_RESTRICT out) {
+  ProductTile<kOutputs, kVectors, 0>(terms, outputs, first, at, out);
+  ProductTile<kOutputs, kVectors, 2>(terms, outputs, first, at, out);
 }
 
 template <int kVectors>
@@ -109,9 +111,9 @@ void ProductTiles(std::span<const ProductTerms> terms, int outputs, std::ptrdiff
                   float* HWY_RESTRICT out) {
   int first = 0;
   for (; first + kProductOutputs <= outputs; first += kProductOutputs)
-    BothTiles<kProductOutputs, kVectors>(terms, outputs, first, at, out);
-  for (; first + 2 <= outputs; first += 2) BothTiles<2, kVectors>(terms, outputs, first, at, out);
-  if (first + 1 == outputs) BothTiles<1, kVectors>(terms, outputs, first, at, out);
+    AllProducts<kProductOutputs, kVectors>(terms, outputs, first, at, out);
+  for (; first + 2 <= outputs; first += 2) AllProducts<2, kVectors>(terms, outputs, first, at, out);
+  if (first + 1 == outputs) AllProducts<1, kVectors>(terms, outputs, first, at, out);
 }
 
 // The products (ix, iy, 0 .. 3) of `count` tiles, summed over the terms and transformed along z;
@@ -131,12 +133,14 @@ void Products(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t c
   for (int o = 0; o < outputs; ++o)
     for (std::ptrdiff_t t = 0; t < count; ++t) {
       float sum[4] = {};
-      for (const ProductTerms& part : terms)
+      for (const ProductTerms& part : terms) {
+        const auto from = [&part](int z) { return part.upsampled && z == 3 ? 0 : z; };
         for (int i = 0; i < part.count; ++i)
           for (int z = 0; z < 4; ++z)
             if (!part.upsampled || z != 2)
               sum[z] = std::fma(part.weights[(i * outputs + o) * 4 + z],
-                                part.values[i * part.pitch + z * kStrip + t], sum[z]);
+                                part.values[i * part.pitch + from(z) * kStrip + t], sum[z]);
+      }
       out[8 * o * kStrip + t] = (sum[0] + sum[1]) + sum[2];
       out[(8 * o + 1) * kStrip + t] = (sum[1] - sum[2]) - sum[3];
     }

@@ -78,20 +78,24 @@ struct ConvCase {
   std::vector<Source> sources;
   std::vector<int> outputs;  // of the 3^3 convolution and the 1^3 ones behind it
   std::array<std::int64_t, 3> lo, size;
-  int tile = 2;   // along x; 1: summed tap by tap
-  int wider = 0;  // by so many voxels in z the last source exceeds what is needed
+  int tile = 2;    // along x; 1: summed tap by tap
+  int wider = 0;   // by so many voxels in z the last source exceeds what is needed
+  int origin = 0;  // of tiles
 
   Box box() const { return {lo, {lo[0] + size[0], lo[1] + size[1], lo[2] + size[2]}}; }
-  int inputs() const {
-    int count = 0;
-    for (const Source& source : sources) count += source.channels;
-    return count;
+  int inputs() const { return static_cast<int>(upsampled().size()); }
+  std::vector<bool> upsampled() const {
+    std::vector<bool> inputs;
+    for (const Source& source : sources)
+      inputs.insert(inputs.end(), source.channels, source.upsampled);
+    return inputs;
   }
 };
 
 ConvChain random_chain(const ConvCase& c) {
   const auto floats = [](int a, int b) { return static_cast<std::size_t>(a) * b; };
   ConvChain chain;
+  chain.origin = c.origin;
   int inputs = c.inputs();
   for (const int outputs : c.outputs) {
     const auto bias = random_values(static_cast<std::size_t>(outputs), 1);
@@ -101,7 +105,7 @@ ConvChain random_chain(const ConvCase& c) {
         chain.taps = LinearLayer(outputs, inputs * 27, bias,
                                  [&](int o, int t) { return weights[o * inputs * 27 + t]; });
       else
-        chain.first = WinogradLayer(c.tile, inputs, outputs, weights, bias);
+        chain.first = WinogradLayer(c.tile, c.upsampled(), outputs, weights, bias);
       chain.first.slope = chain.taps.slope = 0.25f;
     } else {
       chain.rest.emplace_back(inputs, outputs, random_values(floats(inputs, outputs), 1), bias);
@@ -118,7 +122,7 @@ Block expected_block(const ConvChain& chain, const Block& in, const Box& box) {
   if (chain.is_direct())
     reference::conv3d(chain.taps, 3, in.volume(), out.volume());
   else
-    reference::winograd_conv3d(chain.first, box.lo, in.volume(), out.volume());
+    reference::winograd_conv3d(chain.first, chain.origin, box.lo, in.volume(), out.volume());
   for (const ChannelLayer& layer : chain.rest) {
     LinearLayer linear(layer.outputs, layer.inputs, layer.bias,
                        [&](int o, int i) { return layer.weights[i * layer.padded + o]; });
@@ -164,13 +168,10 @@ void check(const ConvCase& c) {
     sources.push_back({stores[i].window.planes(), c.sources[i].upsampled});
   const std::size_t scratch_size = kernels::winograd_scratch(chain);
   testing::on_every_target([&] {
-    const Store out(c.box(), chain.outputs(), 4);
-    const Planes& planes = out.window.planes();
+    const TileRange range = tile_range(c.box(), c.origin);
+    const Store out(whole_tiles_across(c.box(), c.origin), chain.outputs(), 4);
     const auto scratch = hwy::AllocateAligned<float>(scratch_size);
-    kernels::winograd_conv3d(chain, sources,
-                             {c.box().lo[0], c.box().hi[0], planes.y_lo, planes.y_lo + planes.rows,
-                              planes.z_lo, planes.z_lo + planes.row_pitch},
-                             planes, scratch.get());
+    kernels::winograd_conv3d(chain, sources, range, out.window.planes(), scratch.get());
     CHECK(values_of(out.window, c.box()) == expected);
   });
 }
@@ -181,12 +182,25 @@ TEST_CASE("a chain of convolutions is its reference bit for bit", "[kernels]") {
   const std::vector<ConvCase> cases = {
       {{{1, false}}, {1}, {0, 0, 0}, {1, 1, 1}},
       {{{3, false}}, {4}, {-1, 5, -3}, {3, 2, 7}},
+      {{{24, false}}, {24, 24, 3}, {100001, -4, -5}, {2, 3, 21}},
+      {{{4, false}, {5, false}}, {8}, {2, 2, 2}, {4, 6, 9}, 2, /*wider=*/5}};
+  for (const ConvCase& c : cases) check(c);
+}
+
+TEST_CASE("a chain in tiles at odd coordinates is its reference bit for bit", "[kernels]") {
+  const std::vector<ConvCase> cases = {
+      {{{1, false}}, {1}, {0, 0, 0}, {1, 1, 1}},
+      {{{3, false}}, {4}, {-1, 5, -3}, {3, 2, 7}},
       {{{2, true}}, {5}, {1, -1, 3}, {2, 5, 4}},
+      {{{2, true}}, {5}, {-1, -1, -1}, {18, 18, 18}},
       {{{5, true}, {4, false}}, {7, 3}, {-6, 3, 8}, {3, 4, 37}},
       {{{4, false}, {3, true}, {2, false}}, {6, 9, 2}, {7, -2, -31}, {1, 7, 70}},
       {{{20, true}, {4, false}}, {24, 24, 3}, {100001, -4, -5}, {2, 3, 21}},
       {{{5, true}, {4, false}}, {8}, {2, 2, 2}, {4, 6, 9}, 2, /*wider=*/5}};
-  for (const ConvCase& c : cases) check(c);
+  for (ConvCase c : cases) {
+    c.origin = 1;
+    check(c);
+  }
 }
 
 TEST_CASE("a chain in tiles of four is its reference bit for bit", "[kernels]") {
@@ -204,7 +218,8 @@ TEST_CASE("a chain that begins tap by tap is its reference bit for bit", "[kerne
                                        {{{3, false}}, {4}, {-1, 5, -3}, {3, 2, 7}, 1},
                                        {{{4, false}}, {4, 4}, {-7, -2, -31}, {2, 7, 70}, 1},
                                        {{{2, false}}, {9, 3}, {3, 3, 8}, {5, 4, 37}, 1, 5}};
-  for (const ConvCase& c : cases) check(c);
+  for (ConvCase c : cases)
+    for (c.origin = 0; c.origin < 2; ++c.origin) check(c);
 }
 
 TEST_CASE("a Winograd convolution is a convolution", "[kernels]") {
@@ -218,7 +233,8 @@ TEST_CASE("a Winograd convolution is a convolution", "[kernels]") {
                            [&](int o, int t) { return weights[o * inputs * 27 + t]; });
   reference::conv3d(direct, 3, in.volume(), expected.volume());
   const auto tile = GENERATE(2, 4);
-  reference::winograd_conv3d(WinogradLayer(tile, inputs, outputs, weights, bias), box.lo,
+  const std::vector<bool> upsampled(inputs, false);
+  reference::winograd_conv3d(WinogradLayer(tile, upsampled, outputs, weights, bias), 0, box.lo,
                              in.volume(), found.volume());
   const auto a = values_of(found), b = values_of(expected);
   float error = 0;
