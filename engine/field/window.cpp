@@ -64,6 +64,7 @@ void Window::use(float* memory) { planes_.data = memory + slack(); }
 void Window::slide(std::int64_t lo, std::int64_t hi) {
   planes_.x_lo = lo;
   planes_.x_hi = hi;
+  planes_.x_first = lo - ((lo % planes_.ring) + planes_.ring) % planes_.ring;
 }
 
 float* Window::row(int channel, std::int64_t x, std::int64_t y) const {

@@ -90,11 +90,12 @@ HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, in
       float* low = out + v * hn::MaxLanes(d);
       float* high = low + kStrip;
       if constexpr (kZ == 2) {
-        hn::Store(hn::Add(hn::Load(d, low), sum[o][0][v]), d, low);
-        hn::Store(hn::Sub(hn::Sub(hn::Load(d, high), sum[o][0][v]), sum[o][1][v]), d, high);
+        hn::Store(InRegister(hn::Add(hn::Load(d, low), sum[o][0][v])), d, low);
+        hn::Store(InRegister(hn::Sub(hn::Sub(hn::Load(d, high), sum[o][0][v]), sum[o][1][v])), d,
+                  high);
       } else {
-        hn::Store(hn::Add(sum[o][0][v], sum[o][1][v]), d, low);
-        hn::Store(sum[o][1][v], d, high);
+        hn::Store(InRegister(hn::Add(sum[o][0][v], sum[o][1][v])), d, low);
+        hn::Store(InRegister(sum[o][1][v]), d, high);
       }
     }
 }
