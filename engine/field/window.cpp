@@ -6,10 +6,11 @@ namespace solidtex::engine {
 
 namespace {
 
+constexpr std::ptrdiff_t kLine = 16;  // floats of a cache line
+
 // A convolution reads a line of each phase of each channel at a time: their pitch, in cache lines,
 // is 8 modulo 16, so that they do not all fall into the same few sets of the first cache.
 std::ptrdiff_t spread(std::ptrdiff_t floats) {
-  constexpr std::ptrdiff_t kLine = 16;
   const std::ptrdiff_t lines = (floats + kLine - 1) / kLine;
   return (lines + (24 - lines % 16) % 16) * kLine;
 }
@@ -50,9 +51,10 @@ Window::Window(const Box& box, int channels, int phases, std::int64_t planes) {
   planes_.phase_pitch = spread(planes_.rows * planes_.row_pitch);
 }
 
-// Up to a row and a tile beyond, and whole vectors.
+// Up to a row and a tile beyond, and whole vectors; whole cache lines, so that a plane begins with
+// one.
 std::size_t Window::slack() const {
-  return static_cast<std::size_t>(planes_.row_pitch) + kReadSlack;
+  return (static_cast<std::size_t>(planes_.row_pitch) + kReadSlack + kLine - 1) / kLine * kLine;
 }
 
 std::size_t Window::memory() const {
