@@ -20,6 +20,13 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
+// Where the voxels of a vector of tiles go: voxel p of output o to at[o * output + voxels[p]].
+struct TapTarget {
+  float* at;
+  std::ptrdiff_t output;
+  std::ptrdiff_t voxels[4];
+};
+
 #if HWY_NATIVE_FMA
 
 // Both z of some outputs of two vectors of tiles: 16 sums of 32 registers, or 8 of 16.
@@ -56,7 +63,7 @@ HWY_INLINE void AddRow(const Planes* tiles, int x, std::ptrdiff_t at,
 // Outputs `first` and the following ones at one y of the tiles and both z.
 template <int kVectors, class Planes>
 HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source, const Planes* tiles,
-                        int y, int first, float* HWY_RESTRICT out) {
+                        int y, int first, const TapTarget* targets) {
   const Float d;
   TapSums<kVectors> sum;
 #pragma GCC unroll 4
@@ -79,42 +86,41 @@ HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source, con
     for (int z = 0; z < 2; ++z)
 #pragma GCC unroll 2
       for (int v = 0; v < kVectors; ++v)
-        hn::Store(Activate(sum[o][z][v], slope), d,
-                  out + (kSlots<1> * (first + o) + 2 * y + z) * kStrip + v * hn::MaxLanes(d));
+        hn::StoreU(Activate(sum[o][z][v], slope), d,
+                   targets[v].at + (first + o) * targets[v].output + targets[v].voxels[2 * y + z]);
 }
 
 template <int kVectors, bool kJoined>
 void TapTiles(const LinearLayer& layer, const ConstPlanes& source, const TileVector* at, int origin,
-              float* HWY_RESTRICT out) {
+              const TapTarget* targets) {
   TilePlanes<1, 3, kJoined> tiles[kVectors];
   for (int v = 0; v < kVectors; ++v) tiles[v] = {source, at[v], -1, origin};
   for (int first = 0; first < layer.outputs; first += kTapOutputs) {
-    TapTile<kVectors>(layer, source, tiles, 0, first, out);
-    TapTile<kVectors>(layer, source, tiles, 1, first, out);
+    TapTile<kVectors>(layer, source, tiles, 0, first, targets);
+    TapTile<kVectors>(layer, source, tiles, 1, first, targets);
   }
 }
 
-// The four voxels of some vectors of tiles, for all outputs: voxel p of output o is
-// out[(kSlots o + p) * kStrip].
+// The four voxels of some vectors of tiles, for all outputs, padded to kTapOutputs.
 template <bool kJoined>
 void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
-             std::span<const TileVector> vectors, int origin, float* HWY_RESTRICT out) {
-  constexpr std::size_t kLanes = hn::MaxLanes(Float());
+             std::span<const TileVector> vectors, int origin, const TapTarget* targets) {
   std::size_t i = 0;
   for (; i + kTapVectors <= vectors.size(); i += kTapVectors)
-    TapTiles<kTapVectors, kJoined>(layer, source, &vectors[i], origin, out + i * kLanes);
-  if (i < vectors.size())
-    TapTiles<1, kJoined>(layer, source, &vectors[i], origin, out + i * kLanes);
+    TapTiles<kTapVectors, kJoined>(layer, source, &vectors[i], origin, targets + i);
+  if (i < vectors.size()) TapTiles<1, kJoined>(layer, source, &vectors[i], origin, targets + i);
 }
 
 #else
 
 // Without fused multiply-add in the instruction set, the same sums one by one.
+inline constexpr int kTapOutputs = 1;
+
 template <bool kJoined>
 void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
-             std::span<const TileVector> vectors, int origin, float* HWY_RESTRICT out) {
+             std::span<const TileVector> vectors, int origin, const TapTarget* targets) {
   constexpr std::size_t kLanes = hn::MaxLanes(Float());
-  for (std::size_t i = 0; i < vectors.size(); ++i, out += kLanes) {
+  for (std::size_t i = 0; i < vectors.size(); ++i) {
     const TilePlanes<1, 3, kJoined> tiles(source, vectors[i], -1, origin);
     for (int o = 0; o < layer.outputs; ++o)
       for (int p = 0; p < 4; ++p) {
@@ -127,8 +133,8 @@ void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
           for (std::size_t t = 0; t < kLanes; ++t)
             sum[t] = std::fma(layer.weight(o, term), in[t], sum[t]);
         }
-        for (std::size_t t = 0; t < kLanes; ++t)
-          out[(kSlots<1> * o + p) * kStrip + t] = sum[t] > 0 ? sum[t] : layer.slope * sum[t];
+        float* to = targets[i].at + o * targets[i].output + targets[i].voxels[p];
+        for (std::size_t t = 0; t < kLanes; ++t) to[t] = sum[t] > 0 ? sum[t] : layer.slope * sum[t];
       }
   }
 }

@@ -108,7 +108,8 @@ class Convolution {
         if (IsWanted(vectors.front().first(), voxel / 4) ||
             IsWanted(vectors.back().last(), voxel / 4))
           RunRest(voxel, Count(vectors));
-    for (std::size_t i = 0; i < vector_count_; ++i) StoreVector(i);
+    for (std::size_t i = 0; i < vector_count_; ++i)
+      if (!IsStoredInPlace(vectors_[i])) StoreVector(i);
     vector_count_ = 0;
   }
 
@@ -119,10 +120,36 @@ class Convolution {
   // The 3^3 convolution of a strip.
   template <bool kJoined>
   void RunFirst(std::span<const TileVector> vectors) {
-    if constexpr (kTile == 1)
-      SumTaps<kJoined>(chain_.taps, sources_[0].planes, vectors, chain_.origin, slots_);
-    else
+    if constexpr (kTile == 1) {
+      TapTarget targets[kMostVectors];
+      for (std::size_t i = 0; i < vectors.size(); ++i) targets[i] = Target(i);
+      SumTaps<kJoined>(chain_.taps, sources_[0].planes, vectors, chain_.origin, targets);
+    } else {
       RunTiles<kJoined>(vectors);
+    }
+  }
+
+  TapTarget Target(std::size_t index) const {
+    const TileRun& run = vectors_[index].first();
+    if (IsStoredInPlace(vectors_[index]))
+      return {out_.plane(Voxel(run, 0)) + out_.offset(run.y, run.z),
+              out_.channel_pitch(),
+              {offsets_[0], offsets_[1], offsets_[2], offsets_[3]}};
+    return {slots_ + index * hn::MaxLanes(Float()),
+            kSlots<1> * kStrip,
+            {0, kStrip, 2 * kStrip, 3 * kStrip}};
+  }
+
+  // Sums of taps that fill a vector of the result need not be copied there.
+  bool IsStoredInPlace(const TileVector& vector) const {
+    return kTile == 1 && chain_.rest.empty() && out_.channels % kTapOutputs == 0 &&
+           vector.size == 1 && vector.first().count == FloatLanes() && RowsFollow();
+  }
+
+  // Tiles that begin at odd coordinates leave the even values before their rows and the odd ones
+  // behind them free: for the tile between two rows.
+  bool RowsFollow() const {
+    return wrap_ == out_.row_pitch && wrap_ - (range_.z_hi - range_.z_lo) <= chain_.origin;
   }
 
   template <bool kJoined>
@@ -173,12 +200,9 @@ class Convolution {
   }
 
   // Both y and z of some tiles at one x, row by row unless the result's rows follow each other too.
-  // Tiles that begin at odd coordinates leave the even values before their rows and the odd ones
-  // behind them free: for the tile between two rows.
   void StorePlane(const TileRun& run, const float* from, float* plane) {
+    if (RowsFollow()) return StoreRun(from, plane + out_.offset(run.y, run.z), run.count);
     const std::ptrdiff_t width = range_.z_hi - range_.z_lo;
-    if (wrap_ == out_.row_pitch && wrap_ - width <= chain_.origin)
-      return StoreRun(from, plane + out_.offset(run.y, run.z), run.count);
     std::ptrdiff_t z = run.z - range_.z_lo;
     std::int64_t y = run.y;
     for (std::ptrdiff_t t = 0; t < run.count; ++y, z = 0) {
