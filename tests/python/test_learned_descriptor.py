@@ -16,7 +16,12 @@ from PIL import Image
 
 from solidtex_export.commands import train as cli_train
 from solidtex_export.descriptor.network import DescriptorNetwork
-from solidtex_export.descriptor.weights import feature_deviations, load_weights, save_weights
+from solidtex_export.descriptor.weights import (
+    SHIPPED,
+    feature_deviations,
+    load_weights,
+    save_weights,
+)
 from solidtex_export.losses.learned import LearnedDescriptor, random_axes
 from solidtex_export.training.trainer import Trainer
 
@@ -112,12 +117,17 @@ def test_training_resumes_to_the_same_bits(weights: Path, photo: Path, tmp_path:
     assert record == {"file": "weights.safetensors", "sha256": sha256}
 
 
-def test_the_file_is_needed_by_and_only_by_methods_that_use_it(
+def test_without_a_file_the_shipped_weights_are_used(photo: Path, tmp_path: Path) -> None:
+    assert cli_train.main(arguments(photo, tmp_path / "r")) == 0
+    record = json.loads((tmp_path / "r" / "config.json").read_text())["descriptor"]
+    assert record["sha256"] == hashlib.sha256(SHIPPED.read_bytes()).hexdigest()
+    trained = load_weights(SHIPPED).metadata
+    assert trained["step"] == trained["steps"]
+
+
+def test_a_file_is_refused_by_methods_that_do_not_use_it(
     weights: Path, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit):
-        cli_train.main(arguments(photo, tmp_path / "r"))
-    assert "--descriptor: found no file for method gutierrez" in capsys.readouterr().err
     other = ["--set", "losses.0.descriptor=random", "--descriptor", str(weights)]
     with pytest.raises(SystemExit):
         cli_train.main(arguments(photo, tmp_path / "r", *other))

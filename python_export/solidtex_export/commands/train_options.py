@@ -8,6 +8,7 @@ from pathlib import Path
 import torch
 
 from solidtex_export import cli
+from solidtex_export.descriptor.weights import SHIPPED
 from solidtex_export.losses.critic import field_of_view
 from solidtex_export.training.channels import check_map_name
 from solidtex_export.training.method import Method
@@ -22,8 +23,7 @@ EXAMPLES = """  solidtex-train granite.jpg -o results/granite
   solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
   solidtex-train front.png side.png top.png -o results/cube
   solidtex-train granite.jpg --method gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
-  solidtex-train granite.jpg --set losses.0.descriptor=learned \\
-      --descriptor results/descriptor/weights.safetensors -o results/granite
+  solidtex-train granite.jpg --descriptor results/descriptor/weights.safetensors -o results/granite
   solidtex-train albedo.png --map roughness=rough.png --map height=height.tif -o results/rust
 
 The same command again resumes an interrupted training. Ctrl-C saves before it stops.
@@ -59,7 +59,7 @@ def parser() -> argparse.ArgumentParser:
                    " that use it; without them our own descriptor takes its place")  # fmt: skip
     p.add_argument("--descriptor", type=Path, metavar="FILE",
                    help="weights.safetensors of solidtex-pretrain-descriptor, for methods that"
-                   ' say descriptor = "learned"')  # fmt: skip
+                   ' say descriptor = "learned" (default: the shipped weights)')  # fmt: skip
     p.add_argument("--size", type=int, default=96, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
                    " (default: 96)")  # fmt: skip
@@ -138,10 +138,7 @@ def method_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Method:
             ' descriptor = "learned"'
         )
     if args.descriptor is None and method.uses("learned"):
-        p.error(
-            f"--descriptor: found no file for method {args.method}, whose descriptor is"
-            ' "learned"; expected weights.safetensors of solidtex-pretrain-descriptor'
-        )
+        args.descriptor = SHIPPED
     return method
 
 

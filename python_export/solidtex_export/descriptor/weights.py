@@ -18,6 +18,9 @@ from torch import Tensor
 from solidtex_export.descriptor.network import DescriptorNetwork, layer_names
 from solidtex_export.whole_file import write_whole
 
+SHIPPED = Path(__file__).with_name("weights.safetensors")
+"""What `solidtex-pretrain-descriptor` writes with its default options."""
+
 METADATA_KEY = "solidtex-descriptor"
 EXPECTED = "expected weights.safetensors of solidtex-pretrain-descriptor"
 
