@@ -32,14 +32,14 @@ SAMPLER += ["generator.sizes.width=8"]
 CRITIC = ["critic.widths=[4,6]", "critic.batch=2"]
 RANDOM = ["losses.0.groups=[[4],[4]]"]
 SMALL = {
-    "default": [*LATTICE, *CRITIC, *RANDOM],
-    "default-sampler": [*SAMPLER, *CRITIC, *RANDOM],
+    "default": [*LATTICE, *CRITIC],
+    "default-sampler": [*SAMPLER, *CRITIC],
     "gutierrez": [*LATTICE, *RANDOM],
     "babichev": [*LATTICE, *(f"losses.{i}.groups=[[4],[4],[4]]" for i in range(4))],
     "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
     "gramgan": [*SAMPLER, *CRITIC],
     "henzler": [*SAMPLER, *RANDOM],
-    "wavelets": [*LATTICE, *CRITIC],
+    "random-networks": [*LATTICE, *CRITIC, *RANDOM],
 }
 
 
