@@ -53,10 +53,8 @@ std::vector<Box> required_regions(const FieldModel& model, const Box& output,
     const Node& node = model.nodes[i];
     if (regions[i].empty()) continue;
     if (!tile_origins.empty()) {
-      const int origin = tile_origins[i];
-      const int shift = node.level > 0 ? 2 : 1;
-      regions[i].hi[0] =
-          ((regions[i].hi[0] - origin + (1 << shift) - 1) >> shift << shift) + origin;
+      const std::int64_t origin = tile_origins[i], last = node.level > 0 ? 3 : 1;
+      regions[i].hi[0] = ((regions[i].hi[0] - origin + last) & ~last) + origin;
     }
     const Box needed = required_input(node.op, regions[i]);
     for (const int input : node.inputs) regions[input] = unite(regions[input], needed);

@@ -16,7 +16,8 @@ Box required_input(const Op& op, const Box& output);
 // The box every node must be known on so that the output is known on `output`; same order as
 // model.nodes. A backward pass; several consumers unite. With tile_origins, one for each node,
 // every node goes on along x to the end of a tile of two that begins there, so that an evaluation
-// that moves along x computes no tile twice.
+// that moves along x computes no tile twice, and coarse ones to the end of every second tile, so
+// that they need not be entered at every step.
 std::vector<Box> required_regions(const FieldModel& model, const Box& output,
                                   std::span<const int> tile_origins = {});
 

@@ -74,7 +74,9 @@ class Convolution {
   static constexpr int kShift = kTile / 2;  // from voxels to tiles along x
   static constexpr int kGroups = 4 * (kTile + 2);
   static constexpr int kVoxels = 4 * kTile;
-  static constexpr std::ptrdiff_t kIdleShare = 16;  // one in so many
+  // Runs share vectors where more than one lane in so many would be idle: sharing ones are loaded
+  // twice or more.
+  static constexpr std::ptrdiff_t kIdleShare = 16;
 
   // Tiles that are neighbours in memory, from the beginning of row y on.
   void AddRun(std::int64_t x, std::int64_t y, std::ptrdiff_t count) {
