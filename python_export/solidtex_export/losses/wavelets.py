@@ -31,6 +31,7 @@ SPREAD = 1.6  # of the envelope across the wave; along it, 1 / 0.7 of that
 FLATNESS = 0.7
 SMALLEST = SIDE + 3  # side of the smallest picture that is filtered
 SD_FLOOR = 0.05
+DEVIATION_FLOOR = 0.05  # of the largest in an octave: grey exemplars leave two channels empty
 PARTS = 12  # of the photograph, whose differences are the unit
 PART_SIDE = 0.75  # of the photograph's shorter side, at most
 UNIT_FLOOR = 1e-4
@@ -100,9 +101,9 @@ class WaveletLoss:
         return responses
 
     def _measure_deviations(self, image: Tensor) -> None:
-        self._deviations = [
-            u.square().mean((0, 2, 3)).sqrt() + UNIT_FLOOR for u in self._responses(image)
-        ]
+        for response in self._responses(image):
+            deviation = response.square().mean((0, 2, 3)).sqrt()
+            self._deviations.append(deviation + DEVIATION_FLOOR * deviation.max() + UNIT_FLOOR)
 
     def _moments(self, image: Tensor) -> Statistics:
         """Second moments and means of each octave's maps, its own and the finer ones pooled."""
