@@ -30,8 +30,8 @@ WAVELENGTH = 4.0
 SPREAD = 1.6  # of the envelope across the wave; along it, 1 / 0.7 of that
 FLATNESS = 0.7
 SMALLEST = SIDE + 3  # side of the smallest picture that is filtered
-SD_FLOOR = 0.05
-DEVIATION_FLOOR = 0.05  # of the largest in an octave: grey exemplars leave two channels empty
+DEVIATION_FLOOR = 0.2  # of the largest in an octave: grey exemplars leave two channels empty
+SD_FLOOR = 0.25  # of rectified responses, whose deviation is about 0.6
 PARTS = 12  # of the photograph, whose differences are the unit
 PART_SIDE = 0.75  # of the photograph's shorter side, at most
 UNIT_FLOOR = 1e-4
@@ -50,7 +50,7 @@ class WaveletLoss:
         self._measure_deviations(exemplar[None])
         copies = [self._moments(c[None]) for c in orientations(exemplar, symmetry)]
         self._target = _mean(copies)
-        self._scale = [(m, (g.diagonal() - m * m).clamp_min(0).sqrt() + SD_FLOOR)
+        self._scale = [(m, (g.diagonal() - m * m).clamp_min(0).sqrt().clamp_min(SD_FLOOR))
                        for g, m in self._target]  # fmt: skip
         self._units = self._measure_units(exemplar, size)
         self._average: Statistics = []
@@ -103,7 +103,8 @@ class WaveletLoss:
     def _measure_deviations(self, image: Tensor) -> None:
         for response in self._responses(image):
             deviation = response.square().mean((0, 2, 3)).sqrt()
-            self._deviations.append(deviation + DEVIATION_FLOOR * deviation.max() + UNIT_FLOOR)
+            floor = UNIT_FLOOR + DEVIATION_FLOOR * float(deviation.max())
+            self._deviations.append(deviation.clamp_min(floor))
 
     def _moments(self, image: Tensor) -> Statistics:
         """Second moments and means of each octave's maps, its own and the finer ones pooled."""
