@@ -168,6 +168,9 @@ def test_vgg_weights_of_the_users(photo: Path, tmp_path: Path) -> None:
     assert all(math.isfinite(float(p.detach().norm())) for p in trainer.generator.parameters())
     config = json.loads((result / "config.json").read_text())
     assert config["vgg"]["file"] == "vgg.pth" and len(config["vgg"]["sha256"]) == 64
+    with pytest.raises(vgg.VggError):
+        make_trainer([photo], tmp_path / "b", "babichev", "--vgg", str(photo))
+    assert not (tmp_path / "b").exists()
     with pytest.raises(SystemExit):
         make_trainer([photo], tmp_path / "g", "gramgan", "--vgg", str(file))
     with pytest.raises(MethodError, match=r"found 4 channels .* expected at most 3"):

@@ -13,7 +13,7 @@ from solidtex_export.commands.train_options import check, parser
 from solidtex_export.descriptor.weights import WeightsError, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.statistics import LayerError
-from solidtex_export.losses.vgg import VggError
+from solidtex_export.losses.vgg import VggError, read_weights
 from solidtex_export.training import ranks
 from solidtex_export.training.acceleration import compile_generator
 from solidtex_export.training.config import Config, exemplar_records
@@ -50,6 +50,8 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
         exemplars = share_histograms(exemplars)
     config = make_config(args, exemplars)
     learned = load_weights(args.descriptor) if args.descriptor else None
+    if args.vgg:
+        read_weights(args.vgg)  # refuses a bad file before there is a result folder
     weights = PretrainedWeights(args.vgg, learned)
     folder = ResultFolder(args.result)
     own_ranks, device = ranks.join(args.device != "cpu" and torch.cuda.is_available())
