@@ -91,3 +91,11 @@ def test_smaller_slices_leave_the_average_of_coarse_octaves_alone() -> None:
     before = loss.state()["average"][-1][0]
     loss(blobs(2)[None, :, :24, :24])
     assert torch.equal(loss.state()["average"][-1][0], before)
+
+
+def test_empty_channels_do_not_count() -> None:
+    grey = blobs(1) * torch.tensor([1.0, 0, 0]).view(3, 1, 1)
+    slices = crop(blobs(2)) * torch.tensor([1.0, 0, 0]).view(1, 3, 1, 1)
+    tinted = slices + 0.01 * torch.randn(slices.shape, generator=torch.Generator().manual_seed(1))
+    assert fresh_distance(grey, tinted) == pytest.approx(fresh_distance(grey, slices), rel=0.1)
+    assert fresh_distance(torch.zeros(3, SIDE, SIDE), slices) > 0

@@ -30,8 +30,8 @@ WAVELENGTH = 4.0
 SPREAD = 1.6  # of the envelope across the wave; along it, 1 / 0.7 of that
 FLATNESS = 0.7
 SMALLEST = SIDE + 3  # side of the smallest picture that is filtered
-DEVIATION_FLOOR = 0.2  # of the largest in an octave: grey exemplars leave two channels empty
-SD_FLOOR = 0.25  # of rectified responses, whose deviation is about 0.6
+SD_FLOOR = 0.05
+EMPTY = 0.01  # deviation of a whitened channel
 PARTS = 12  # of the photograph, whose differences are the unit
 PART_SIDE = 0.75  # of the photograph's shorter side, at most
 UNIT_FLOOR = 1e-4
@@ -47,10 +47,15 @@ class WaveletLoss:
     def __init__(self, exemplar: Tensor, size: int, symmetry: str) -> None:
         self._filters = filter_bank().to(exemplar.device)
         self._deviations: list[Tensor] = []
+        # Of a grey exemplar two channels are empty: relative to nothing, all that a slice has in
+        # them would be infinitely far.
+        deviations = exemplar.std((1, 2))
+        self._filled = deviations >= min(EMPTY, float(deviations.max()))
+        exemplar = exemplar[self._filled]
         self._measure_deviations(exemplar[None])
         copies = [self._moments(c[None]) for c in orientations(exemplar, symmetry)]
         self._target = _mean(copies)
-        self._scale = [(m, (g.diagonal() - m * m).clamp_min(0).sqrt().clamp_min(SD_FLOOR))
+        self._scale = [(m, (g.diagonal() - m * m).clamp_min(0).sqrt() + SD_FLOOR)
                        for g, m in self._target]  # fmt: skip
         self._units = self._measure_units(exemplar, size)
         self._average: Statistics = []
@@ -59,7 +64,7 @@ class WaveletLoss:
     def __call__(self, slices: Tensor) -> Tensor:
         """The distance of `slices` [batch, channel, rows, columns], averaged with earlier ones."""
         with torch.autocast(slices.device.type, enabled=False):
-            found = self._moments(slices.float())
+            found = self._moments(slices.float()[:, self._filled])
             self._seen += 1
             share = max(1 / MEMORY, 1 / self._seen)
             known = len(self._average)
@@ -101,10 +106,9 @@ class WaveletLoss:
         return responses
 
     def _measure_deviations(self, image: Tensor) -> None:
-        for response in self._responses(image):
-            deviation = response.square().mean((0, 2, 3)).sqrt()
-            floor = UNIT_FLOOR + DEVIATION_FLOOR * float(deviation.max())
-            self._deviations.append(deviation.clamp_min(floor))
+        self._deviations = [
+            u.square().mean((0, 2, 3)).sqrt() + UNIT_FLOOR for u in self._responses(image)
+        ]
 
     def _moments(self, image: Tensor) -> Statistics:
         """Second moments and means of each octave's maps, its own and the finer ones pooled."""
