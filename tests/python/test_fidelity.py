@@ -16,6 +16,7 @@ from solidtex_export.commands.fidelity import main
 from solidtex_export.evaluation import subjects
 from solidtex_export.fidelity import cell as cells
 from solidtex_export.fidelity.plan import PlanError, photograph, read_plan
+from solidtex_export.file_format import model_file
 from solidtex_export.solids.materials import SOLIDS
 from solidtex_export.training.method_file import shipped
 
@@ -83,7 +84,9 @@ def test_a_plan_is_trained_judged_and_written_once(
 
     page = (tmp_path / "table.md").read_text()
     assert "default failed: `train: no such file`" in page and "| failed |" in page
-    assert "another block of the true solid" in page and "| 13.0 | 1469 |" in page
+    training = model_file.read(MODELS / "granite-grey.solidtex").document["training"]
+    assert f"| {training['seconds'] / 60:.1f} | {training['step']} |" in page
+    assert "another block of the true solid" in page
     for file in ("rock.jpg", "rock-default.jpg"):
         assert f"images/table/{file}" in page and (tmp_path / "images" / "table" / file).exists()
 
