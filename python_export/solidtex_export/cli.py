@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from solidtex_export import __version__
@@ -40,6 +41,18 @@ def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> 
     p.add_argument("-o", dest="output", metavar=name, type=Path, required=True,
                    help=f"the {suffix} file to write")  # fmt: skip
     p.add_argument("--force", action="store_true", help=f"replace {name} if it exists")
+
+
+@contextmanager
+def optional_packages(program: str, extra: str) -> Iterator[None]:
+    """Around imports that need an extra of the package: one that lacks is named with its cure."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise OutputError(
+            f"{program}: found no Python package {error.name!r}, expected it"
+            f" (pip install 'solidtex[{extra}]')"
+        ) from error
 
 
 def run(

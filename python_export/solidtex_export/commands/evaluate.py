@@ -101,16 +101,11 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    try:
+    with cli.optional_packages(PROGRAM, "evaluate"):
         import jinja2  # noqa: F401
 
         from solidtex_export.evaluation.comparison import Settings
         from solidtex_export.evaluation.evaluate import evaluate
-    except ModuleNotFoundError as error:
-        raise OutputError(
-            f"{PROGRAM}: found no Python package {error.name!r}, expected it"
-            " (pip install 'solidtex[evaluate]')"
-        ) from error
     if args.pictures and args.pictures.exists() and not args.force:
         raise OutputError(f"{args.pictures}: found it, expected a new folder (--force adds to it)")
     for path, suffix in ((args.output, ".html"), (args.json, ".json")):

@@ -45,15 +45,10 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> None:
-    try:
+    with cli.optional_packages(PROGRAM, "evaluate"):
         from solidtex_export.fidelity.cell import Cell
         from solidtex_export.fidelity.plan import read_plan
         from solidtex_export.fidelity.table import write_table
-    except ModuleNotFoundError as error:
-        raise OutputError(
-            f"{PROGRAM}: found no Python package {error.name!r}, expected it"
-            " (pip install 'solidtex[evaluate]')"
-        ) from error
     plan = read_plan(args.plan)
     for method in plan.methods:
         load_method(method)  # refuses what is none
