@@ -49,14 +49,7 @@ def make_pretrainer(args: argparse.Namespace) -> Pretrainer:
     config = PretrainConfig(args.steps, args.seed)
     folder.open(config, [])
     pretrainer = Pretrainer(config, folder)
-    if (state := folder.load_checkpoint()) is not None:
-        try:
-            pretrainer.restore(state)
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
-            raise ResultError(
-                f"{folder.checkpoint}: found a checkpoint that does not fit config.json ({error});"
-                " delete it to start over"
-            ) from error
+    folder.resume(pretrainer.restore)
     return pretrainer
 
 

@@ -61,15 +61,7 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     trainer = Trainer(config, exemplars, device, folder, own_ranks, weights)
     if args.compile:
         compile_generator(trainer.generator)
-    state = folder.load_checkpoint()
-    if state is not None:
-        try:
-            trainer.restore(state)
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
-            raise ResultError(
-                f"{folder.checkpoint}: found a checkpoint that does not fit config.json ({error});"
-                " delete it to start over"
-            ) from error
+    folder.resume(trainer.restore)
     return trainer
 
 

@@ -77,15 +77,23 @@ class ResultFolder:
                     " choose another -o"
                 )
 
-    def load_checkpoint(self) -> dict[str, Any] | None:
+    def resume(self, restore: Callable[[dict[str, Any]], None]) -> None:
+        """Hands the checkpoint, where there is one, to `restore`."""
         if not self.checkpoint.exists():
-            return None
+            return
         try:
-            return torch.load(self.checkpoint, map_location="cpu", weights_only=True)
+            state = torch.load(self.checkpoint, map_location="cpu", weights_only=True)
         except Exception as error:  # torch raises many kinds for a damaged file
             raise ResultError(
                 f"{self.checkpoint}: found no readable checkpoint ({error}), expected one of"
                 f" {self.program}; delete it to start over"
+            ) from error
+        try:
+            restore(state)
+        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+            raise ResultError(
+                f"{self.checkpoint}: found a checkpoint that does not fit config.json ({error});"
+                " delete it to start over"
             ) from error
 
     def save_checkpoint(self, state: dict[str, Any]) -> None:
