@@ -11,6 +11,14 @@ from solidtex_export.generators import random_models
 
 SHA256 = "0" * 63 + "1"
 
+torch.manual_seed(0)  # networks that test modules make as they are imported
+
+
+@pytest.fixture(autouse=True)
+def seeded() -> None:
+    """The same random numbers in every run, whatever ran before: a test fails always or never."""
+    torch.manual_seed(0)
+
 
 @pytest.fixture
 def make_result(tmp_path: Path) -> Any:
