@@ -59,7 +59,8 @@ def parser() -> argparse.ArgumentParser:
                    " that use it; without them our own descriptor takes its place")  # fmt: skip
     p.add_argument("--descriptor", type=Path, metavar="FILE",
                    help="weights.safetensors of solidtex-pretrain-descriptor, for methods that"
-                   ' say descriptor = "learned" (default: the shipped weights)')  # fmt: skip
+                   ' say descriptor = "learned", or "vgg" without --vgg (default: the shipped'
+                   " weights)")  # fmt: skip
     p.add_argument("--size", type=int, default=96, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
                    " (default: 96)")  # fmt: skip
@@ -132,12 +133,13 @@ def method_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Method:
         p.error(str(error))
     if args.vgg is not None and not method.uses("vgg"):
         p.error(f"--vgg: found a file for method {args.method}, expected one that uses VGG-19")
-    if args.descriptor is not None and not method.uses("learned"):
+    learned = method.uses("learned") or (method.uses("vgg") and args.vgg is None)
+    if args.descriptor is not None and not learned:
         p.error(
             f"--descriptor: found a file for method {args.method}, expected one with"
-            ' descriptor = "learned"'
+            ' descriptor = "learned", or "vgg" without --vgg'
         )
-    if args.descriptor is None and method.uses("learned"):
+    if args.descriptor is None and learned:
         args.descriptor = SHIPPED
     return method
 

@@ -46,11 +46,11 @@ class DescriptorSource:
     """Colours are linear light, not sRGB-encoded."""
 
     def make(self, name: str, groups: tuple[tuple[int, ...], ...] = ()) -> Descriptor:
-        """ "vgg" without a file of weights is our own weight-free descriptor."""
-        if name == "learned":
-            if self.weights.learned is None:
-                raise WeightsError('descriptor "learned": found no weights, expected some')
-            return LearnedDescriptor(self.weights.learned)
+        """ "vgg" without a file of its weights is "learned", our own network."""
+        if name == "random":
+            return RandomDescriptor(groups) if groups else RandomDescriptor()
         if name == "vgg" and self.weights.vgg is not None:
             return VggDescriptor(self.weights.vgg, self.color_mean, self.color_basis, self.linear)
-        return RandomDescriptor(groups) if groups else RandomDescriptor()
+        if self.weights.learned is None:
+            raise WeightsError(f'descriptor "{name}": found no weights, expected some')
+        return LearnedDescriptor(self.weights.learned)
