@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from scipy.special import ndtri
 from scipy.stats import truncnorm
 
+from solidtex_export.solids.earthen import FiredBrick, Sandstone
 from solidtex_export.solids.paint import RustedPaint
 from solidtex_export.solids.random_parts import GaussianField, PoissonPoints
 from solidtex_export.solids.solid import MAPS, Solid, mixed
@@ -147,4 +148,6 @@ SOLIDS: dict[str, Callable[[int], Solid]] = {
     "marble": VeinedMarble,
     "grains": Grains,
     "paint": RustedPaint,
+    "brick": FiredBrick,
+    "sandstone": Sandstone,
 }

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from solidtex_export.solids.random_parts import GaussianField
+from solidtex_export.solids.fractal import Fractal, smooth_step
 from solidtex_export.solids.solid import MAPS, mixed
 from solidtex_export.training.channels import COLOR
 
@@ -50,27 +48,3 @@ class RustedPaint:
         height = low + painted * (high - low) + 0.2 * lip
         values = np.column_stack([mixed(painted, rust, coat), roughness, height])
         return values.clip(0, 1)
-
-
-@dataclass
-class Fractal:
-    """A Gaussian field and finer ones, each half as long and half as strong; variance about 1."""
-
-    length: float
-    octaves: int
-    seed: int
-
-    def __post_init__(self) -> None:
-        self._fields = [
-            GaussianField((self.length / 2**i,) * 3, self.seed + i) for i in range(self.octaves)
-        ]
-        self._scale = np.sqrt(sum(0.25**i for i in range(self.octaves)))
-
-    def __call__(self, points: np.ndarray) -> np.ndarray:
-        return sum(0.5**i * field(points) for i, field in enumerate(self._fields)) / self._scale
-
-
-def smooth_step(t: np.ndarray) -> np.ndarray:
-    """0 up to t = 0, 1 from t = 1, smooth between."""
-    t = t.clip(0, 1)
-    return t * t * (3 - 2 * t)

@@ -46,5 +46,5 @@ def phase(values: np.ndarray, solid: Solid) -> np.ndarray:
 
 
 def mixed(weights: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Colours [n, 3] between `first` (weight 0) and `second` (weight 1)."""
+    """Colours [n, 3] between `first` (weight 0) and `second` (weight 1), each [3] or [n, 3]."""
     return first + weights[:, None] * (second - first)
