@@ -8,7 +8,9 @@
 #include <tuple>
 
 #include "plugins/pathtracer/image_io.h"
+#include "plugins/pathtracer/mesh_cut.h"
 #include "plugins/pathtracer/scene.h"
+#include "plugins/pathtracer/scene_transform.h"
 #include "plugins/pathtracer/schema.h"
 #include "plugins/pathtracer/textures.h"
 
@@ -46,13 +48,6 @@ json parse_file(const std::filesystem::path& file) {
     throw SceneError(file.string() + ": found what is not JSON (" + error.what() +
                      "), expected a scene");
   }
-}
-
-glm::dvec3 to_dvec3(const json& value) { return {value[0], value[1], value[2]}; }
-glm::vec3 to_vec3(const json& value) { return glm::vec3(to_dvec3(value)); }
-
-glm::dvec3 to_scale(const json& value) {
-  return value.is_number() ? glm::dvec3(value.get<double>()) : to_dvec3(value);
 }
 
 class SceneReader {
@@ -177,8 +172,9 @@ class SceneReader {
     SolidColor result;
     result.texture = load_texture(place);
     result.world_space = color.value("space", "object") == "world";
-    result.to_texels =
-        color.contains("transform") ? read_transform(place / "transform") : glm::dmat4(1);
+    result.to_texels = color.contains("transform")
+                           ? read_transform(document_, place / "transform", file_.string())
+                           : glm::dmat4(1);
     const glm::dvec3 texels = to_scale(color.value("texels_per_unit", json(1.0)));
     result.to_texels = glm::scale(glm::dmat4(1), texels) * result.to_texels;
     return result;
@@ -217,49 +213,14 @@ class SceneReader {
     return textures_[key] = scene_.textures.size() - 1;
   }
 
-  glm::dmat4 read_transform(const Pointer& place) const {
-    glm::dmat4 result(1);
-    for (std::size_t i = 0; i < at(place).size(); ++i) {
-      result = read_step(place / i) * result;
-    }
-    const double volume = std::abs(glm::determinant(glm::dmat3(result)));
-    if (!(volume > 1e-30) || !std::isfinite(volume)) {
-      refuse(place, "a transform that flattens space", "one that can be undone");
-    }
-    return result;
-  }
-
-  glm::dmat4 read_step(const Pointer& place) const {
-    const json& step = at(place);
-    const glm::dmat4 identity(1);
-    if (step.contains("scale")) return glm::scale(identity, to_scale(step["scale"]));
-    if (step.contains("translate")) return glm::translate(identity, to_dvec3(step["translate"]));
-    if (step.contains("rotate")) {
-      const glm::dvec3 axis = to_dvec3(step["rotate"]["axis"]);
-      if (glm::length(axis) == 0) {
-        refuse(place / "rotate" / "axis", quote_json(step["rotate"]["axis"]), "a direction");
-      }
-      return glm::rotate(identity, glm::radians(step["rotate"]["degrees"].get<double>()),
-                         glm::normalize(axis));
-    }
-    glm::dmat4 matrix(1);
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) {
-        matrix[column][row] =
-            step["matrix"][static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
-      }
-    }
-    return matrix;
-  }
-
   void read_objects() {
     for (std::size_t i = 0; i < document_["objects"].size(); ++i) {
       const Pointer place = Pointer("/objects") / i;
       Object object;
-      object.mesh = find_mesh(place / "mesh");
+      object.mesh = find_mesh(place);
       object.material = find_material(place / "material");
       if (at(place).contains("transform")) {
-        object.to_world = glm::mat4(read_transform(place / "transform"));
+        object.to_world = glm::mat4(read_transform(document_, place / "transform", file_.string()));
       }
       const Color& color = scene_.materials[object.material].color;
       if (std::holds_alternative<ImageColor>(color) && scene_.meshes[object.mesh].uvs.empty()) {
@@ -271,21 +232,59 @@ class SceneReader {
     }
   }
 
-  // A file that several objects name is loaded once and instanced.
+  // A file that several objects name, cut in the same way, is loaded once and instanced.
   std::size_t find_mesh(const Pointer& place) {
-    const std::string name = at(place).get<std::string>();
-    if (const auto known = meshes_.find(name); known != meshes_.end()) return known->second;
-    Mesh mesh = load(place, [&] {
-      Mesh loaded = load_mesh(beside_scene(place));
-      const MeshReport report = repair_mesh(loaded);
-      if (loaded.triangles.empty()) {
-        throw SceneError(loaded.file + ": found only degenerate triangles, expected a surface");
-      }
-      scene_.notes.push_back(describe(loaded, report));
-      return loaded;
-    });
+    const std::string key = at(place / "mesh").dump() + at(place).value("cuts", json()).dump();
+    if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
+    Mesh mesh = read_mesh(place / "mesh");
+    if (at(place).contains("cuts")) mesh = cut(place / "cuts", mesh);
     scene_.meshes.push_back(std::move(mesh));
-    return meshes_[name] = scene_.meshes.size() - 1;
+    return meshes_[key] = scene_.meshes.size() - 1;
+  }
+
+  Mesh read_mesh(const Pointer& place) {
+    return load(place, [&] {
+      Mesh mesh = load_mesh(beside_scene(place));
+      const MeshReport report = repair_mesh(mesh);
+      if (mesh.triangles.empty()) {
+        throw SceneError(mesh.file + ": found only degenerate triangles, expected a surface");
+      }
+      scene_.notes.push_back(describe(mesh, report));
+      return mesh;
+    });
+  }
+
+  Mesh cut(const Pointer& place, const Mesh& mesh) {
+    std::vector<Cut> cuts;
+    for (std::size_t i = 0; i < at(place).size(); ++i) cuts.push_back(read_cut(place / i, mesh));
+    return load(place, [&] { return cut_mesh(mesh, cuts); });
+  }
+
+  Cut read_cut(const Pointer& place, const Mesh& mesh) {
+    Cut cut;
+    if (at(place).contains("clip")) {
+      const json& plane = at(place)["clip"];
+      if (to_vec3(plane["normal"]) == glm::vec3(0)) {
+        refuse(place / "clip" / "normal", quote_json(plane["normal"]), "a direction");
+      }
+      cut.tool = make_half_space(to_vec3(plane["point"]), to_vec3(plane["normal"]), mesh);
+      return cut;
+    }
+    const bool subtract = at(place).contains("subtract");
+    cut.operation = subtract ? Cut::Operation::subtract : Cut::Operation::intersect;
+    const Pointer shape = place / (subtract ? "subtract" : "intersect");
+    cut.tool = read_tool(shape);
+    if (at(shape).contains("transform")) {
+      transform_mesh(cut.tool, read_transform(document_, shape / "transform", file_.string()));
+    }
+    return cut;
+  }
+
+  Mesh read_tool(const Pointer& place) {
+    const json& shape = at(place);
+    if (shape.contains("box")) return make_box(glm::vec3(to_scale(shape["box"])));
+    if (shape.contains("sphere")) return make_sphere(shape["sphere"]);
+    return read_mesh(place / "mesh");
   }
 
   std::size_t find_material(const Pointer& place) const {

@@ -10,6 +10,8 @@
 #include <iostream>
 #include <sstream>
 
+#include "catch.hpp"
+
 namespace scene_tests {
 namespace fs = std::filesystem;
 
@@ -79,6 +81,20 @@ pt::Mesh make_cube() {
   mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                     {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   return mesh;
+}
+
+double signed_volume(const pt::Mesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    sum += glm::dot(glm::dvec3(mesh.positions[t.x]),
+                    glm::cross(glm::dvec3(mesh.positions[t.y]), glm::dvec3(mesh.positions[t.z])));
+  }
+  return sum / 6;
+}
+
+bool built_with_cgal() {
+  if (!pt::can_repair_meshes()) WARN("not tested: this build has no CGAL");
+  return pt::can_repair_meshes();
 }
 
 void write_ply(const fs::path& file, const pt::Mesh& mesh) {

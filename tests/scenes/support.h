@@ -38,6 +38,12 @@ pt::Mesh make_cube();                 // from -1 to 1
 void write_ply(const std::filesystem::path& file, const pt::Mesh& mesh);
 void write_obj(const std::filesystem::path& file, const pt::Mesh& mesh);
 
+// Volume by the divergence theorem: positive when the faces are turned outward.
+double signed_volume(const pt::Mesh& mesh);
+
+// Whether meshes can be repaired and cut; warns that something is not tested where they cannot.
+bool built_with_cgal();
+
 // A valid model without parameters: uniform noise that is constant in cubes of 2^level texels.
 void write_noise_model(const std::filesystem::path& file, int level,
                        const std::vector<std::string>& channels = {"albedo.r", "albedo.g",

@@ -29,21 +29,6 @@ const std::string kPlyHeader =
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
     "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
 
-// Volume by the divergence theorem: positive when the faces are turned outward.
-double signed_volume(const pt::Mesh& mesh) {
-  double sum = 0;
-  for (const auto& t : mesh.triangles) {
-    sum += glm::dot(glm::dvec3(mesh.positions[t.x]),
-                    glm::cross(glm::dvec3(mesh.positions[t.y]), glm::dvec3(mesh.positions[t.z])));
-  }
-  return sum / 6;
-}
-
-bool built_with_cgal() {
-  if (!pt::can_repair_meshes()) WARN("not tested: this build has no CGAL");
-  return pt::can_repair_meshes();
-}
-
 }  // namespace
 
 TEST_CASE("Bad meshes are refused by name") {
