@@ -120,22 +120,34 @@ void Sampler::evaluate(const double* positions, std::size_t count, float* values
     BlockBuffers buffers(activation_rows());
     for (std::size_t done = 0; done < count - alone; done += kOctaveBlock) {
       const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
-      evaluate_block(positions + 3 * done, block, buffers, values + done * channels());
+      evaluate_block(positions + 3 * done, nullptr, block, buffers, values + done * channels());
     }
   }
   for (std::size_t point = count - alone; point < count; ++point)
     evaluate_point(positions + 3 * point, values + point * channels());
 }
 
-void Sampler::evaluate_block(const double* positions, int count, BlockBuffers& buffers,
+void Sampler::evaluate_faded(const double* positions, const float* edges, std::size_t count,
                              float* values) const {
+  BlockBuffers buffers(activation_rows());
+  for (std::size_t done = 0; done < count; done += kOctaveBlock) {
+    const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
+    evaluate_block(positions + 3 * done, edges + done, block, buffers, values + done * channels());
+  }
+}
+
+void Sampler::evaluate_block(const double* positions, const float* edges, int count,
+                             BlockBuffers& buffers, float* values) const {
   buffers.lookup.positions.assign(positions, count);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const LinearLayer& layer = layers_[l];
     const int inputs = l == 0 ? 0 : width_;
-    for (int t = inputs; t < layer.terms; ++t)
-      octave_noise(static_cast<int>(l) * octaves_per_layer_ + (t - inputs), count, buffers.lookup,
-                   buffers.current + t * kOctaveBlock);
+    for (int t = inputs; t < layer.terms; ++t) {
+      const int octave = static_cast<int>(l) * octaves_per_layer_ + (t - inputs);
+      float* noise = buffers.current + t * kOctaveBlock;
+      octave_noise(octave, count, buffers.lookup, noise);
+      if (edges) fade(octave, edges, count, noise);
+    }
     kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
     std::swap(buffers.current, buffers.next);
   }
@@ -145,6 +157,24 @@ void Sampler::evaluate_block(const double* positions, int count, BlockBuffers& b
 void Sampler::octave_noise(int octave, int count, Lookup& lookup, float* values) const {
   find_octave_cells(octaves_.transform_of(octave).data(), lookup.positions, count, lookup.cells);
   solidtex_1::trilinear_normal(octaves_.key_of(octave), lookup.cells.view(), count, values);
+}
+
+// An edge of e texels covers e |t| cells of the lattice along an axis whose row of the transform is
+// t. Less than one cell hardly matters, several average out: 1 / (1 + (e |t|)^2 / 8) for each axis.
+// With 1/4 instead of 1/8 averages over 2 and 4 texels of grey stone were missed by a quarter more.
+void Sampler::fade(int octave, const float* edges, int count, float* values) const {
+  const std::array<double, 9> transform = octaves_.transform_of(octave);
+  float rates[3];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double* row = &transform[3 * axis];
+    const double x = row[0], y = row[1], z = row[2];
+    rates[axis] = static_cast<float>(0.125 * (x * x + y * y + z * z));
+  }
+  for (int p = 0; p < count; ++p) {
+    const float square = edges[p] * edges[p];
+    const float cells = (1 + square * rates[0]) * (1 + square * rates[1]) * (1 + square * rates[2]);
+    values[p] /= cells;
+  }
 }
 
 void Sampler::evaluate_fast(const double* positions, std::size_t count, float* values) const {

@@ -28,12 +28,19 @@ class Sampler {
   // Most efficient in multiples of kOctaveBlock points.
   void evaluate(const double* positions, std::size_t count, float* values) const;
 
+  // The same with octaves faded: each point has a footprint of an edge in texels, and an octave
+  // counts the less the more of its cells that edge covers; none does at infinity. In full
+  // precision. An edge of 0 gives the bits of evaluate.
+  void evaluate_faded(const double* positions, const float* edges, std::size_t count,
+                      float* values) const;
+
  private:
   struct Lookup;
   struct BlockBuffers;
 
-  void evaluate_block(const double* positions, int count, BlockBuffers& buffers,
+  void evaluate_block(const double* positions, const float* edges, int count, BlockBuffers& buffers,
                       float* values) const;
+  void fade(int octave, const float* edges, int count, float* values) const;
   void evaluate_fast(const double* positions, std::size_t count, float* values) const;
   void octave_noise(int octave, int count, Lookup& lookup, float* values) const;
   void block_noise(const double* positions, int count, MatrixNetwork::Block& block) const;

@@ -51,6 +51,14 @@ void check_points(const PointBatch& batch, std::size_t channels) {
          "), expected a finite coordinate within +-", kCoordinateLimit);
 }
 
+void check_radii(const float* radii, std::size_t count) {
+  for (std::size_t point = 0; point < count; ++point) {
+    if (!(radii[point] >= 0)) {
+      refuse("radius of point ", point, " is ", radii[point], ", expected 0 or more");
+    }
+  }
+}
+
 Box checked_box(const std::int64_t origin[3], const std::int64_t size[3], std::size_t channels) {
   for (int axis = 0; axis < 3; ++axis) {
     if (size[axis] < 0) {

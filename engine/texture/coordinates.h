@@ -27,6 +27,9 @@ struct PointBatch {
 // Throws Error with the first point that is not finite or too far away.
 void check_points(const PointBatch& batch, std::size_t channels);
 
+// Throws Error with the first radius that is negative or no number; infinity is a radius.
+void check_radii(const float* radii, std::size_t count);
+
 // The box [origin, origin + size); throws Error for a negative size, a box too far away, or one
 // with more values than memory can hold.
 Box checked_box(const std::int64_t origin[3], const std::int64_t size[3], std::size_t channels);

@@ -1,4 +1,4 @@
-// What the two families have in common: the two questions, with arguments already checked.
+// What the two families have in common: the questions, with arguments already checked.
 #pragma once
 
 #include <memory>
@@ -15,6 +15,8 @@ class Family {
  public:
   virtual ~Family() = default;
   virtual void eval_points(const PointBatch& batch, float* values) const = 0;
+  // The mean around each point, over cubes whose edge is twice the radius.
+  virtual void eval_filtered(const PointBatch& batch, const float* radii, float* values) const = 0;
   virtual void eval_box(const Box& box, float* values) const = 0;
   virtual CacheStats cache_stats() const { return {}; }
 };

@@ -1,10 +1,16 @@
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <mutex>
+#include <numeric>
 #include <vector>
 
 #include "engine/texture/blocks.h"
+#include "engine/texture/brick_level.h"
 #include "engine/texture/family.h"
+#include "engine/texture/field_fade.h"
+#include "engine/texture/footprint.h"
 #include "engine/texture/parallel.h"
-#include "engine/texture/trilinear.h"
 
 namespace solidtex::engine {
 namespace {
@@ -29,54 +35,37 @@ std::array<std::int64_t, 3> block_size(const Box& box) {
   return size;
 }
 
-struct PlacedPoint {
-  BrickKey brick;
-  std::uint32_t index;
-  friend auto operator<=>(const PlacedPoint&, const PlacedPoint&) = default;
-};
-
-std::array<AxisCell, 3> cells_of(const PointBatch& batch, std::size_t point) {
-  return {AxisCell(batch.coordinate(point, 0)), AxisCell(batch.coordinate(point, 1)),
-          AxisCell(batch.coordinate(point, 2))};
-}
-
-std::vector<PlacedPoint> sorted_by_brick(const PointBatch& batch) {
-  std::vector<PlacedPoint> placed(batch.count);
-  for (std::size_t point = 0; point < batch.count; ++point) {
-    const auto cells = cells_of(batch, point);
-    placed[point] = {{cells[0].brick, cells[1].brick, cells[2].brick},
-                     static_cast<std::uint32_t>(point)};
-  }
-  std::sort(placed.begin(), placed.end());
-  return placed;
-}
-
-// Where each run of points in one brick begins, and the end of the last.
-std::vector<std::size_t> run_starts(const std::vector<PlacedPoint>& placed) {
-  std::vector<std::size_t> starts;
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    if (i == 0 || placed[i].brick != placed[i - 1].brick) starts.push_back(i);
-  }
-  starts.push_back(placed.size());
-  return starts;
-}
+// The pyramid: bricks of about 32^3 texels on the coarse levels, whose voxels cost the more the
+// coarser they are: one of 8^3 texels costs as much as 512, and no larger ones are computed.
+constexpr BrickGrid kGrids[] = {{0, 16}, {1, 16}, {2, 8}, {3, 4}};
+// Interpolation between voxels blurs once more, so that finer ones come nearer to the mean: with
+// 0.75 means over 2 to 12 texels of granite and rust are missed by half of what they are with 1.
+constexpr float kFinerEdge = 0.75f;
+constexpr int kLevels = static_cast<int>(std::size(kGrids));
 
 class FieldFamily : public Family {
  public:
   FieldFamily(Field field, std::uint64_t cache_limit_bytes)
-      : field_(std::move(field)),
-        channels_(static_cast<std::size_t>(field_.channels())),
-        cache_(channels_ * kBrickVoxels * kBrickVoxels * kBrickVoxels, cache_limit_bytes,
-               [this](const BrickKey& key, std::span<float> values) {
-                 field_.evaluate(brick_box(key), values.data());
-               }) {}
+      : field_(std::move(field)), channels_(static_cast<std::size_t>(field_.channels())) {
+    // Most of the memory is the finest level's, the others' is shared out equally.
+    const std::uint64_t coarse_limit = cache_limit_bytes / 8;
+    for (const BrickGrid& grid : kGrids) {
+      const std::uint64_t finest_limit = cache_limit_bytes - (kLevels - 1) * coarse_limit;
+      levels_.push_back(std::make_unique<BrickLevel>(
+          field_, grid, grid.level == 0 ? finest_limit : coarse_limit));
+    }
+  }
 
   void eval_points(const PointBatch& batch, float* values) const override {
-    for (std::size_t begin = 0; begin < batch.count; begin += kSortedPoints) {
-      const PointBatch part{batch.origin, batch.points + 3 * begin,
-                            std::min(kSortedPoints, batch.count - begin)};
-      eval_sorted(part, values + begin * channels_);
-    }
+    for_each_chunk(batch, [&](const PointBatch& part, std::size_t begin) {
+      levels_[0]->evaluate(part, all_of(part), values + begin * channels_);
+    });
+  }
+
+  void eval_filtered(const PointBatch& batch, const float* radii, float* values) const override {
+    for_each_chunk(batch, [&](const PointBatch& part, std::size_t begin) {
+      filter(part, radii + begin, values + begin * channels_);
+    });
   }
 
   void eval_box(const Box& box, float* values) const override {
@@ -93,26 +82,78 @@ class FieldFamily : public Family {
     });
   }
 
-  CacheStats cache_stats() const override { return cache_.stats(); }
+  CacheStats cache_stats() const override {
+    CacheStats total;
+    for (const auto& level : levels_) total += level->cache_stats();
+    return total;
+  }
 
  private:
-  void eval_sorted(const PointBatch& batch, float* values) const {
-    const std::vector<PlacedPoint> placed = sorted_by_brick(batch);
-    const std::vector<std::size_t> starts = run_starts(placed);
-    for_each_part(starts.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t run = begin; run < end; ++run) {
-        const auto brick = cache_.get(placed[starts[run]].brick);
-        for (std::size_t i = starts[run]; i < starts[run + 1]; ++i) {
-          const std::size_t point = placed[i].index;
-          interpolate(brick.get(), cells_of(batch, point), channels_, values + point * channels_);
-        }
+  template <class Work>
+  static void for_each_chunk(const PointBatch& batch, const Work& work) {
+    for (std::size_t begin = 0; begin < batch.count; begin += kSortedPoints) {
+      work(PointBatch{batch.origin, batch.points + 3 * begin,
+                      std::min(kSortedPoints, batch.count - begin)},
+           begin);
+    }
+  }
+
+  static std::vector<std::uint32_t> all_of(const PointBatch& batch) {
+    std::vector<std::uint32_t> which(batch.count);
+    std::iota(which.begin(), which.end(), 0u);
+    return which;
+  }
+
+  // Every point takes part of one or two levels, the finer first.
+  void filter(const PointBatch& batch, const float* radii, float* values) const {
+    std::fill_n(values, batch.count * channels_, 0.0f);
+    for (int level = 0; level < kLevels; ++level) {
+      std::vector<std::uint32_t> which;
+      for (std::uint32_t point = 0; point < batch.count; ++point)
+        if (share_of(level, radii[point]) > 0) which.push_back(point);
+      std::vector<float> found(which.size() * channels_);
+      levels_[static_cast<std::size_t>(level)]->evaluate(batch, which, found.data());
+      for (std::size_t i = 0; i < which.size(); ++i) {
+        const float share = share_of(level, radii[which[i]]);
+        float* value = values + which[i] * channels_;
+        for (std::size_t c = 0; c < channels_; ++c)
+          value[c] = std::fma(share, found[i * channels_ + c], value[c]);
       }
-    });
+    }
+    for (std::size_t point = 0; point < batch.count; ++point)
+      fade(FootprintScale(kFinerEdge * radii[point]), values + point * channels_);
+  }
+
+  // How much of a footprint's value comes from a level: at most two neighbours share it.
+  static float share_of(int level, float radius) {
+    const FootprintScale scale(kFinerEdge * radius);
+    if (scale.level < 0) return level == 0 ? 1.0f : 0.0f;
+    if (scale.level >= kLevels - 1) return level == kLevels - 1 ? 1.0f : 0.0f;
+    if (level == scale.level) return 1 - scale.fraction;
+    return level == scale.level + 1 ? scale.fraction : 0.0f;
+  }
+
+  void fade(const FootprintScale& scale, float* value) const {
+    if (scale.level < kLevels - 1) return;
+    const std::vector<FadeStep>& steps = fade_steps();
+    const auto last = steps.size() - 1;
+    const auto finer = std::min(static_cast<std::size_t>(scale.level - (kLevels - 1)), last);
+    const auto coarser = std::min(finer + 1, last);
+    for (std::size_t c = 0; c < channels_; ++c)
+      value[c] = faded(steps[finer], steps[coarser], scale.fraction, c, value[c]);
+  }
+
+  // Measured when first asked for, a quarter of a second.
+  const std::vector<FadeStep>& fade_steps() const {
+    std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(field_, kLevels - 1); });
+    return fade_steps_;
   }
 
   Field field_;
   std::size_t channels_;
-  mutable BrickCache cache_;
+  std::vector<std::unique_ptr<BrickLevel>> levels_;
+  mutable std::once_flag measured_;
+  mutable std::vector<FadeStep> fade_steps_;
 };
 
 }  // namespace

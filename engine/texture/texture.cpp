@@ -51,6 +51,15 @@ void Texture::eval_points(const double origin[3], const float* points, std::size
   impl_->family->eval_points(batch, values);
 }
 
+void Texture::eval_filtered(const double origin[3], const float* points, const float* radii,
+                            std::size_t count, float* values) const {
+  const DefaultFloatMode mode;
+  const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
+  check_points(batch, impl_->channels());
+  check_radii(radii, count);
+  impl_->family->eval_filtered(batch, radii, values);
+}
+
 void Texture::eval_box(const std::int64_t origin[3], const std::int64_t size[3],
                        float* values) const {
   const DefaultFloatMode mode;

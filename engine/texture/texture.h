@@ -27,6 +27,9 @@ class Texture {
   // Point p is origin + points[3p .. 3p+2]; values are count x channels.
   void eval_points(const double origin[3], const float* points, std::size_t count,
                    float* values) const;
+  // Means over cubes of twice the radius around each point.
+  void eval_filtered(const double origin[3], const float* points, const float* radii,
+                     std::size_t count, float* values) const;
   // Voxels [origin, origin + size); values in [x][y][z][channel] order.
   void eval_box(const std::int64_t origin[3], const std::int64_t size[3], float* values) const;
 

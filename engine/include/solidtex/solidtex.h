@@ -123,6 +123,18 @@ SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* textur
                                                   const double* origin, const float* points,
                                                   size_t count, float* values);
 
+/* The same, filtered for a footprint: the mean of the texture over a cube around each point, whose
+ * edge is twice the point's radius in texels, from 0 (the point itself, the bits of
+ * solidtex_eval_points) to infinity (the mean of the material). It is an approximation, meant to keep
+ * pictures from aliasing; docs/filtering.md says how near it comes. Field family: from a pyramid of
+ * means in bricks of their own, edges of more than 8 texels predicted from those of 8. Sampler
+ * family: octaves fade that are finer than the footprint, in full precision. The first call with a
+ * footprint measures the material, some tenths of a second. */
+SOLIDTEX_API solidtex_status solidtex_eval_filtered(const solidtex_texture* texture,
+                                                    const double* origin, const float* points,
+                                                    const float* radii, size_t count,
+                                                    float* values);
+
 /* Evaluates the voxels [origin, origin + size) at their centres: size[0] x size[1] x size[2] x
  * channels floats, index order [x][y][z][channel], the channel fastest. Large boxes are evaluated
  * in parallel blocks. */

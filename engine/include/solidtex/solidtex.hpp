@@ -84,6 +84,18 @@ class texture {
     });
   }
 
+  // The same, each averaged over a cube whose edge is twice its radius: n radii, 0 or more.
+  void eval_filtered(const std::array<double, 3>& origin, std::span<const float> points,
+                     std::span<const float> radii, std::span<float> values) const {
+    const std::size_t count = radii.size();
+    require(points.size() == 3 * count && values.size() == count * channel_count(),
+            "eval_filtered: points must hold n x 3 floats, radii n and values n x channels");
+    check([&] {
+      return solidtex_eval_filtered(handle_.get(), origin.data(), points.data(), radii.data(),
+                                    count, values.data());
+    });
+  }
+
   // Voxels [origin, origin + size), index order [x][y][z][channel].
   void eval_box(const std::array<std::int64_t, 3>& origin, const std::array<std::int64_t, 3>& size,
                 std::span<float> values) const {

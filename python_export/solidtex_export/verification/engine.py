@@ -74,6 +74,30 @@ class Texture:
         self._call("eval_points", self._handle, base, _floats(offsets), count, _floats(values))
         return values
 
+    def eval_filtered(
+        self, points: ArrayLike, radii: ArrayLike, origin: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> np.ndarray:
+        """The same, each the mean over a cube of twice its radius [point], in texels."""
+        offsets = np.ascontiguousarray(points, dtype=np.float32)
+        sizes = np.ascontiguousarray(radii, dtype=np.float32)
+        if offsets.ndim != 2 or offsets.shape[1] != 3 or sizes.shape != offsets.shape[:1]:
+            raise EngineError(
+                f"points, radii: found shapes {offsets.shape}, {sizes.shape},"
+                " expected (count, 3), (count,)"
+            )
+        values = np.empty((len(offsets), self.channels), dtype=np.float32)
+        base = (ctypes.c_double * 3)(*origin)
+        self._call(
+            "eval_filtered",
+            self._handle,
+            base,
+            _floats(offsets),
+            _floats(sizes),
+            ctypes.c_size_t(len(offsets)),
+            _floats(values),
+        )
+        return values
+
     def close(self) -> None:
         """Frees the model; the texture cannot be used any more."""
         self._library.solidtex_close(self._handle)

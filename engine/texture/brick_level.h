@@ -1,0 +1,39 @@
+// One level of the lattice family's prefiltered pyramid, in cached bricks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "engine/field/field.h"
+#include "engine/texture/brick_cache.h"
+#include "engine/texture/coordinates.h"
+#include "engine/texture/trilinear.h"
+
+namespace solidtex::engine {
+
+// Voxels of level 0 are the texture's; each of level k + 1 is the mean of eight of level k, so that
+// it depends on its position only, whatever brick it is computed in.
+class BrickLevel {
+ public:
+  // Keeps a reference to `field`.
+  BrickLevel(const Field& field, BrickGrid grid, std::uint64_t cache_limit_bytes);
+
+  // The points `which` of a batch, interpolated between voxels: values[i] belong to which[i].
+  void evaluate(const PointBatch& batch, std::span<const std::uint32_t> which, float* values) const;
+
+  CacheStats cache_stats() const { return cache_.stats(); }
+
+ private:
+  void build(const BrickKey& key, std::span<float> values) const;
+
+  const Field& field_;
+  BrickGrid grid_;
+  std::size_t channels_;
+  mutable BrickCache cache_;
+};
+
+// Means of 2^3 voxels each, in place; `size` and values are [x][y][z][channel], all even.
+void halve(std::array<std::int64_t, 3>& size, std::size_t channels, float* values);
+
+}  // namespace solidtex::engine

@@ -1,0 +1,47 @@
+#include "engine/texture/footprint.h"
+
+#include <cstddef>
+
+namespace solidtex::engine {
+namespace {
+
+double mean_of(const std::vector<float>& values, std::size_t channels, std::size_t channel) {
+  double sum = 0;
+  for (std::size_t i = channel; i < values.size(); i += channels) sum += values[i];
+  return sum / static_cast<double>(values.size() / channels);
+}
+
+}  // namespace
+
+FadeStep fit_fade(const std::vector<float>& values, const std::vector<float>& truths,
+                  std::size_t channels) {
+  FadeStep step = only_mean(truths, channels);
+  for (std::size_t c = 0; c < channels; ++c) {
+    const double value_mean = mean_of(values, channels, c);
+    const double truth_mean = mean_of(truths, channels, c);
+    double covariance = 0, variance = 0;
+    for (std::size_t i = c; i < values.size(); i += channels) {
+      const double value = values[i] - value_mean;
+      covariance += value * (truths[i] - truth_mean);
+      variance += value * value;
+    }
+    // A gain above one would sharpen; below zero is chance.
+    const double gain = variance > 0 ? std::fmin(std::fmax(covariance / variance, 0.0), 1.0) : 0.0;
+    step.gain[c] = static_cast<float>(gain);
+    step.offset[c] = static_cast<float>(truth_mean - gain * value_mean);
+  }
+  return step;
+}
+
+FadeStep only_mean(const std::vector<float>& values, std::size_t channels) {
+  FadeStep step{std::vector<float>(channels, 0.0f), {}};
+  for (std::size_t c = 0; c < channels; ++c)
+    step.offset.push_back(static_cast<float>(mean_of(values, channels, c)));
+  return step;
+}
+
+FadeStep no_fade(std::size_t channels) {
+  return {std::vector<float>(channels, 1.0f), std::vector<float>(channels, 0.0f)};
+}
+
+}  // namespace solidtex::engine

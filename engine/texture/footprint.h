@@ -1,0 +1,59 @@
+// How large a footprint is, in octaves, and what fades out above.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+namespace solidtex::engine {
+
+// Edges of 2^kCoarsest texels and more see nothing but the mean.
+inline constexpr int kCoarsest = 9;
+
+// A footprint's edge, twice its radius, lies between 2^level and 2^(level + 1) texels, at
+// `fraction` between them; level -1 is an edge between none and one texel.
+struct FootprintScale {
+  int level = -1;
+  float fraction = 0;
+
+  // Linear between powers of two instead of logarithmic: no libm in the value path.
+  explicit FootprintScale(float radius) {
+    const float edge = 2 * radius;
+    if (edge >= static_cast<float>(1 << kCoarsest)) {
+      level = kCoarsest;
+    } else if (edge >= 1) {
+      int exponent = 0;
+      fraction = 2 * std::frexp(edge, &exponent) - 1;
+      level = exponent - 1;
+    } else {
+      fraction = edge;
+    }
+  }
+};
+
+// filtered = offset + gain * value, one of each per channel, for edges of one size.
+struct FadeStep {
+  std::vector<float> gain, offset;
+};
+
+// Linear between the steps of two sizes.
+inline float faded(const FadeStep& finer, const FadeStep& coarser, float fraction,
+                   std::size_t channel, float value) {
+  const float gain =
+      std::fma(fraction, coarser.gain[channel] - finer.gain[channel], finer.gain[channel]);
+  const float offset =
+      std::fma(fraction, coarser.offset[channel] - finer.offset[channel], finer.offset[channel]);
+  return std::fma(gain, value, offset);
+}
+
+// The line that predicts true averages from values best, in the sense of least squares: sums in
+// double, in the order of the samples. values and truths are [sample][channel].
+FadeStep fit_fade(const std::vector<float>& values, const std::vector<float>& truths,
+                  std::size_t channels);
+
+// What every footprint of the largest size sees.
+FadeStep only_mean(const std::vector<float>& values, std::size_t channels);
+
+// Leaves values as they are.
+FadeStep no_fade(std::size_t channels);
+
+}  // namespace solidtex::engine

@@ -1,0 +1,70 @@
+#include "engine/texture/sampler_fade.h"
+
+#include <array>
+#include <cstdint>
+#include <random>
+
+#include "engine/texture/parallel.h"
+
+namespace solidtex::engine {
+namespace {
+
+constexpr std::size_t kCubes = 240, kPointsInCube = 96;  // multiples of a block of points
+constexpr double kDistance = 4099;                       // texels: no lattice's cells divide it
+
+// Every sequence of std::mt19937 is prescribed, but not what distributions make of it.
+double uniform(std::mt19937& random) { return random() * 0x1p-32; }
+
+std::array<double, 3> middle_of(std::size_t cube) {
+  return {kDistance * static_cast<double>(cube) + 0.5, 0.5, 0.5};
+}
+
+// The mean over each cube, [cube][channel].
+std::vector<float> means(const Sampler& sampler, float edge) {
+  const auto channels = static_cast<std::size_t>(sampler.channels());
+  std::vector<float> result(kCubes * channels);
+  for_each_part(kCubes, 4, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> positions(3 * kPointsInCube);
+    std::vector<float> values(kPointsInCube * channels);
+    for (std::size_t cube = begin; cube < end; ++cube) {
+      std::mt19937 random(static_cast<std::uint32_t>(cube));
+      const std::array<double, 3> middle = middle_of(cube);
+      for (std::size_t i = 0; i < positions.size(); ++i)
+        positions[i] = middle[i % 3] + edge * (uniform(random) - 0.5);
+      sampler.evaluate(positions.data(), kPointsInCube, values.data());
+      for (std::size_t c = 0; c < channels; ++c) {
+        double sum = 0;
+        for (std::size_t i = c; i < values.size(); i += channels) sum += values[i];
+        result[cube * channels + c] = static_cast<float>(sum / kPointsInCube);
+      }
+    }
+  });
+  return result;
+}
+
+// With faded octaves, in the middle of each cube.
+std::vector<float> faded_values(const Sampler& sampler, float edge) {
+  std::vector<double> positions;
+  for (std::size_t cube = 0; cube < kCubes; ++cube)
+    for (const double coordinate : middle_of(cube)) positions.push_back(coordinate);
+  const std::vector<float> edges(kCubes, edge);
+  std::vector<float> values(kCubes * static_cast<std::size_t>(sampler.channels()));
+  sampler.evaluate_faded(positions.data(), edges.data(), kCubes, values.data());
+  return values;
+}
+
+}  // namespace
+
+std::vector<FadeStep> fade_steps_of(const Sampler& sampler) {
+  const auto channels = static_cast<std::size_t>(sampler.channels());
+  std::vector<FadeStep> steps = {no_fade(channels)};
+  for (int level = 0; level <= kCoarsest; ++level) {
+    const auto edge = static_cast<float>(1 << level);
+    const std::vector<float> truths = means(sampler, edge);
+    steps.push_back(level < kCoarsest ? fit_fade(faded_values(sampler, edge), truths, channels)
+                                      : only_mean(truths, channels));
+  }
+  return steps;
+}
+
+}  // namespace solidtex::engine

@@ -1,0 +1,16 @@
+// What the point family's faded octaves are corrected by.
+#pragma once
+
+#include <vector>
+
+#include "engine/sampler/sampler.h"
+#include "engine/texture/footprint.h"
+
+namespace solidtex::engine {
+
+// For points without a footprint and for edges of 1, 2, 4 ... 2^kCoarsest texels: the line that
+// predicts the mean over a cube best from the value with faded octaves in its middle. Fitted to
+// cubes far from each other, whose means are those of points at random inside.
+std::vector<FadeStep> fade_steps_of(const Sampler& sampler);
+
+}  // namespace solidtex::engine

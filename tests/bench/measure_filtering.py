@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""How near footprint lookups come to true means, and what they cost (docs/filtering.md).
+
+For cubes of several edges in each model: the error of one plain lookup in the middle, of the
+filtered one, and of plain lookups at random in the cube, as root mean squares over the deviation of
+the texture. Run it from the repository: python tests/bench/measure_filtering.py granite-grey ...
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(REPOSITORY / "python_export"))
+
+from solidtex_export.verification.engine import Texture  # noqa: E402
+
+RADII = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+PLACES = 160
+SPREAD = 4000.0  # texels: side of the cube that the places are in
+SAMPLES = 4  # plain lookups that one of stochastic filtering is beaten by
+TRUE_SAMPLES = 2048  # of large cubes; small ones are cheaper as a box
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("model", nargs="+", help="a file, or the name of a shipped model")
+    names = parser.parse_args().model
+    print("| model | edge | deviation | plain | random | 4 random | filtered |")
+    print("|---|---|---|---|---|---|---|")
+    for name in names:
+        for radius in RADII:
+            print(row(name, radius))
+
+
+def row(name: str, radius: float) -> str:
+    rng = np.random.default_rng(round(8 * radius))
+    with Texture(model_path(name)) as texture:
+        far = rng.uniform(0, SPREAD, (4096, 3))
+        deviation = np.sqrt(np.var(texture.eval_points(far[:1024]), axis=0).mean())
+        places = rng.integers(0, SPREAD, (PLACES, 3)) + 0.25
+        true = np.stack([true_mean(texture, p, radius, rng) for p in places])
+        found = {
+            "plain": texture.eval_points(places),
+            "random": means_of(texture, places, radius, 1, rng),
+            "4 random": means_of(texture, places, radius, SAMPLES, rng),
+            "filtered": texture.eval_filtered(places, np.full(PLACES, radius)),
+        }
+    errors = [np.sqrt(np.square(v - true).mean()) / deviation for v in found.values()]
+    own = np.sqrt(np.var(true, axis=0).mean()) / deviation
+    return f"| {name} | {2 * radius:g} | {own:.2f} | " + " | ".join(f"{e:.2f}" for e in errors) + " |"
+
+
+def model_path(name: str) -> str:
+    shipped = REPOSITORY / "models" / f"{name}.solidtex"
+    return str(shipped) if shipped.exists() else name
+
+
+def true_mean(texture: Texture, place: np.ndarray, radius: float, rng) -> np.ndarray:
+    """Over the cube; stratified points, or voxels where the cube is large."""
+    if radius <= 8:
+        side = 12
+        cells = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)
+        offsets = (cells + rng.random(cells.shape)) / side * 2 * radius - radius
+        return texture.eval_points(offsets, place).mean(0, dtype=np.float64)
+    low = np.floor(place - radius).astype(int)
+    size = round(2 * radius)
+    return texture.eval_box(low, (size,) * 3).mean((0, 1, 2), dtype=np.float64)
+
+
+def means_of(texture: Texture, places: np.ndarray, radius: float, count: int, rng) -> np.ndarray:
+    values = [
+        texture.eval_points(places + rng.uniform(-radius, radius, places.shape))
+        for _ in range(count)
+    ]
+    return np.mean(values, axis=0)
+
+
+if __name__ == "__main__":
+    started = time.process_time()
+    main()
+    print(f"{time.process_time() - started:.0f} s of processor time", file=sys.stderr)
