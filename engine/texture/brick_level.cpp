@@ -45,8 +45,10 @@ std::vector<std::size_t> run_starts(const std::vector<PlacedPoint>& placed) {
 
 }  // namespace
 
-BrickLevel::BrickLevel(const Field& field, BrickGrid grid, std::uint64_t cache_limit_bytes)
+BrickLevel::BrickLevel(const Field& field, const LightChannels& light, BrickGrid grid,
+                       std::uint64_t cache_limit_bytes)
     : field_(field),
+      light_(light),
       grid_(grid),
       channels_(static_cast<std::size_t>(field.channels())),
       cache_(channels_ * grid.voxel_count(), cache_limit_bytes,
@@ -74,6 +76,7 @@ void BrickLevel::build(const BrickKey& key, std::span<float> values) const {
   std::array<std::int64_t, 3> size = {box.size(0), box.size(1), box.size(2)};
   std::vector<float> texels(static_cast<std::size_t>(size[0] * size[1] * size[2]) * channels_);
   field_.evaluate(box, texels.data());
+  light_.to_light(texels.data(), texels.size() / channels_);
   for (int level = 0; level < grid_.level; ++level) halve(size, channels_, texels.data());
   std::copy_n(texels.begin(), values.size(), values.begin());
 }

@@ -8,16 +8,19 @@
 #include "engine/field/field.h"
 #include "engine/texture/brick_cache.h"
 #include "engine/texture/coordinates.h"
+#include "engine/texture/footprint.h"
 #include "engine/texture/trilinear.h"
 
 namespace solidtex::engine {
 
-// Voxels of level 0 are the texture's; each of level k + 1 is the mean of eight of level k, so that
-// it depends on its position only, whatever brick it is computed in.
+// Voxels of level 0 are the texture's as stored. Those of the others are means in light: each of
+// level k + 1 is that of eight of level k, so that it depends on its position only, whatever brick
+// it is computed in.
 class BrickLevel {
  public:
-  // Keeps a reference to `field`.
-  BrickLevel(const Field& field, BrickGrid grid, std::uint64_t cache_limit_bytes);
+  // Keeps references to `field` and `light`.
+  BrickLevel(const Field& field, const LightChannels& light, BrickGrid grid,
+             std::uint64_t cache_limit_bytes);
 
   // The points `which` of a batch, interpolated between voxels: values[i] belong to which[i].
   void evaluate(const PointBatch& batch, std::span<const std::uint32_t> which, float* values) const;
@@ -28,6 +31,7 @@ class BrickLevel {
   void build(const BrickKey& key, std::span<float> values) const;
 
   const Field& field_;
+  const LightChannels& light_;
   BrickGrid grid_;
   std::size_t channels_;
   mutable BrickCache cache_;

@@ -8,6 +8,7 @@
 #include "engine/sampler/sampler.h"
 #include "engine/texture/brick_cache.h"
 #include "engine/texture/coordinates.h"
+#include "engine/texture/footprint.h"
 
 namespace solidtex::engine {
 
@@ -22,9 +23,10 @@ class Family {
 };
 
 // Lattice family: boxes in parallel blocks, points trilinearly through the brick cache.
-std::unique_ptr<Family> make_field_family(Field field, std::uint64_t cache_limit_bytes);
+std::unique_ptr<Family> make_field_family(Field field, LightChannels light,
+                                          std::uint64_t cache_limit_bytes);
 
 // Point family: a voxel is the point at its centre.
-std::unique_ptr<Family> make_sampler_family(Sampler sampler);
+std::unique_ptr<Family> make_sampler_family(Sampler sampler, LightChannels light);
 
 }  // namespace solidtex::engine

@@ -26,13 +26,14 @@ struct Cube {
   }
 };
 
-Cube box_of(const Field& field, std::size_t number, int level) {
+Cube box_of(const Field& field, const LightChannels& light, std::size_t number, int level) {
   Box box;
   box.lo = {static_cast<std::int64_t>(number) * kDistance, 0, 0};
   box.hi = {box.lo[0] + kEdge, kEdge, kEdge};
   Cube cube{kEdge, static_cast<std::size_t>(field.channels()), {}};
   cube.values.resize(static_cast<std::size_t>(kEdge * kEdge * kEdge) * cube.channels);
   field.evaluate(box, cube.values.data());
+  light.to_light(cube.values.data(), cube.values.size() / cube.channels);
   for (int halved = 0; halved < level; ++halved) cube.halve_edge();
   return cube;
 }
@@ -52,11 +53,11 @@ void append_parents(const Cube& fine, const Cube& coarse, std::vector<float>& pa
 
 }  // namespace
 
-std::vector<FadeStep> fade_steps_of(const Field& field, int level) {
+std::vector<FadeStep> fade_steps_of(const Field& field, const LightChannels& light, int level) {
   const auto channels = static_cast<std::size_t>(field.channels());
   std::vector<Cube> cubes(kBoxes);
   for_each_part(kBoxes, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) cubes[i] = box_of(field, i, level);
+    for (std::size_t i = begin; i < end; ++i) cubes[i] = box_of(field, light, i, level);
   });
   std::vector<float> values;
   for (const Cube& cube : cubes)

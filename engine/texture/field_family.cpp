@@ -45,14 +45,14 @@ constexpr int kLevels = static_cast<int>(std::size(kGrids));
 
 class FieldFamily : public Family {
  public:
-  FieldFamily(Field field, std::uint64_t cache_limit_bytes)
-      : field_(std::move(field)), channels_(static_cast<std::size_t>(field_.channels())) {
+  FieldFamily(Field field, LightChannels light, std::uint64_t cache_limit_bytes)
+      : field_(std::move(field)), light_(std::move(light)), channels_(light_.count()) {
     // Most of the memory is the finest level's, the others' is shared out equally.
     const std::uint64_t coarse_limit = cache_limit_bytes / 8;
     for (const BrickGrid& grid : kGrids) {
       const std::uint64_t finest_limit = cache_limit_bytes - (kLevels - 1) * coarse_limit;
       levels_.push_back(std::make_unique<BrickLevel>(
-          field_, grid, grid.level == 0 ? finest_limit : coarse_limit));
+          field_, light_, grid, grid.level == 0 ? finest_limit : coarse_limit));
     }
   }
 
@@ -113,6 +113,7 @@ class FieldFamily : public Family {
         if (share_of(level, radii[point]) > 0) which.push_back(point);
       std::vector<float> found(which.size() * channels_);
       levels_[static_cast<std::size_t>(level)]->evaluate(batch, which, found.data());
+      if (level == 0) light_.to_light(found.data(), which.size());
       for (std::size_t i = 0; i < which.size(); ++i) {
         const float share = share_of(level, radii[which[i]]);
         float* value = values + which[i] * channels_;
@@ -122,6 +123,7 @@ class FieldFamily : public Family {
     }
     for (std::size_t point = 0; point < batch.count; ++point)
       fade(FootprintScale(kFinerEdge * radii[point]), values + point * channels_);
+    light_.from_light(values, batch.count);
   }
 
   // How much of a footprint's value comes from a level: at most two neighbours share it.
@@ -145,11 +147,12 @@ class FieldFamily : public Family {
 
   // Measured when first asked for, a quarter of a second.
   const std::vector<FadeStep>& fade_steps() const {
-    std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(field_, kLevels - 1); });
+    std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(field_, light_, kLevels - 1); });
     return fade_steps_;
   }
 
   Field field_;
+  LightChannels light_;
   std::size_t channels_;
   std::vector<std::unique_ptr<BrickLevel>> levels_;
   mutable std::once_flag measured_;
@@ -158,8 +161,9 @@ class FieldFamily : public Family {
 
 }  // namespace
 
-std::unique_ptr<Family> make_field_family(Field field, std::uint64_t cache_limit_bytes) {
-  return std::make_unique<FieldFamily>(std::move(field), cache_limit_bytes);
+std::unique_ptr<Family> make_field_family(Field field, LightChannels light,
+                                          std::uint64_t cache_limit_bytes) {
+  return std::make_unique<FieldFamily>(std::move(field), std::move(light), cache_limit_bytes);
 }
 
 }  // namespace solidtex::engine

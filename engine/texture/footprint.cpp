@@ -13,6 +13,24 @@ double mean_of(const std::vector<float>& values, std::size_t channels, std::size
 
 }  // namespace
 
+LightChannels::LightChannels(const std::vector<std::string>& channels,
+                             const std::string& color_space) {
+  for (const std::string& name : channels)
+    encoded_.push_back(color_space == "srgb" && name.starts_with("albedo."));
+}
+
+void LightChannels::to_light(float* values, std::size_t points) const {
+  for (std::size_t p = 0; p < points; ++p, values += count())
+    for (std::size_t c = 0; c < count(); ++c)
+      if (encoded_[c]) values[c] = values[c] > 0 ? values[c] * values[c] : 0;
+}
+
+void LightChannels::from_light(float* values, std::size_t points) const {
+  for (std::size_t p = 0; p < points; ++p, values += count())
+    for (std::size_t c = 0; c < count(); ++c)
+      if (encoded_[c]) values[c] = values[c] > 0 ? std::sqrt(values[c]) : 0;
+}
+
 FadeStep fit_fade(const std::vector<float>& values, const std::vector<float>& truths,
                   std::size_t channels) {
   FadeStep step = only_mean(truths, channels);

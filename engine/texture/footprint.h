@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
+#include <string>
 #include <vector>
 
 namespace solidtex::engine {
@@ -28,6 +30,22 @@ struct FootprintScale {
       fraction = edge;
     }
   }
+};
+
+// Which channels are encoded as sRGB. Light adds up, encoded values do not: averages of them would
+// be too dark, a rough checkerboard of black and white by a third. The encoding is nearly a square
+// root, and squares need no libm: theirs are the averages that are taken.
+class LightChannels {
+ public:
+  LightChannels(const std::vector<std::string>& channels, const std::string& color_space);
+
+  std::size_t count() const { return encoded_.size(); }
+  // From stored values to what can be averaged and back, [point][channel]; below zero becomes zero.
+  void to_light(float* values, std::size_t points) const;
+  void from_light(float* values, std::size_t points) const;
+
+ private:
+  std::vector<bool> encoded_;
 };
 
 // filtered = offset + gain * value, one of each per channel, for edges of one size.

@@ -20,7 +20,7 @@ std::array<double, 3> middle_of(std::size_t cube) {
 }
 
 // The mean over each cube, [cube][channel].
-std::vector<float> means(const Sampler& sampler, float edge) {
+std::vector<float> means(const Sampler& sampler, const LightChannels& light, float edge) {
   const auto channels = static_cast<std::size_t>(sampler.channels());
   std::vector<float> result(kCubes * channels);
   for_each_part(kCubes, 4, [&](std::size_t begin, std::size_t end) {
@@ -32,6 +32,7 @@ std::vector<float> means(const Sampler& sampler, float edge) {
       for (std::size_t i = 0; i < positions.size(); ++i)
         positions[i] = middle[i % 3] + edge * (uniform(random) - 0.5);
       sampler.evaluate(positions.data(), kPointsInCube, values.data());
+      light.to_light(values.data(), kPointsInCube);
       for (std::size_t c = 0; c < channels; ++c) {
         double sum = 0;
         for (std::size_t i = c; i < values.size(); i += channels) sum += values[i];
@@ -43,26 +44,28 @@ std::vector<float> means(const Sampler& sampler, float edge) {
 }
 
 // With faded octaves, in the middle of each cube.
-std::vector<float> faded_values(const Sampler& sampler, float edge) {
+std::vector<float> faded_values(const Sampler& sampler, const LightChannels& light, float edge) {
   std::vector<double> positions;
   for (std::size_t cube = 0; cube < kCubes; ++cube)
     for (const double coordinate : middle_of(cube)) positions.push_back(coordinate);
   const std::vector<float> edges(kCubes, edge);
   std::vector<float> values(kCubes * static_cast<std::size_t>(sampler.channels()));
   sampler.evaluate_faded(positions.data(), edges.data(), kCubes, values.data());
+  light.to_light(values.data(), kCubes);
   return values;
 }
 
 }  // namespace
 
-std::vector<FadeStep> fade_steps_of(const Sampler& sampler) {
+std::vector<FadeStep> fade_steps_of(const Sampler& sampler, const LightChannels& light) {
   const auto channels = static_cast<std::size_t>(sampler.channels());
   std::vector<FadeStep> steps = {no_fade(channels)};
   for (int level = 0; level <= kCoarsest; ++level) {
     const auto edge = static_cast<float>(1 << level);
-    const std::vector<float> truths = means(sampler, edge);
-    steps.push_back(level < kCoarsest ? fit_fade(faded_values(sampler, edge), truths, channels)
-                                      : only_mean(truths, channels));
+    const std::vector<float> truths = means(sampler, light, edge);
+    steps.push_back(level < kCoarsest
+                        ? fit_fade(faded_values(sampler, light, edge), truths, channels)
+                        : only_mean(truths, channels));
   }
   return steps;
 }

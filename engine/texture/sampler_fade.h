@@ -9,8 +9,8 @@
 namespace solidtex::engine {
 
 // For points without a footprint and for edges of 1, 2, 4 ... 2^kCoarsest texels: the line that
-// predicts the mean over a cube best from the value with faded octaves in its middle. Fitted to
-// cubes far from each other, whose means are those of points at random inside.
-std::vector<FadeStep> fade_steps_of(const Sampler& sampler);
+// predicts the mean over a cube, in light, best from the value with faded octaves in its middle.
+// Fitted to cubes far from each other, whose means are those of points at random inside.
+std::vector<FadeStep> fade_steps_of(const Sampler& sampler, const LightChannels& light);
 
 }  // namespace solidtex::engine

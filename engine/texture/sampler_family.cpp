@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "engine/texture/blocks.h"
@@ -11,15 +12,16 @@
 namespace solidtex::engine {
 namespace {
 
-constexpr std::size_t kStep = 20 * kOctaveBlock;  // points evaluated at a time
-constexpr std::size_t kGrain = 4;                 // blocks or cubes that are worth a thread
+constexpr std::size_t kStep = std::size_t{20} * kOctaveBlock;  // points evaluated at a time
+constexpr std::size_t kGrain = 4;  // blocks or cubes that are worth a thread
 
 // Voxels are evaluated cube by cube: near points share the cells of the coarse octaves.
 constexpr std::int64_t kCubeEdge = 4;
 
 class SamplerFamily : public Family {
  public:
-  explicit SamplerFamily(Sampler sampler) : sampler_(std::move(sampler)) {}
+  SamplerFamily(Sampler sampler, LightChannels light)
+      : sampler_(std::move(sampler)), light_(std::move(light)) {}
 
   void eval_points(const PointBatch& batch, float* values) const override {
     // In whole blocks, so that only the last one of all is not full.
@@ -38,14 +40,21 @@ class SamplerFamily : public Family {
   }
 
   void eval_filtered(const PointBatch& batch, const float* radii, float* values) const override {
+    // Apart, because points without a footprint are cheaper, and may be in fast precision.
+    std::vector<std::size_t> plain, wide;
+    for (std::size_t point = 0; point < batch.count; ++point)
+      (radii[point] == 0 ? plain : wide).push_back(point);
+    for_each_block(plain, [&](std::span<const std::size_t> points) {
+      Block block(batch, points, channels());
+      sampler_.evaluate(block.positions.data(), points.size(), block.values.data());
+      block.scatter(points, values);
+    });
+    if (wide.empty()) return;
     const std::vector<FadeStep>& steps = fade_steps();
-    const std::size_t blocks = (batch.count + kOctaveBlock - 1) / kOctaveBlock;
-    for_each_part(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t block = begin; block < end; ++block) {
-        const std::size_t first = block * kOctaveBlock;
-        const std::size_t count = std::min<std::size_t>(kOctaveBlock, batch.count - first);
-        filter(batch, first, count, radii + first, steps, values + first * channels());
-      }
+    for_each_block(wide, [&](std::span<const std::size_t> points) {
+      Block block(batch, points, channels());
+      filter(points, radii, steps, block);
+      block.scatter(points, values);
     });
   }
 
@@ -100,47 +109,76 @@ class SamplerFamily : public Family {
     std::vector<float> results_;
   };
 
-  // One block of points. Faded octaves alone would shift the tones, since the network is not
-  // linear: what they give is corrected by what was measured.
-  void filter(const PointBatch& batch, std::size_t first, std::size_t count, const float* radii,
-              const std::vector<FadeStep>& steps, float* values) const {
-    std::array<double, 3 * kOctaveBlock> positions;
-    std::array<float, kOctaveBlock> edges;
-    for (std::size_t i = 0; i < count; ++i) {
-      for (int axis = 0; axis < 3; ++axis)
-        positions[3 * i + axis] = batch.coordinate(first + i, axis);
-      edges[i] = std::min(2 * radii[i], static_cast<float>(1 << kCoarsest));
+  // Some points of a batch, side by side.
+  struct Block {
+    Block(const PointBatch& batch, std::span<const std::size_t> points, std::size_t channels_)
+        : channels(channels_), positions(3 * points.size()), values(channels_ * points.size()) {
+      for (std::size_t i = 0; i < points.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis)
+          positions[3 * i + axis] = batch.coordinate(points[i], axis);
     }
-    sampler_.evaluate_faded(positions.data(), edges.data(), count, values);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (radii[i] == 0) continue;
-      const FootprintScale scale(radii[i]);
+    void scatter(std::span<const std::size_t> points, float* all) const {
+      for (std::size_t i = 0; i < points.size(); ++i)
+        std::copy_n(&values[i * channels], channels, all + points[i] * channels);
+    }
+
+    std::size_t channels;
+    std::vector<double> positions;
+    std::vector<float> values;
+  };
+
+  // work(points) for the parts of a list, in parallel, whole blocks at a time.
+  template <class Work>
+  static void for_each_block(const std::vector<std::size_t>& points, const Work& work) {
+    const std::size_t steps = (points.size() + kStep - 1) / kStep;
+    for_each_part(steps, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t step = begin; step < end; ++step) {
+        const std::size_t first = step * kStep;
+        work(std::span(points).subspan(first, std::min(kStep, points.size() - first)));
+      }
+    });
+  }
+
+  // Faded octaves alone would shift the tones, since the network is not linear: what they give is
+  // corrected by what was measured.
+  void filter(std::span<const std::size_t> points, const float* radii,
+              const std::vector<FadeStep>& steps, Block& block) const {
+    std::vector<float> edges;
+    for (const std::size_t point : points)
+      edges.push_back(std::min(2 * radii[point], static_cast<float>(1 << kCoarsest)));
+    sampler_.evaluate_faded(block.positions.data(), edges.data(), points.size(),
+                            block.values.data());
+    light_.to_light(block.values.data(), points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const FootprintScale scale(radii[points[i]]);
       const auto finer = static_cast<std::size_t>(scale.level + 1);
       const auto coarser = std::min(finer + 1, steps.size() - 1);
       for (std::size_t c = 0; c < channels(); ++c) {
-        float& value = values[i * channels() + c];
+        float& value = block.values[i * channels() + c];
         value = faded(steps[finer], steps[coarser], scale.fraction, c, value);
       }
     }
+    light_.from_light(block.values.data(), points.size());
   }
 
   // Measured when first asked for: tenths of a second.
   const std::vector<FadeStep>& fade_steps() const {
-    std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(sampler_); });
+    std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(sampler_, light_); });
     return fade_steps_;
   }
 
   std::size_t channels() const { return static_cast<std::size_t>(sampler_.channels()); }
 
   Sampler sampler_;
+  LightChannels light_;
   mutable std::once_flag measured_;
   mutable std::vector<FadeStep> fade_steps_;
 };
 
 }  // namespace
 
-std::unique_ptr<Family> make_sampler_family(Sampler sampler) {
-  return std::make_unique<SamplerFamily>(std::move(sampler));
+std::unique_ptr<Family> make_sampler_family(Sampler sampler, LightChannels light) {
+  return std::make_unique<SamplerFamily>(std::move(sampler), std::move(light));
 }
 
 }  // namespace solidtex::engine

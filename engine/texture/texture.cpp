@@ -10,11 +10,14 @@ namespace {
 
 std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
                                     std::uint64_t cache_limit_bytes, Precision precision) {
+  LightChannels light(model.channels, model.color_space);
   if (auto* field = std::get_if<FieldModel>(&model.architecture)) {
-    return make_field_family(Field(std::move(*field), model.noise_scheme, seed), cache_limit_bytes);
+    return make_field_family(Field(std::move(*field), model.noise_scheme, seed), std::move(light),
+                             cache_limit_bytes);
   }
   return make_sampler_family(Sampler(std::move(std::get<SamplerModel>(model.architecture)),
-                                     model.noise_scheme, seed, precision));
+                                     model.noise_scheme, seed, precision),
+                             std::move(light));
 }
 
 }  // namespace

@@ -145,6 +145,7 @@ BsdfSample Bsdf::sample(const glm::vec3& out, float lobe, const glm::vec2& u) co
   if (out.z <= 0) return {};
   BsdfSample result;
   if (lobe < coat_probability(out.z)) {
+    result.from_coat = true;
     result.direction = glm::reflect(-out, sample_visible_normal(out, coat->alpha(), u));
   } else {
     result.direction = sample_cosine_hemisphere(u);

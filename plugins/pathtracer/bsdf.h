@@ -33,6 +33,7 @@ struct BsdfSample {
   glm::vec3 direction{0};
   glm::vec3 weight{0};  // BSDF times cosine over pdf
   float pdf = 0;        // 0: no light this way
+  bool from_coat = false;
 };
 
 // What is left of a material at one point. `coat` is null for the diffuse one.

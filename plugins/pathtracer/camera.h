@@ -10,7 +10,8 @@ namespace solidtex::pathtracer {
 
 class CameraRays {
  public:
-  CameraRays(const Camera& camera, int width, int height)
+  // A pixel's cone is shared out among its samples.
+  CameraRays(const Camera& camera, int width, int height, int samples)
       : origin_(camera.position), width_(width), height_(height) {
     const glm::vec3 forward = glm::normalize(camera.look_at - camera.position);
     const glm::vec3 right = glm::normalize(glm::cross(forward, camera.up));
@@ -18,6 +19,7 @@ class CameraRays {
     const float half_height = std::tan(glm::radians(camera.fov_degrees) / 2);
     const float pixel = 2 * half_height / static_cast<float>(height);
     forward_ = forward;
+    spread_ = 0.5f * pixel / std::sqrt(static_cast<float>(samples));
     step_x_ = right * pixel;
     step_y_ = -glm::cross(right, forward) * pixel;
   }
@@ -26,11 +28,12 @@ class CameraRays {
   Ray ray(float x, float y) const {
     const glm::vec3 direction = forward_ + step_x_ * (x - 0.5f * static_cast<float>(width_)) +
                                 step_y_ * (y - 0.5f * static_cast<float>(height_));
-    return {origin_, glm::normalize(direction)};
+    return {.origin = origin_, .direction = glm::normalize(direction), .spread = spread_};
   }
 
  private:
   glm::vec3 origin_, forward_, step_x_, step_y_;
+  float spread_ = 0;
   int width_, height_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/gtc/matrix_inverse.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <stdexcept>
@@ -83,6 +84,8 @@ void EmbreeScene::attach_instance(const Object& object, unsigned id) {
                           glm::value_ptr(object.to_world));
   commit_and_attach(root_.get(), geometry, id);
   normal_matrices_.push_back(glm::inverseTranspose(glm::mat3(object.to_world)));
+  const glm::mat3 linear(object.to_world);
+  object_scales_.push_back(1 / std::cbrt(std::abs(glm::determinant(linear))));
 }
 
 void EmbreeScene::attach_rectangle(const RectangleLight& light, unsigned id) {
@@ -146,6 +149,10 @@ Surface EmbreeScene::surface(const Ray& ray, const Hit& hit) const {
     // A smooth normal may turn away from the viewer near a silhouette; the face never does.
     if (glm::dot(normal, ray.direction) < 0) surface.normal = normal;
   }
+  // Seen at a slant the cone's ellipse is longer: a circle of the same area.
+  const float cosine = -glm::dot(surface.geometric_normal, ray.direction);
+  surface.footprint = (ray.radius + ray.spread * hit.distance) / std::sqrt(std::max(cosine, 0.01f));
+  surface.object_scale = object_scales_[hit.index];
   if (!mesh.uvs.empty()) surface.uv = interpolate(mesh.uvs, corner, hit.barycentric);
   return surface;
 }

@@ -13,8 +13,11 @@
 
 namespace solidtex::pathtracer {
 
+// With the cone that it stands for: what one sample of a pixel sees, at a distance t from the
+// origin, has the radius radius + spread * t (Amanatides 1984, "Ray tracing with cones").
 struct Ray {
   glm::vec3 origin{0}, direction{0, 0, 1};  // direction has unit length
+  float radius = 0, spread = 0;
 };
 
 struct Hit {
@@ -33,6 +36,9 @@ struct Surface {
   glm::vec3 geometric_normal{0}, normal{0};
   glm::vec2 uv{0};
   std::uint32_t material = 0;
+  float footprint = 0;     // radius that the ray's cone sees of it, in the scene's units
+  float object_scale = 1;  // units of the object's space in one of the scene's
+  glm::vec3 jitter{0};     // place in the footprint, for stochastic filtering
 };
 
 class EmbreeScene {
@@ -64,6 +70,7 @@ class EmbreeScene {
   std::vector<Owned<RTCScene>> meshes_;
   Owned<RTCScene> root_;
   std::vector<glm::mat3> normal_matrices_;  // per object
+  std::vector<float> object_scales_;        // per object: units of its space in one of the scene's
 };
 
 }  // namespace solidtex::pathtracer

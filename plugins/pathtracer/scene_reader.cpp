@@ -50,6 +50,11 @@ json parse_file(const std::filesystem::path& file) {
   }
 }
 
+TextureFilter texture_filter(const std::string& name) {
+  if (name == "stochastic") return TextureFilter::stochastic;
+  return name == "none" ? TextureFilter::none : TextureFilter::footprint;
+}
+
 class SceneReader {
  public:
   explicit SceneReader(const std::filesystem::path& file)
@@ -102,6 +107,7 @@ class SceneReader {
     settings.samples = render.value("spp", settings.samples);
     settings.seed = render.value("seed", settings.seed);
     settings.max_depth = render.value("max_depth", settings.max_depth);
+    settings.texture_filter = texture_filter(render.value("texture_filter", "footprint"));
     scene_.exposure = render.value("exposure", 0.0f);
   }
 

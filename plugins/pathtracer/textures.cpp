@@ -12,6 +12,8 @@ float encode(float x) {
   return x <= 0.0031308f ? x * 12.92f : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
 }
 
+constexpr float kLeastRadius = 0.25f;  // texels
+
 glm::vec3 clamp_albedo(const glm::vec3& color) {
   return glm::clamp(color, 0.0f, kMaxTextureAlbedo);
 }
@@ -47,8 +49,8 @@ glm::uvec3 albedo_channels(const solidtex::texture& texture) {
           channel_index(texture, "albedo.b")};
 }
 
-AppearanceLookup::AppearanceLookup(const Scene& scene)
-    : scene_(scene), waiting_(scene.materials.size()) {}
+AppearanceLookup::AppearanceLookup(const Scene& scene, TextureFilter filter)
+    : scene_(scene), filter_(filter), waiting_(scene.materials.size()) {}
 
 std::size_t AppearanceLookup::operator()(std::span<const Surface> surfaces,
                                          std::span<Appearance> found) {
@@ -74,6 +76,11 @@ std::size_t AppearanceLookup::operator()(std::span<const Surface> surfaces,
   return point_count;
 }
 
+// In texels. What is far smaller than a texel is a point, which is cheaper to look up.
+float AppearanceLookup::filter_radius(float footprint) const {
+  return filter_ == TextureFilter::none || footprint < kLeastRadius ? 0 : footprint;
+}
+
 void AppearanceLookup::query(const Material& material, std::span<const std::uint32_t> which,
                              std::span<const Surface> surfaces, std::span<Appearance> found) {
   const auto& color = std::get<SolidColor>(material.color);
@@ -81,15 +88,26 @@ void AppearanceLookup::query(const Material& material, std::span<const std::uint
   // The translation stays in double precision: textures may be looked up far from their origin.
   const glm::dvec3 origin(color.to_texels[3]);
   const glm::dmat3 linear(color.to_texels);
+  const double scale = std::cbrt(std::abs(glm::determinant(linear)));
   points_.clear();
+  radii_.clear();
   for (const std::uint32_t i : which) {
-    const glm::vec3& p = color.world_space ? surfaces[i].position : surfaces[i].object_position;
-    const glm::vec3 texels(linear * glm::dvec3(p));
+    const Surface& surface = surfaces[i];
+    const glm::vec3& p = color.world_space ? surface.position : surface.object_position;
+    const double units = color.world_space ? 1.0 : surface.object_scale;
+    const float radius = filter_radius(static_cast<float>(surface.footprint * units * scale));
+    glm::vec3 texels(linear * glm::dvec3(p));
+    if (filter_ == TextureFilter::stochastic) texels += radius * surface.jitter;
     points_.insert(points_.end(), {texels.x, texels.y, texels.z});
+    radii_.push_back(radius);
   }
   const std::size_t channel_count = texture.channel_count();
   values_.resize(which.size() * channel_count);
-  texture.eval_points({origin.x, origin.y, origin.z}, points_, values_);
+  if (filter_ == TextureFilter::footprint) {
+    texture.eval_filtered({origin.x, origin.y, origin.z}, points_, radii_, values_);
+  } else {
+    texture.eval_points({origin.x, origin.y, origin.z}, points_, values_);
+  }
 
   const glm::uvec3 channel = albedo_channels(texture);
   const bool encoded = texture.color_space() == "srgb";

@@ -32,19 +32,21 @@ struct Appearance {
 
 class AppearanceLookup {
  public:
-  explicit AppearanceLookup(const Scene& scene);
+  AppearanceLookup(const Scene& scene, TextureFilter filter);
 
   // found[i] becomes the appearance of surfaces[i]. One engine query per solid material. Returns
   // the number of points that engine queries were asked for.
   std::size_t operator()(std::span<const Surface> surfaces, std::span<Appearance> found);
 
  private:
+  float filter_radius(float footprint) const;
   void query(const Material& material, std::span<const std::uint32_t> which,
              std::span<const Surface> surfaces, std::span<Appearance> found);
 
   const Scene& scene_;
+  TextureFilter filter_;
   std::vector<std::vector<std::uint32_t>> waiting_;  // per material: surfaces to ask for
-  std::vector<float> points_, values_;               // kept to save allocations
+  std::vector<float> points_, radii_, values_;       // kept to save allocations
 };
 
 }  // namespace solidtex::pathtracer

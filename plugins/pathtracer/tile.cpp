@@ -18,7 +18,17 @@ std::uint32_t dimension(int depth) {
   return kFirstBounce + static_cast<std::uint32_t>(depth - 1) * kCount;
 }
 
+// Of stochastic filtering, far from the others, which therefore do not change with it.
+constexpr std::uint32_t kJitter = 1u << 24;
+
 constexpr int kRouletteDepth = 4;
+
+// A place in the cube [-1, 1]^3.
+glm::vec3 jitter(const Sampler& sampler, int depth) {
+  const std::uint32_t dimension = kJitter + 2 * static_cast<std::uint32_t>(depth);
+  const glm::vec2 xy = sampler.get_2d(dimension);
+  return 2.0f * glm::vec3(xy.x, xy.y, sampler.get_1d(dimension + 1)) - 1.0f;
+}
 
 bool is_finite(const glm::vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -31,7 +41,7 @@ RenderContext::RenderContext(const Scene& scene_, const RenderSettings& settings
       settings(settings_),
       geometry(scene_),
       lights(scene_),
-      camera(scene_.camera, settings_.width, settings_.height) {
+      camera(scene_.camera, settings_.width, settings_.height, settings_.samples) {
   for (const Material& material : scene.materials) {
     coats.emplace_back(material);
   }
@@ -107,6 +117,9 @@ void TileRenderer::intersect(int depth) {
                   depth);
     } else {
       surfaces_.push_back(context_.geometry.surface(path.ray, hit));
+      if (context_.settings.texture_filter == TextureFilter::stochastic) {
+        surfaces_.back().jitter = jitter(path.sampler, depth);
+      }
       radiance_[path.slot] +=
           path.throughput * context_.scene.materials[surfaces_.back().material].emission;
       paths_[kept++] = path;
@@ -188,7 +201,15 @@ bool TileRenderer::bounce(Path& path, const Surface& surface, const Bsdf& bsdf, 
     if (path.sampler.get_1d(dimension + kRoulette) >= survival) return false;
     path.throughput /= survival;
   }
-  path.ray = {context_.geometry.leave(surface, direction), direction};
+  const float spread = path.ray.spread;
+  path.ray = {.origin = context_.geometry.leave(surface, direction), .direction = direction};
+  if (next.from_coat) {
+    // A reflected cone, wider by this sample's share of what the coat scatters. After the base
+    // there is none: many directions average what they find.
+    const float share = 1 / std::sqrt(static_cast<float>(context_.settings.samples));
+    path.ray.radius = surface.footprint;
+    path.ray.spread = spread + 0.5f * bsdf.coat->alpha() * share;
+  }
   path.bsdf_pdf = next.pdf;
   return true;
 }

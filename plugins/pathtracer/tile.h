@@ -35,7 +35,7 @@ struct Tile {
 class TileRenderer {
  public:
   TileRenderer(const RenderContext& context, const Tile& tile)
-      : context_(context), tile_(tile), lookup_(context.scene) {}
+      : context_(context), tile_(tile), lookup_(context.scene, context.settings.texture_filter) {}
 
   // Writes the mean of all samples of the tile's pixels. Throws Stopped when asked to stop.
   void render(Image& image, const Hooks& hooks);

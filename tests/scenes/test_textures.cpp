@@ -99,7 +99,7 @@ TEST_CASE("A solid colour is the engine's answer at the surface, decoded") {
     surfaces[i].material = static_cast<std::uint32_t>(i % 3);
   }
   std::vector<pt::Appearance> found(surfaces.size());
-  pt::AppearanceLookup lookup(scene);
+  pt::AppearanceLookup lookup(scene, pt::TextureFilter::footprint);
   CHECK(lookup(surfaces, found) == 60);
 
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
@@ -139,7 +139,7 @@ TEST_CASE("Colour and roughness are found by name, wherever the model has them")
     surfaces[i].material = i % 2;
   }
   std::vector<pt::Appearance> found(surfaces.size());
-  pt::AppearanceLookup lookup(scene);
+  pt::AppearanceLookup lookup(scene, pt::TextureFilter::footprint);
   CHECK(lookup(surfaces, found) == 40);
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const glm::vec3& p = surfaces[i].object_position;
@@ -207,4 +207,67 @@ TEST_CASE("A solid material in a picture is the engine's voxel, object space mov
     const bool same = near(middle_color(moved, 4), expected, 0.01f);
     CHECK(save_unless(same == !world_space, moved, "solid-color-moved"));
   }
+}
+
+namespace {
+
+// A plane under an even sky, with noise of two texels in a pixel and more.
+pt::Image render_plane(const std::filesystem::path& model, pt::TextureFilter filter, int samples) {
+  pt::Scene scene = make_scene(make_quad(200), {}, {0, 2, 6}, 24);  // just below the horizon
+  scene.textures.emplace_back(model.string());
+  scene.materials[0].color = pt::SolidColor{0, false, glm::scale(glm::dmat4(1), glm::dvec3(50))};
+  scene.environment = uniform_light(glm::vec3(1));
+  pt::RenderSettings settings = small_settings(40, samples);
+  settings.max_depth = 2;
+  settings.light_sampling = pt::LightSampling::bsdf;
+  settings.texture_filter = filter;
+  return pt::render(scene, settings);
+}
+
+double rms_difference(const pt::Image& a, const pt::Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); ++i) sum += std::pow(a.rgb[i] - b.rgb[i], 2);
+  return std::sqrt(sum / static_cast<double>(a.rgb.size()));
+}
+
+}  // namespace
+
+TEST_CASE("A plane to the horizon does not alias") {
+  const TemporaryFolder folder;
+  write_noise_model(folder / "noise.solidtex", 0);
+  const auto render = [&](pt::TextureFilter filter, int samples) {
+    return render_plane(folder / "noise.solidtex", filter, samples);
+  };
+  const pt::Image reference = render(pt::TextureFilter::none, 400);
+  const double plain = rms_difference(render(pt::TextureFilter::none, 1), reference);
+  const double stochastic = rms_difference(render(pt::TextureFilter::stochastic, 1), reference);
+  const double filtered = rms_difference(render(pt::TextureFilter::footprint, 1), reference);
+  const double four = rms_difference(render(pt::TextureFilter::footprint, 4), reference);
+  CAPTURE(plain, stochastic, filtered, four);
+  CHECK(filtered < 0.5 * plain);
+  CHECK(four < filtered);
+  CHECK(stochastic < 1.3 * plain);
+  // Many samples see points, whatever is asked for.
+  const pt::Image many = render(pt::TextureFilter::footprint, 400);
+  CHECK(rms_difference(many, reference) < 0.15 * plain);
+}
+
+TEST_CASE("A footprint is measured in the texture's texels, however the object is scaled") {
+  const TemporaryFolder folder;
+  write_noise_model(folder / "noise.solidtex", 0);
+  const auto render = [&](float scale, bool world) {
+    pt::Scene scene = make_scene(make_quad(1 / scale), {}, {0, 3, 0.1f}, 30);
+    scene.textures.emplace_back((folder / "noise.solidtex").string());
+    scene.objects[0].to_world = glm::scale(glm::mat4(1), glm::vec3(scale));
+    const double texels = world ? 100 : 100 * scale;
+    scene.materials[0].color =
+        pt::SolidColor{0, world, glm::scale(glm::dmat4(1), glm::dvec3(texels))};
+    scene.environment = uniform_light(glm::vec3(1));
+    pt::RenderSettings settings = small_settings(16, 1);
+    settings.max_depth = 2;
+    settings.light_sampling = pt::LightSampling::bsdf;
+    return pt::render(scene, settings);
+  };
+  CHECK(rms_difference(render(1, false), render(4, false)) < 1e-4);
+  CHECK(rms_difference(render(1, false), render(4, true)) < 1e-4);
 }

@@ -17,6 +17,7 @@
 
 #include "catch.hpp"
 #include "engine/model/error.h"
+#include "engine/texture/footprint.h"
 #include "engine/texture/texture.h"
 #include "tiny_models.h"
 
@@ -394,8 +395,11 @@ TEST_CASE("texture: a footprint of voxels is their mean, an infinite one the mat
   const std::size_t channels = texture.model().channels.size();
   // The voxels of the second level of the pyramid are looked up for 0.75 of the edge.
   const float radius = 4 / 0.75f / 2;
-  const Values found = filtered(texture, {-6, 10, 2}, {radius});
-  const Values box = box_of(texture, {-8, 8, 0}, {4, 4, 4});
+  const LightChannels light(texture.model().channels, texture.model().color_space);
+  Values found = filtered(texture, {-6, 10, 2}, {radius});
+  light.to_light(found.data(), 1);
+  Values box = box_of(texture, {-8, 8, 0}, {4, 4, 4});
+  light.to_light(box.data(), 64);
   for (std::size_t c = 0; c < channels; ++c) {
     double sum = 0;
     for (std::size_t i = c; i < box.size(); i += channels) sum += box[i];
@@ -403,8 +407,11 @@ TEST_CASE("texture: a footprint of voxels is their mean, an infinite one the mat
   }
   for (const Model& model : models()) {
     const Texture endless(model, kSeed, kLargeCache);
-    const Values mean = filtered(endless, {0, 0, 0, 500, 20, 3}, {1e9f, INFINITY});
-    const Values block = box_of(endless, {0, 0, 0}, {48, 48, 48});
+    Values mean = filtered(endless, {0, 0, 0, 500, 20, 3}, {1e9f, INFINITY});
+    Values block = box_of(endless, {0, 0, 0}, {48, 48, 48});
+    const LightChannels light(model.channels, model.color_space);
+    light.to_light(block.data(), block.size() / model.channels.size());
+    light.to_light(mean.data(), 2);
     const std::size_t count = model.channels.size();
     for (std::size_t c = 0; c < count; ++c) {
       CHECK(mean[c] == mean[count + c]);
@@ -419,6 +426,18 @@ TEST_CASE("texture: a footprint of voxels is their mean, an infinite one the mat
       CHECK(mean[c] == Approx(sum / voxels).margin(0.3 * deviation + 1e-6));
     }
   }
+}
+
+TEST_CASE("texture: encoded albedo is averaged as light, other channels as they are", "[texture]") {
+  const LightChannels light({"albedo.r", "roughness"}, "srgb");
+  Values values = {0.5f, 0.5f, -0.25f, -0.25f, 1, 1};
+  light.to_light(values.data(), 3);
+  CHECK(values == Values{0.25f, 0.5f, 0, -0.25f, 1, 1});
+  light.from_light(values.data(), 3);
+  CHECK(values == Values{0.5f, 0.5f, 0, -0.25f, 1, 1});
+  Values linear = {0.5f};
+  LightChannels({"albedo.r"}, "linear").to_light(linear.data(), 1);
+  CHECK(linear == Values{0.5f});
 }
 
 TEST_CASE("texture: a bad radius is named and nothing is written", "[texture]") {

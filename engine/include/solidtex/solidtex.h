@@ -125,7 +125,8 @@ SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* textur
 
 /* The same, filtered for a footprint: the mean of the texture over a cube around each point, whose
  * edge is twice the point's radius in texels, from 0 (the point itself, the bits of
- * solidtex_eval_points) to infinity (the mean of the material). It is an approximation, meant to keep
+ * solidtex_eval_points) to infinity (the mean of the material). Albedo that is encoded as sRGB is averaged as light, and is
+ * not below zero. It is an approximation, meant to keep
  * pictures from aliasing; docs/filtering.md says how near it comes. Field family: from a pyramid of
  * means in bricks of their own, edges of more than 8 texels predicted from those of 8. Sampler
  * family: octaves fade that are finer than the footprint, in full precision. The first call with a

@@ -26,6 +26,11 @@ struct Stopped : std::runtime_error {
 // How direct light is found. All three converge to the same picture.
 enum class LightSampling { mis, lights, bsdf };
 
+// What a sample takes of a solid texture: its mean over what the sample sees of the surface, one
+// point of that by chance, or the point that the ray hits. The pixel converges to the same colour
+// where it has many samples.
+enum class TextureFilter { footprint, stochastic, none };
+
 struct RenderSettings {
   int width = 960, height = 540;
   int samples = 64;        // per pixel
@@ -33,6 +38,7 @@ struct RenderSettings {
   int threads = 0;         // 0: as many as the machine has
   int max_depth = 12;      // longest path, in segments
   LightSampling light_sampling = LightSampling::mis;
+  TextureFilter texture_filter = TextureFilter::footprint;
 };
 
 // Linear RGB, row 0 on top, 3 floats a pixel.
