@@ -275,6 +275,13 @@ def ground() -> Mesh:
     return grid(positions, normals)
 
 
+def plane() -> Mesh:
+    """A floor of 400 x 400 units."""
+    x = np.array([-200.0, 200.0])
+    positions = np.stack(np.broadcast_arrays(x[None, :], 0.0, -x[:, None]), axis=-1)
+    return grid(positions, np.broadcast_to([0.0, 1.0, 0.0], positions.shape))
+
+
 def main() -> None:
     folder = Path(__file__).parent / "meshes"
     folder.mkdir(exist_ok=True)
@@ -285,6 +292,7 @@ def main() -> None:
     write_ply(folder / "knot.ply", torus_knot(2, 3, 0.19, 300, 24))
     write_ply(folder / "vase.ply", vase(100, 120, 10))
     write_ply(folder / "ground.ply", ground())
+    write_ply(folder / "plane.ply", plane())
 
 
 if __name__ == "__main__":

@@ -64,7 +64,7 @@ std::vector<FadeStep> fade_steps_of(const Field& field, const LightChannels& lig
     values.insert(values.end(), cube.values.begin(), cube.values.end());
   std::vector<FadeStep> steps = {no_fade(channels)};
   std::vector<Cube> coarse = cubes;
-  while (coarse[0].edge > 2) {
+  for (int step = 1; step < kFadeSteps; ++step) {
     std::vector<float> truths;
     for (std::size_t i = 0; i < kBoxes; ++i) {
       coarse[i].halve_edge();

@@ -130,6 +130,7 @@ class FieldFamily : public Family {
   static float share_of(int level, float radius) {
     const FootprintScale scale(kFinerEdge * radius);
     if (scale.level < 0) return level == 0 ? 1.0f : 0.0f;
+    if (scale.level >= kLevels - 1 + kFadeSteps) return 0;  // nothing but the mean
     if (scale.level >= kLevels - 1) return level == kLevels - 1 ? 1.0f : 0.0f;
     if (level == scale.level) return 1 - scale.fraction;
     return level == scale.level + 1 ? scale.fraction : 0.0f;

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""How near footprint lookups come to true means, and what they cost (docs/filtering.md).
+"""How near footprint lookups come to true means of colours (docs/filtering.md).
 
-For cubes of several edges in each model: the error of one plain lookup in the middle, of the
-filtered one, and of plain lookups at random in the cube, as root mean squares over the deviation of
-the texture. Run it from the repository: python tests/bench/measure_filtering.py granite-grey ...
+For cubes of several edges in each model: how far their means deviate from the mean of all, the
+error of one plain lookup in the middle, of one and of four at random in the cube, and of the
+filtered one, as root mean squares over the deviation of the texture. Means are those of light; what
+is compared is sRGB. From the repository: python tests/bench/measure_filtering.py granite-grey ...
 """
 
 from __future__ import annotations
@@ -23,8 +24,7 @@ from solidtex_export.verification.engine import Texture  # noqa: E402
 RADII = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 PLACES = 160
 SPREAD = 4000.0  # texels: side of the cube that the places are in
-SAMPLES = 4  # plain lookups that one of stochastic filtering is beaten by
-TRUE_SAMPLES = 2048  # of large cubes; small ones are cheaper as a box
+SAMPLES = 4
 
 
 def main() -> None:
@@ -53,7 +53,9 @@ def row(name: str, radius: float) -> str:
         }
     errors = [np.sqrt(np.square(v - true).mean()) / deviation for v in found.values()]
     own = np.sqrt(np.var(true, axis=0).mean()) / deviation
-    return f"| {name} | {2 * radius:g} | {own:.2f} | " + " | ".join(f"{e:.2f}" for e in errors) + " |"
+    return (
+        f"| {name} | {2 * radius:g} | {own:.2f} | " + " | ".join(f"{e:.2f}" for e in errors) + " |"
+    )
 
 
 def model_path(name: str) -> str:
@@ -67,10 +69,10 @@ def true_mean(texture: Texture, place: np.ndarray, radius: float, rng) -> np.nda
         side = 12
         cells = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)
         offsets = (cells + rng.random(cells.shape)) / side * 2 * radius - radius
-        return texture.eval_points(offsets, place).mean(0, dtype=np.float64)
+        return light_mean(texture.eval_points(offsets, place))
     low = np.floor(place - radius).astype(int)
     size = round(2 * radius)
-    return texture.eval_box(low, (size,) * 3).mean((0, 1, 2), dtype=np.float64)
+    return light_mean(texture.eval_box(low, (size,) * 3))
 
 
 def means_of(texture: Texture, places: np.ndarray, radius: float, count: int, rng) -> np.ndarray:
@@ -78,7 +80,22 @@ def means_of(texture: Texture, places: np.ndarray, radius: float, count: int, rn
         texture.eval_points(places + rng.uniform(-radius, radius, places.shape))
         for _ in range(count)
     ]
-    return np.mean(values, axis=0)
+    return from_light(np.mean([to_light(v) for v in values], axis=0))
+
+
+def light_mean(values: np.ndarray) -> np.ndarray:
+    axes = tuple(range(values.ndim - 1))
+    return from_light(to_light(values).mean(axes, dtype=np.float64))
+
+
+def to_light(encoded: np.ndarray) -> np.ndarray:
+    """sRGB's own curve, not the square root that the library has in its place."""
+    c = np.clip(encoded.astype(np.float64), 0, None)
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+
+
+def from_light(light: np.ndarray) -> np.ndarray:
+    return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <map>
 #include <optional>
 #include <solidtex/pathtracer.hpp>
 
@@ -25,11 +26,17 @@ seed give the same picture, bit for bit, with any number of threads.
 An EXR holds linear light; a PNG is brightened by the scene's exposure, clamped and sRGB-encoded.
 The scene format is described in docs/scene-format.md.)";
 
+const std::map<std::string, pt::TextureFilter> kTextureFilters = {
+    {"footprint", pt::TextureFilter::footprint},
+    {"stochastic", pt::TextureFilter::stochastic},
+    {"none", pt::TextureFilter::none}};
+
 struct Arguments {
   fs::path scene, output;
   std::vector<int> size;
   int samples = 0, threads = 0;
   std::uint64_t seed = 0;
+  std::optional<pt::TextureFilter> texture_filter;
   bool force = false, quiet = false;
 };
 
@@ -59,6 +66,7 @@ pt::RenderSettings choose_settings(const pt::Scene& scene, const Arguments& argu
   }
   if (arguments.samples > 0) settings.samples = arguments.samples;
   if (seed_given) settings.seed = arguments.seed;
+  if (arguments.texture_filter) settings.texture_filter = *arguments.texture_filter;
   settings.threads = arguments.threads;
   return settings;
 }
@@ -131,6 +139,9 @@ int main(int argc, char** argv) {
   CLI::Option* seed = app.add_option("--seed", arguments.seed, "Which noise the picture has");
   app.add_option("--threads", arguments.threads, "Threads (default: all)")
       ->check(CLI::Range(1, 1024));
+  app.add_option("--texture-filter", arguments.texture_filter,
+                 "What a sample takes of a solid texture: footprint, stochastic or none")
+      ->transform(CLI::CheckedTransformer(kTextureFilters));
   app.add_flag("--force", arguments.force, "Overwrite the picture if it exists");
   app.add_flag("--quiet", arguments.quiet, "Say nothing but errors");
   app.footer(kExamples);
