@@ -65,12 +65,16 @@ TEST_CASE("The example in the scene format's page renders") {
   CHECK(save_unless(brightness > 0.05f && brightness < 2, image, "documentation-example"));
 }
 
-TEST_CASE("The demo scene renders") {
-  const auto scene = pt::load_scene(SOLIDTEX_SOURCE "/scenes/demo.json");
-  pt::RenderSettings settings = pt::settings_of(*scene);
-  settings.width = 96, settings.height = 54, settings.samples = 1;
-  const pt::Image image = pt::render(*scene, settings);
-  const float brightness = mean_color(image).x;
-  CAPTURE(brightness);
-  CHECK(save_unless(brightness > 0.05f && brightness < 2, image, "demo"));
+TEST_CASE("The scenes of the repository render") {
+  for (const std::string name : {"demo", "carved", "horizon"}) {
+    if (name == "carved" && !built_with_cgal()) continue;
+    const auto scene = pt::load_scene(SOLIDTEX_SOURCE "/scenes/" + name + ".json");
+    pt::RenderSettings settings = pt::settings_of(*scene);
+    settings.height = settings.height * 48 / settings.width;
+    settings.width = 48, settings.samples = 1;
+    const pt::Image image = pt::render(*scene, settings);
+    const float brightness = mean_color(image).x;
+    CAPTURE(name, brightness);
+    CHECK(save_unless(brightness > 0.05f && brightness < 2, image, name));
+  }
 }
