@@ -113,17 +113,21 @@ class FieldFamily : public Family {
         if (share_of(level, radii[point]) > 0) which.push_back(point);
       std::vector<float> found(which.size() * channels_);
       levels_[static_cast<std::size_t>(level)]->evaluate(batch, which, found.data());
-      if (level == 0) light_.to_light(found.data(), which.size());
       for (std::size_t i = 0; i < which.size(); ++i) {
+        const bool is_encoded = level == 0 && radii[which[i]] > 0;
+        if (is_encoded) light_.to_light(&found[i * channels_], 1);
         const float share = share_of(level, radii[which[i]]);
         float* value = values + which[i] * channels_;
         for (std::size_t c = 0; c < channels_; ++c)
           value[c] = std::fma(share, found[i * channels_ + c], value[c]);
       }
     }
-    for (std::size_t point = 0; point < batch.count; ++point)
-      fade(FootprintScale(kFinerEdge * radii[point]), values + point * channels_);
-    light_.from_light(values, batch.count);
+    for (std::size_t point = 0; point < batch.count; ++point) {
+      if (radii[point] == 0) continue;  // the bits of a point
+      float* value = values + point * channels_;
+      fade(FootprintScale(kFinerEdge * radii[point]), value);
+      light_.from_light(value, 1);
+    }
   }
 
   // How much of a footprint's value comes from a level: at most two neighbours share it.
@@ -146,7 +150,7 @@ class FieldFamily : public Family {
       value[c] = faded(steps[finer], steps[coarser], scale.fraction, c, value[c]);
   }
 
-  // Measured when first asked for, a quarter of a second.
+  // Measured when first asked for, some tenths of a second.
   const std::vector<FadeStep>& fade_steps() const {
     std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(field_, light_, kLevels - 1); });
     return fade_steps_;

@@ -361,19 +361,37 @@ std::vector<float> mixed_radii(std::size_t count) {
   return radii;
 }
 
+// The models, and with encoded albedo, whose values go below zero.
+std::vector<Model> encoded_models() {
+  std::vector<Model> result;
+  for (Model model : models()) {
+    model.color_space = "srgb";
+    for (std::size_t c = 0; c < model.channels.size(); ++c)
+      model.channels[c] = "albedo." + std::to_string(c);
+    result.push_back(std::move(model));
+  }
+  return result;
+}
+
 TEST_CASE("texture: no footprint gives the bits of points", "[texture]") {
   const auto points = random_points(500, 10);
-  for (const Model& model : models()) {
+  for (const Model& model : encoded_models()) {
     const Texture texture(model, kSeed, kLargeCache);
-    CHECK(same(filtered(texture, points, std::vector<float>(500, 0.0f)),
-               points_of(texture, {0, 0, 0}, points)));
+    const Values expected = points_of(texture, {0, 0, 0}, points);
+    CHECK(same(filtered(texture, points, std::vector<float>(500, 0.0f)), expected));
+    const std::size_t channels = model.channels.size();
+    std::vector<float> radii(500, 0.0f);
+    for (std::size_t i = 0; i < 500; i += 2) radii[i] = 3;
+    const Values mixed = filtered(texture, points, radii);
+    for (std::size_t i = channels; i < mixed.size(); i += 2 * channels)
+      CHECK(std::equal(&mixed[i], &mixed[i] + channels, &expected[i]));
   }
 }
 
 TEST_CASE("texture: footprints do not depend on batch, cache, threads and order", "[texture]") {
   const auto points = random_points(300, 40);
   const auto radii = mixed_radii(300);
-  for (const Model& model : models()) {
+  for (const Model& model : encoded_models()) {
     const Values expected = filtered(Texture(model, kSeed, kLargeCache), points, radii);
     const std::size_t channels = model.channels.size();
     for (const std::uint64_t cache : {std::uint64_t{0}, kLargeCache}) {
