@@ -37,7 +37,7 @@ std::array<std::int64_t, 3> block_size(const Box& box) {
 
 // The pyramid: bricks of about 32^3 texels on the coarse levels, whose voxels cost the more the
 // coarser they are: one of 8^3 texels costs as much as 512, and no larger ones are computed.
-constexpr BrickGrid kGrids[] = {{0, 16}, {1, 16}, {2, 8}, {3, 4}};
+constexpr BrickGrid kGrids[] = {{0, 4}, {1, 4}, {2, 3}, {3, 2}};
 // Interpolation between voxels blurs once more, so that finer ones come nearer to the mean: with
 // 0.75 means over 2 to 12 texels of granite and rust are missed by half of what they are with 1.
 constexpr float kFinerEdge = 0.75f;

@@ -17,9 +17,11 @@ namespace solidtex::engine {
 // exactly one brick.
 struct BrickGrid {
   int level = 0;
-  std::int32_t edge = 16;
+  int log_edge = 4;  // edges are powers of two, so that points are placed without divisions
+  double voxels_per_texel = 1 / static_cast<double>(1 << level);
 
-  std::int32_t voxels() const { return edge + 1; }
+  std::int64_t edge() const { return std::int64_t{1} << log_edge; }
+  std::int64_t voxels() const { return edge() + 1; }
   std::size_t voxel_count() const {
     const auto side = static_cast<std::size_t>(voxels());
     return side * side * side;
@@ -27,10 +29,9 @@ struct BrickGrid {
   // The texels that a brick's voxels cover.
   Box box(const BrickKey& key) const {
     Box box;
-    box.lo = {std::int64_t{key.x} * edge << level, std::int64_t{key.y} * edge << level,
-              std::int64_t{key.z} * edge << level};
-    for (int axis = 0; axis < 3; ++axis)
-      box.hi[axis] = box.lo[axis] + (std::int64_t{voxels()} << level);
+    box.lo = {std::int64_t{key.x} << log_edge << level, std::int64_t{key.y} << log_edge << level,
+              std::int64_t{key.z} << log_edge << level};
+    for (int axis = 0; axis < 3; ++axis) box.hi[axis] = box.lo[axis] + (voxels() << level);
     return box;
   }
 };
@@ -41,12 +42,12 @@ struct AxisCell {
   float fraction;
 
   AxisCell(double coordinate, const BrickGrid& grid) {
-    const double from_centre = coordinate / static_cast<double>(1 << grid.level) - 0.5;
+    const double from_centre = coordinate * grid.voxels_per_texel - 0.5;
     const double cell = std::floor(from_centre);
     fraction = static_cast<float>(from_centre - cell);
     const auto index = static_cast<std::int64_t>(cell);
-    brick = static_cast<std::int32_t>(floor_div(index, grid.edge));
-    voxel = static_cast<std::int32_t>(index - std::int64_t{brick} * grid.edge);
+    brick = static_cast<std::int32_t>(index >> grid.log_edge);
+    voxel = static_cast<std::int32_t>(index & (grid.edge() - 1));
   }
 };
 
