@@ -15,7 +15,9 @@ from solidtex_export.commands import evaluate
 from solidtex_export.commands.fidelity import main
 from solidtex_export.evaluation import subjects
 from solidtex_export.fidelity import cell as cells
+from solidtex_export.fidelity.cell import Cell
 from solidtex_export.fidelity.plan import PlanError, photograph, read_plan
+from solidtex_export.fidelity.table import write_table
 from solidtex_export.file_format import model_file
 from solidtex_export.solids.materials import SOLIDS
 from solidtex_export.training.method_file import shipped
@@ -117,6 +119,17 @@ def test_an_interrupted_step_ends_the_command(
     monkeypatch.setattr(subprocess, "run", interrupted)
     assert main([str(plan), "-o", str(tmp_path / "all"), "--only", "missing"]) == 130
     assert not (tmp_path / "all" / "missing" / "default" / "failure.txt").exists()
+
+
+def test_a_note_heads_the_table(tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_text('note = """\nOn a small computer.\n"""\n' + PLAN)
+    plan = read_plan(path)
+    assert plan.note == "On a small computer."
+    page = tmp_path / "page.md"
+    rows = [[Cell(plan, e, m, tmp_path, tmp_path) for m in plan.methods] for e in plan.exemplars]
+    write_table(page, plan, "plan.toml", rows)
+    assert "\nOn a small computer.\n" in page.read_text()
 
 
 def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:

@@ -41,11 +41,12 @@ class Entry:
 
 @dataclass(frozen=True)
 class Plan:
-    """All pairs of `exemplar` and `methods`, each trained for `minutes`."""
+    """All pairs of `exemplar` and `methods`, each trained for `minutes`; `note` heads the table."""
 
     minutes: float
     methods: tuple[str, ...]
     exemplars: tuple[Entry, ...]
+    note: str = ""
 
 
 def read_plan(path: Path) -> Plan:
@@ -53,6 +54,9 @@ def read_plan(path: Path) -> Plan:
         document = tomllib.loads(path.read_text())
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise PlanError(f"{path}: found no readable TOML ({error}), expected a plan") from error
+    note = document.pop("note", "")
+    if not isinstance(note, str):
+        raise PlanError(f"{path}: note: found {note}, expected text")
     _check_keys(path, "the plan", document, {"minutes", "methods", "exemplar"})
     minutes, methods = document["minutes"], document["methods"]
     if type(minutes) not in (int, float) or not minutes > 0:
@@ -63,7 +67,7 @@ def read_plan(path: Path) -> Plan:
     names = [entry.name for entry in entries]
     if len(set(names)) < len(names) or not names:
         raise PlanError(f"{path}: exemplar: found the names {names}, expected different ones")
-    return Plan(float(minutes), tuple(methods), entries)
+    return Plan(float(minutes), tuple(methods), entries, note.strip())
 
 
 def _entry(path: Path, index: int, values: dict[str, Any]) -> Entry:

@@ -50,7 +50,9 @@ def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) 
     """The page at `path`, pictures in images/STEM beside it; `rows` has the cells by exemplar."""
     images = path.parent / "images" / path.stem
     images.mkdir(parents=True, exist_ok=True)
-    parts = [INTRODUCTION.format(plan=plan_name, minutes=plan.minutes), _overview(plan, rows)]
+    parts = [INTRODUCTION.format(plan=plan_name, minutes=plan.minutes)]
+    parts += [plan.note + "\n"] if plan.note else []
+    parts.append(_overview(plan, rows))
     parts += [_section(cells, images) for cells in rows]
     write_whole(path, ("\n".join(parts) + "\n").encode())
 
