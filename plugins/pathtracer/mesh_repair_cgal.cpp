@@ -1,5 +1,5 @@
-// The only file that includes CGAL (GPL), and slow to compile because of it. Its calls are the same
-// in CGAL 5.5 and 6; CMakeLists.txt holds the version check.
+// Only this file and mesh_cut_cgal.cpp include CGAL (GPL), and are slow to compile because of it.
+// Their calls are the same in CGAL 5.5 and 6; CMakeLists.txt holds the version check.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
