@@ -125,7 +125,11 @@ class FieldFamily : public Family {
     for (std::size_t point = 0; point < batch.count; ++point) {
       if (radii[point] == 0) continue;  // the bits of a point
       float* value = values + point * channels_;
-      fade(FootprintScale(kFinerEdge * radii[point]), value);
+      const FootprintScale scale(kFinerEdge * radii[point]);
+      if (scale.level >= kLevels - 1) {
+        const auto step = static_cast<std::size_t>(scale.level - (kLevels - 1));
+        fade(fade_steps(), step, scale.fraction, value);
+      }
       light_.from_light(value, 1);
     }
   }
@@ -138,16 +142,6 @@ class FieldFamily : public Family {
     if (scale.level >= kLevels - 1) return level == kLevels - 1 ? 1.0f : 0.0f;
     if (level == scale.level) return 1 - scale.fraction;
     return level == scale.level + 1 ? scale.fraction : 0.0f;
-  }
-
-  void fade(const FootprintScale& scale, float* value) const {
-    if (scale.level < kLevels - 1) return;
-    const std::vector<FadeStep>& steps = fade_steps();
-    const auto last = steps.size() - 1;
-    const auto finer = std::min(static_cast<std::size_t>(scale.level - (kLevels - 1)), last);
-    const auto coarser = std::min(finer + 1, last);
-    for (std::size_t c = 0; c < channels_; ++c)
-      value[c] = faded(steps[finer], steps[coarser], scale.fraction, c, value[c]);
   }
 
   // Measured when first asked for, some tenths of a second.

@@ -1,5 +1,6 @@
 #include "engine/texture/footprint.h"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace solidtex::engine {
@@ -29,6 +30,16 @@ void LightChannels::from_light(float* values, std::size_t points) const {
   for (std::size_t p = 0; p < points; ++p, values += count())
     for (std::size_t c = 0; c < count(); ++c)
       if (encoded_[c]) values[c] = values[c] > 0 ? std::sqrt(values[c]) : 0;
+}
+
+void fade(const std::vector<FadeStep>& steps, std::size_t finer, float fraction, float* values) {
+  const auto last = steps.size() - 1;
+  const FadeStep &fine = steps[std::min(finer, last)], &coarse = steps[std::min(finer + 1, last)];
+  const auto between = [fraction](float a, float b) { return std::fma(fraction, b - a, a); };
+  for (std::size_t c = 0; c < fine.gain.size(); ++c) {
+    values[c] = std::fma(between(fine.gain[c], coarse.gain[c]), values[c],
+                         between(fine.offset[c], coarse.offset[c]));
+  }
 }
 
 FadeStep fit_fade(const std::vector<float>& values, const std::vector<float>& truths,

@@ -53,15 +53,8 @@ struct FadeStep {
   std::vector<float> gain, offset;
 };
 
-// Linear between the steps of two sizes.
-inline float faded(const FadeStep& finer, const FadeStep& coarser, float fraction,
-                   std::size_t channel, float value) {
-  const float gain =
-      std::fma(fraction, coarser.gain[channel] - finer.gain[channel], finer.gain[channel]);
-  const float offset =
-      std::fma(fraction, coarser.offset[channel] - finer.offset[channel], finer.offset[channel]);
-  return std::fma(gain, value, offset);
-}
+// Of one point's channels: linear between steps[finer] and the one after it, if there is one.
+void fade(const std::vector<FadeStep>& steps, std::size_t finer, float fraction, float* values);
 
 // The line that predicts true averages from values best, in the sense of least squares: sums in
 // double, in the order of the samples. values and truths are [sample][channel].

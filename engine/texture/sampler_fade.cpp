@@ -1,5 +1,6 @@
 #include "engine/texture/sampler_fade.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <random>
@@ -33,11 +34,7 @@ std::vector<float> means(const Sampler& sampler, const LightChannels& light, flo
         positions[i] = middle[i % 3] + edge * (uniform(random) - 0.5);
       sampler.evaluate(positions.data(), kPointsInCube, values.data());
       light.to_light(values.data(), kPointsInCube);
-      for (std::size_t c = 0; c < channels; ++c) {
-        double sum = 0;
-        for (std::size_t i = c; i < values.size(); i += channels) sum += values[i];
-        result[cube * channels + c] = static_cast<float>(sum / kPointsInCube);
-      }
+      std::ranges::copy(only_mean(values, channels).offset, &result[cube * channels]);
     }
   });
   return result;

@@ -151,12 +151,8 @@ class SamplerFamily : public Family {
     light_.to_light(block.values.data(), points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
       const FootprintScale scale(radii[points[i]]);
-      const auto finer = static_cast<std::size_t>(scale.level + 1);
-      const auto coarser = std::min(finer + 1, steps.size() - 1);
-      for (std::size_t c = 0; c < channels(); ++c) {
-        float& value = block.values[i * channels() + c];
-        value = faded(steps[finer], steps[coarser], scale.fraction, c, value);
-      }
+      const auto step = static_cast<std::size_t>(scale.level + 1);
+      fade(steps, step, scale.fraction, &block.values[i * channels()]);
     }
     light_.from_light(block.values.data(), points.size());
   }
