@@ -47,6 +47,16 @@ TEST_CASE("The scene format's page lists exactly the keys of the schema") {
   CHECK(documented_keys(documentation()) == keys);
 }
 
+TEST_CASE("The schema knows the texture filters that the renderer knows") {
+  const json schema = json::parse(pt::scene_schema_text());
+  std::set<std::string> known, allowed;
+  for (const auto& [name, unused] : pt::texture_filters()) known.insert(name);
+  for (const json& name : schema["properties"]["render"]["properties"]["texture_filter"]["enum"]) {
+    allowed.insert(name.get<std::string>());
+  }
+  CHECK(known == allowed);
+}
+
 TEST_CASE("The example in the scene format's page renders") {
   const std::string text = documentation();
   const std::string fence = "```json\n";

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <map>
 #include <optional>
 #include <solidtex/pathtracer.hpp>
 
@@ -25,11 +24,6 @@ Options given here win over the scene's own "render" settings. The same scene, s
 seed give the same picture, bit for bit, with any number of threads.
 An EXR holds linear light; a PNG is brightened by the scene's exposure, clamped and sRGB-encoded.
 The scene format is described in docs/scene-format.md.)";
-
-const std::map<std::string, pt::TextureFilter> kTextureFilters = {
-    {"footprint", pt::TextureFilter::footprint},
-    {"stochastic", pt::TextureFilter::stochastic},
-    {"none", pt::TextureFilter::none}};
 
 struct Arguments {
   fs::path scene, output;
@@ -141,7 +135,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1024));
   app.add_option("--texture-filter", arguments.texture_filter,
                  "What a sample takes of a solid texture: footprint, stochastic or none")
-      ->transform(CLI::CheckedTransformer(kTextureFilters));
+      ->transform(CLI::CheckedTransformer(pt::texture_filters()));
   app.add_flag("--force", arguments.force, "Overwrite the picture if it exists");
   app.add_flag("--quiet", arguments.quiet, "Say nothing but errors");
   app.footer(kExamples);

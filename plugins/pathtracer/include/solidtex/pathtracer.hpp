@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -30,6 +31,9 @@ enum class LightSampling { mis, lights, bsdf };
 // point of that by chance, or the point that the ray hits. The pixel converges to the same colour
 // where it has many samples.
 enum class TextureFilter { footprint, stochastic, none };
+
+// Their names in scene files and options.
+const std::map<std::string, TextureFilter>& texture_filters();
 
 struct RenderSettings {
   int width = 960, height = 540;

@@ -1,0 +1,57 @@
+// "render" and "camera": what picture is wanted.
+#include "plugins/pathtracer/reader/parts.h"
+#include "plugins/pathtracer/scene_transform.h"
+#include "plugins/pathtracer/schema.h"
+
+namespace solidtex::pathtracer {
+
+using nlohmann::json;
+
+const std::map<std::string, TextureFilter>& texture_filters() {
+  static const std::map<std::string, TextureFilter> names = {
+      {"footprint", TextureFilter::footprint},
+      {"stochastic", TextureFilter::stochastic},
+      {"none", TextureFilter::none}};
+  return names;
+}
+
+void read_settings(const SceneFile& file, Scene& scene) {
+  if (!file.has("render")) return;
+  const json& render = file.at(Place("/render"));
+  RenderSettings& settings = scene.settings;
+  if (render.contains("size")) {
+    settings.width = render["size"][0];
+    settings.height = render["size"][1];
+  }
+  settings.samples = render.value("spp", settings.samples);
+  settings.seed = render.value("seed", settings.seed);
+  settings.max_depth = render.value("max_depth", settings.max_depth);
+  if (render.contains("texture_filter")) {
+    settings.texture_filter = texture_filters().at(render["texture_filter"]);
+  }
+  scene.exposure = render.value("exposure", scene.exposure);
+}
+
+void read_camera(const SceneFile& file, Scene& scene) {
+  const Place place("/camera");
+  const json& camera = file.at(place);
+  Camera& result = scene.camera;
+  result.position = to_vec3(camera["position"]);
+  result.look_at = to_vec3(camera["look_at"]);
+  if (camera.contains("up")) result.up = to_vec3(camera["up"]);
+  result.fov_degrees = camera["fov"];
+  const glm::vec3 forward = result.look_at - result.position;
+  if (glm::length(forward) == 0) {
+    file.refuse(place / "look_at", quote_json(camera["look_at"]),
+                "a point that is not the camera's position");
+  }
+  if (glm::length(glm::cross(forward, result.up)) <=
+      1e-6f * glm::length(forward) * glm::length(result.up)) {
+    file.refuse(
+        camera.contains("up") ? place / "up" : place,
+        "the up direction " + quote_json(camera.value("up", json{0, 1, 0})) + " along the view",
+        "another direction");
+  }
+}
+
+}  // namespace solidtex::pathtracer

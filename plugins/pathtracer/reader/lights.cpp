@@ -1,0 +1,75 @@
+// "environment" and "lights".
+#include <algorithm>
+#include <cmath>
+
+#include "plugins/pathtracer/image_io.h"
+#include "plugins/pathtracer/reader/parts.h"
+#include "plugins/pathtracer/scene_transform.h"
+#include "plugins/pathtracer/schema.h"
+
+namespace solidtex::pathtracer {
+namespace {
+
+using nlohmann::json;
+
+// Width is horizontal; a light that looks straight up or down has its width along x.
+RectangleLight make_rectangle(const glm::vec3& center, const glm::vec3& direction, float width,
+                              float height, const glm::vec3& radiance) {
+  const glm::vec3 horizontal = glm::cross(glm::vec3(0, 1, 0), direction);
+  const glm::vec3 u =
+      glm::length(horizontal) > 1e-4f ? glm::normalize(horizontal) : glm::vec3(1, 0, 0);
+  const glm::vec3 v = glm::cross(direction, u);
+  return {center - 0.5f * (width * u + height * v), width * u, height * v, radiance};
+}
+
+RectangleLight read_light(const SceneFile& file, const Place& place) {
+  const json& light = file.at(place);
+  const glm::vec3 position = to_vec3(light["position"]);
+  const glm::vec3 direction = to_vec3(light["look_at"]) - position;
+  if (glm::length(direction) == 0) {
+    file.refuse(place / "look_at", quote_json(light["look_at"]),
+                "a point that is not the light's position");
+  }
+  if (to_vec3(light["radiance"]) == glm::vec3(0)) {
+    file.refuse(place / "radiance", quote_json(light["radiance"]), "a light that shines");
+  }
+  return make_rectangle(position, glm::normalize(direction), light["size"][0], light["size"][1],
+                        to_vec3(light["radiance"]));
+}
+
+}  // namespace
+
+void read_environment(const SceneFile& file, Scene& scene) {
+  if (!file.has("environment")) return;
+  const Place place("/environment");
+  const json& environment = file.at(place);
+  EnvironmentImage result;
+  if (environment.contains("file")) {
+    result.image = file.load(place / "file", [&] {
+      return read_image(file.beside(place / "file"), ImageEncoding::automatic);
+    });
+  } else {
+    result.image = {"", 1, 1, {to_vec3(environment["color"])}};
+  }
+  result.rotation_degrees = environment.value("rotation", 0.0f);
+  const float scale = environment.value("scale", 1.0f);
+  float brightest = 0;
+  for (glm::vec3& pixel : result.image.pixels) {
+    pixel *= scale;
+    brightest = std::max({brightest, pixel.x, pixel.y, pixel.z});
+  }
+  if (!(brightest > 0) || !std::isfinite(brightest)) {
+    file.refuse(place, brightest > 0 ? "infinite light" : "no light at all",
+                "an environment that shines, or none");
+  }
+  scene.environment = std::move(result);
+}
+
+void read_lights(const SceneFile& file, Scene& scene) {
+  if (!file.has("lights")) return;
+  const Place place("/lights");
+  const std::size_t count = file.at(place).size();
+  for (std::size_t i = 0; i < count; ++i) scene.lights.push_back(read_light(file, place / i));
+}
+
+}  // namespace solidtex::pathtracer

@@ -1,0 +1,67 @@
+#include "plugins/pathtracer/reader/meshes.h"
+
+#include "plugins/pathtracer/scene_transform.h"
+#include "plugins/pathtracer/schema.h"
+
+namespace solidtex::pathtracer {
+
+using nlohmann::json;
+
+std::size_t MeshReader::mesh_of(const Place& object) {
+  const json& value = file_.at(object);
+  const std::string key = value["mesh"].dump() + value.value("cuts", json()).dump();
+  if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
+  Mesh mesh = read_mesh(object / "mesh");
+  if (value.contains("cuts")) mesh = cut(object / "cuts", mesh);
+  scene_.meshes.push_back(std::move(mesh));
+  return meshes_[key] = scene_.meshes.size() - 1;
+}
+
+Mesh MeshReader::read_mesh(const Place& place) {
+  return file_.load(place, [&] {
+    Mesh mesh = load_mesh(file_.beside(place));
+    const MeshReport report = repair_mesh(mesh);
+    if (mesh.triangles.empty()) {
+      throw SceneError(mesh.file + ": found only degenerate triangles, expected a surface");
+    }
+    scene_.notes.push_back(describe(mesh, report));
+    return mesh;
+  });
+}
+
+Mesh MeshReader::cut(const Place& place, const Mesh& mesh) {
+  std::vector<Cut> cuts;
+  const std::size_t count = file_.at(place).size();
+  for (std::size_t i = 0; i < count; ++i) cuts.push_back(read_cut(place / i, mesh));
+  return file_.load(place, [&] { return cut_mesh(mesh, cuts); });
+}
+
+Cut MeshReader::read_cut(const Place& place, const Mesh& mesh) {
+  Cut cut;
+  const json& value = file_.at(place);
+  if (value.contains("clip")) {
+    const json& plane = value["clip"];
+    if (to_vec3(plane["normal"]) == glm::vec3(0)) {
+      file_.refuse(place / "clip" / "normal", quote_json(plane["normal"]), "a direction");
+    }
+    cut.tool = make_half_space(to_vec3(plane["point"]), to_vec3(plane["normal"]), mesh);
+    return cut;
+  }
+  const bool subtract = value.contains("subtract");
+  cut.operation = subtract ? Cut::Operation::subtract : Cut::Operation::intersect;
+  const Place shape = place / (subtract ? "subtract" : "intersect");
+  cut.tool = read_tool(shape);
+  if (file_.at(shape).contains("transform")) {
+    transform_mesh(cut.tool, file_.transform(shape / "transform"));
+  }
+  return cut;
+}
+
+Mesh MeshReader::read_tool(const Place& place) {
+  const json& shape = file_.at(place);
+  if (shape.contains("box")) return make_box(glm::vec3(to_scale(shape["box"])));
+  if (shape.contains("sphere")) return make_sphere(shape["sphere"]);
+  return read_mesh(place / "mesh");
+}
+
+}  // namespace solidtex::pathtracer

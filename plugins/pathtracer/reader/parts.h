@@ -1,0 +1,17 @@
+// The parts of a scene file, each read into the Scene by a file of its own. All throw SceneError,
+// naming the place, for what the schema cannot express. Order: materials before objects.
+#pragma once
+
+#include "plugins/pathtracer/reader/scene_file.h"
+#include "plugins/pathtracer/scene.h"
+
+namespace solidtex::pathtracer {
+
+void read_settings(const SceneFile& file, Scene& scene);
+void read_camera(const SceneFile& file, Scene& scene);
+void read_materials(const SceneFile& file, Scene& scene);
+void read_objects(const SceneFile& file, Scene& scene);
+void read_environment(const SceneFile& file, Scene& scene);
+void read_lights(const SceneFile& file, Scene& scene);
+
+}  // namespace solidtex::pathtracer

@@ -1,0 +1,64 @@
+#include "plugins/pathtracer/reader/scene_file.h"
+
+#include <fstream>
+#include <set>
+#include <vector>
+
+#include "plugins/pathtracer/scene_transform.h"
+#include "plugins/pathtracer/schema.h"
+
+namespace solidtex::pathtracer {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kMaxDepth = 32;  // far more than the schema allows, far less than the stack does
+
+json parse_file(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream || std::filesystem::is_directory(file)) {
+    throw SceneError(file.string() + ": found no readable file, expected a scene");
+  }
+  // nlohmann-json keeps the last of two equal keys; a scene must not lose the first one silently.
+  std::vector<std::set<std::string>> open_objects;
+  const auto check_structure = [&](int depth, json::parse_event_t event, json& value) {
+    if (depth > kMaxDepth) {
+      throw SceneError(file.string() + ": found more than " + std::to_string(kMaxDepth) +
+                       " nested values, expected a scene");
+    }
+    if (event == json::parse_event_t::object_start) open_objects.emplace_back();
+    if (event == json::parse_event_t::object_end) open_objects.pop_back();
+    if (event == json::parse_event_t::key && !open_objects.back().insert(value).second) {
+      throw SceneError(file.string() + ": found the key " + value.dump() +
+                       " twice in one object, expected it once");
+    }
+    return true;
+  };
+  try {
+    return json::parse(stream, check_structure);
+  } catch (const json::exception& error) {
+    throw SceneError(file.string() + ": found what is not JSON (" + error.what() +
+                     "), expected a scene");
+  }
+}
+
+}  // namespace
+
+SceneFile::SceneFile(const std::filesystem::path& file) : file_(file), document_(parse_file(file)) {
+  check_scene_schema(document_, file_.string());
+}
+
+std::filesystem::path SceneFile::beside(const Place& place) const {
+  return file_.parent_path() / at(place).get<std::string>();
+}
+
+glm::dmat4 SceneFile::transform(const Place& place) const {
+  return read_transform(document_, place, file_.string());
+}
+
+void SceneFile::refuse(const Place& place, const std::string& found,
+                       const std::string& expected) const {
+  refuse_json(file_.string(), place, found, expected);
+}
+
+}  // namespace solidtex::pathtracer

@@ -1,0 +1,47 @@
+// A scene file as the readers of its parts see it: JSON that the schema has accepted, places in it,
+// and messages that name them.
+#pragma once
+
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <nlohmann/json.hpp>
+#include <solidtex/pathtracer.hpp>
+#include <string>
+
+namespace solidtex::pathtracer {
+
+using Place = nlohmann::json::json_pointer;
+
+class SceneFile {
+ public:
+  // Throws SceneError for what is not readable, not JSON, or breaks the schema.
+  explicit SceneFile(const std::filesystem::path& file);
+
+  const nlohmann::json& at(const Place& place) const { return document_.at(place); }
+  bool has(const char* key) const { return document_.contains(key); }
+
+  // The file that is named at this place, relative to the scene's folder.
+  std::filesystem::path beside(const Place& place) const;
+
+  // The steps of a transform at this place. Throws SceneError as read_transform.
+  glm::dmat4 transform(const Place& place) const;
+
+  [[noreturn]] void refuse(const Place& place, const std::string& found,
+                           const std::string& expected) const;
+
+  // Loading errors name the file they are about; this adds who asked for it.
+  template <class Load>
+  auto load(const Place& place, Load load_file) const {
+    try {
+      return load_file();
+    } catch (const std::exception& error) {
+      throw SceneError(file_.string() + ": " + place.to_string() + ": " + error.what());
+    }
+  }
+
+ private:
+  std::filesystem::path file_;
+  nlohmann::json document_;
+};
+
+}  // namespace solidtex::pathtracer

@@ -1,0 +1,64 @@
+#include "plugins/pathtracer/reader/textures.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "plugins/pathtracer/image_io.h"
+#include "plugins/pathtracer/scene_transform.h"
+#include "plugins/pathtracer/textures.h"
+
+namespace solidtex::pathtracer {
+
+using nlohmann::json;
+
+Color TextureReader::color(const Place& place) {
+  const json& color = file_.at(place);
+  if (color.is_array()) return to_vec3(color);
+  if (color.contains("image")) return ImageColor{load_image(place)};
+  return solid(place);
+}
+
+SolidColor TextureReader::solid(const Place& place) {
+  const json& color = file_.at(place);
+  SolidColor result;
+  result.texture = load_texture(place);
+  result.world_space = color.value("space", "object") == "world";
+  if (color.contains("transform")) result.to_texels = file_.transform(place / "transform");
+  const glm::dvec3 texels = to_scale(color.value("texels_per_unit", json(1.0)));
+  result.to_texels = glm::scale(glm::dmat4(1), texels) * result.to_texels;
+  return result;
+}
+
+std::size_t TextureReader::load_image(const Place& place) {
+  const std::string space = file_.at(place).value("color_space", "");
+  const ImageEncoding encoding = space == "srgb"     ? ImageEncoding::srgb
+                                 : space == "linear" ? ImageEncoding::linear
+                                                     : ImageEncoding::automatic;
+  const std::filesystem::path file = file_.beside(place / "image");
+  scene_.images.push_back(file_.load(place / "image", [&] { return read_image(file, encoding); }));
+  return scene_.images.size() - 1;
+}
+
+// As in the engine, a slash or the ending .solidtex makes it a path, else it is a shipped model.
+std::string TextureReader::model_of(const Place& place) const {
+  const std::string name = file_.at(place).get<std::string>();
+  const bool is_path = name.find('/') != std::string::npos || name.ends_with(".solidtex");
+  return is_path ? file_.beside(place).string() : name;
+}
+
+std::size_t TextureReader::load_texture(const Place& place) {
+  const json& color = file_.at(place);
+  const std::string model = model_of(place / "solid");
+  const std::uint64_t seed = color.value("seed", std::uint64_t{0});
+  const auto precision = color.value("precision", "full") == "fast" ? SOLIDTEX_PRECISION_FAST
+                                                                    : SOLIDTEX_PRECISION_FULL;
+  const auto key = std::make_tuple(model, seed, precision);
+  if (const auto known = textures_.find(key); known != textures_.end()) return known->second;
+  scene_.textures.push_back(file_.load(place / "solid", [&] {
+    solidtex::texture texture(model, {.seed = seed, .precision = precision});
+    albedo_channels(texture);
+    return texture;
+  }));
+  return textures_[key] = scene_.textures.size() - 1;
+}
+
+}  // namespace solidtex::pathtracer
