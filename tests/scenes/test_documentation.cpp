@@ -88,3 +88,20 @@ TEST_CASE("The scenes of the repository render") {
     CHECK(save_unless(brightness > 0.05f && brightness < 2, image, name));
   }
 }
+
+TEST_CASE("The scenes of the gallery render") {
+  if (!built_with_cgal()) return;
+  for (const std::string name : {"ball", "block", "bowl", "chess", "column", "teapot"}) {
+    const auto scene = pt::load_scene(SOLIDTEX_SOURCE "/docs/scenes/" + name + ".json");
+    pt::RenderSettings settings = pt::settings_of(*scene);
+    CHECK(settings.samples >= 128);
+    settings.height = settings.height * 16 / settings.width;
+    // Few points: nearly each of them needs a brick of its own.
+    settings.width = 16, settings.samples = 1, settings.max_depth = 3;
+    settings.texture_filter = pt::TextureFilter::none;
+    const pt::Image image = pt::render(*scene, settings);
+    const float brightness = mean_color(image).x;
+    CAPTURE(name, brightness);
+    CHECK(save_unless(brightness > 0.05f && brightness < 2, image, name));
+  }
+}
