@@ -1,55 +1,39 @@
-// Reflection of the two materials. Directions are in the local frame: z is the normal, both point
-// away from the surface. Both materials are reciprocal and reflect no more than they receive.
+// What is left of a material at one point: how it scatters light. Directions are in the local
+// frame: z is the normal on the viewer's side, both point away from the surface. All BSDFs are
+// reciprocal (refraction up to the square of the index) and scatter no more than they receive.
 #pragma once
 
-#include <array>
 #include <glm/glm.hpp>
+#include <utility>
+#include <variant>
+
+#include "plugins/pathtracer/bsdf_coated.h"
+#include "plugins/pathtracer/bsdf_dielectric.h"
+#include "plugins/pathtracer/bsdf_principled.h"
+#include "plugins/pathtracer/bsdf_sample.h"
 
 namespace solidtex::pathtracer {
 
-// A rough dielectric layer (GGX) over the diffuse base, with its directional albedo tabulated, so
-// that the base receives exactly what the coat lets through.
-class Coat {
+class Bsdf {
  public:
-  Coat(float roughness, float ior);
-  // Between two coats of the same index, whose tables it mixes: (1 - t) smoother + t rougher.
-  Coat(const Coat& smoother, const Coat& rougher, float t, float roughness);
+  template <class Kind>
+  explicit Bsdf(Kind kind) : kind_(std::move(kind)) {}
 
-  float alpha() const { return alpha_; }
-  float ior() const { return ior_; }
-  // Share of the light from a direction with this cosine that the coat reflects.
-  float albedo(float cosine) const;
-  float average_albedo() const { return average_; }
-  // Share of the light coming up from the base that the coat sends back down.
-  float internal_reflectance() const;
-
- private:
-  static constexpr int kEntries = 128;
-  float alpha_, ior_, average_ = 0;
-  std::array<float, kEntries> table_{};
-};
-
-struct BsdfSample {
-  glm::vec3 direction{0};
-  glm::vec3 weight{0};  // BSDF times cosine over pdf
-  float pdf = 0;        // 0: no light this way
-  bool from_coat = false;
-};
-
-// What is left of a material at one point. `coat` is null for the diffuse one.
-struct Bsdf {
-  glm::vec3 albedo{0};
-  const Coat* coat = nullptr;
-
-  glm::vec3 eval(const glm::vec3& out, const glm::vec3& in) const;  // times cosine of `in`
-  float pdf(const glm::vec3& out, const glm::vec3& in) const;
-  BsdfSample sample(const glm::vec3& out, float lobe, const glm::vec2& u) const;
+  // Times the cosine of `in`.
+  glm::vec3 eval(const glm::vec3& out, const glm::vec3& in) const {
+    return std::visit([&](const auto& bsdf) { return bsdf.eval(out, in); }, kind_);
+  }
+  // Density, per solid angle, with which `sample` chooses `in`.
+  float pdf(const glm::vec3& out, const glm::vec3& in) const {
+    return std::visit([&](const auto& bsdf) { return bsdf.pdf(out, in); }, kind_);
+  }
+  // Chooses `in`, with random numbers from [0, 1).
+  BsdfSample sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
+    return std::visit([&](const auto& bsdf) { return bsdf.sample(out, lobe, u); }, kind_);
+  }
 
  private:
-  float coat_probability(float cosine) const;
+  std::variant<CoatedBsdf, PrincipledBsdf, DielectricBsdf> kind_;
 };
-
-// Fresnel reflectance of unpolarised light from vacuum onto a dielectric.
-float fresnel_dielectric(float cosine, float ior);
 
 }  // namespace solidtex::pathtracer

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "plugins/pathtracer/albedo_table.h"
+
 namespace solidtex::pathtracer {
 namespace {
 
@@ -16,8 +18,8 @@ float roughness_of(int index) {
 
 Coats::Coats(const Material& material) {
   if (material.type != MaterialType::coated) return;
-  if (material.roughness_channel.empty()) {
-    coats_.emplace_back(material.roughness, material.ior);
+  if (const auto* roughness = std::get_if<float>(&material.roughness)) {
+    coats_.emplace_back(std::max(*roughness, kMinRoughness), material.ior);
     return;
   }
   for (int i = 0; i <= kSteps; ++i) coats_.emplace_back(roughness_of(i), material.ior);

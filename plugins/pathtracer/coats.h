@@ -4,12 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "plugins/pathtracer/bsdf.h"
+#include "plugins/pathtracer/bsdf_coated.h"
 #include "plugins/pathtracer/scene.h"
 
 namespace solidtex::pathtracer {
-
-inline constexpr float kMinRoughness = 0.02f, kMaxRoughness = 1;
 
 class Coats {
  public:

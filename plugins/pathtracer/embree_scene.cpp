@@ -134,12 +134,14 @@ Surface EmbreeScene::surface(const Ray& ray, const Hit& hit) const {
   const auto& p = mesh.positions;
 
   Surface surface;
+  surface.object = hit.index;
   surface.material = static_cast<std::uint32_t>(object.material);
   surface.object_position = interpolate(p, corner, hit.barycentric);
   surface.position = glm::vec3(object.to_world * glm::vec4(surface.object_position, 1));
   const glm::vec3 face = glm::cross(p[corner.y] - p[corner.x], p[corner.z] - p[corner.x]);
-  surface.geometric_normal =
-      on_side_of(glm::normalize(to_world_normal * glm::normalize(face)), -ray.direction);
+  const glm::vec3 outward = glm::normalize(to_world_normal * glm::normalize(face));
+  surface.inside = glm::dot(outward, ray.direction) > 0;
+  surface.geometric_normal = surface.inside ? -outward : outward;
   surface.normal = surface.geometric_normal;
   if (!mesh.normals.empty()) {
     const glm::vec3 smooth = to_world_normal * interpolate(mesh.normals, corner, hit.barycentric);

@@ -35,7 +35,8 @@ struct Surface {
   glm::vec3 position{0}, object_position{0};
   glm::vec3 geometric_normal{0}, normal{0};
   glm::vec2 uv{0};
-  std::uint32_t material = 0;
+  std::uint32_t object = 0, material = 0;
+  bool inside = false;     // the ray came from where the geometric normal does not point
   float footprint = 0;     // radius that the ray's cone sees of it, in the scene's units
   float object_scale = 1;  // units of the object's space in one of the scene's
   glm::vec3 jitter{0};     // place in the footprint, for stochastic filtering

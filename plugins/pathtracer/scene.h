@@ -42,17 +42,33 @@ struct SolidColor {
 };
 using Color = std::variant<glm::vec3, ImageColor, SolidColor>;
 
-enum class MaterialType { diffuse, coated };
+// A share from 0 to 1: a constant, a channel of an image (0: red), or one of the solid texture that
+// the material has.
+struct ImageChannel {
+  std::size_t image = 0;
+  int channel = 0;
+};
+struct SolidChannel {
+  std::size_t channel = 0;
+};
+using Input = std::variant<float, ImageChannel, SolidChannel>;
+
+enum class MaterialType { diffuse, coated, principled, dielectric };
 
 struct Material {
   std::string name;
   MaterialType type = MaterialType::diffuse;
   Color color = glm::vec3(0.5f);
-  float roughness = 0.2f;         // of the coat; GGX alpha is its square
-  std::string roughness_channel;  // of the color's solid texture; empty: the number above
-  float ior = 1.5f;               // of the coat
-  glm::vec3 emission{0};          // radiance; found by chance only, never sampled as a light
+  std::optional<SolidColor> channels_of;  // the solid texture, where the color is none
+  Input roughness = 0.2f;  // GGX alpha is its square; of the coat of a coated material
+  float ior = 1.5f;        // of the coat of a coated material
+  Input metallic = 0.0f, specular = 1.0f, coat = 0.0f, coat_roughness = 0.05f;  // principled
+  glm::vec3 emission{0};  // radiance; found by chance only, never sampled as a light
 };
+
+inline constexpr Input Material::*kInputs[] = {&Material::roughness, &Material::metallic,
+                                               &Material::specular, &Material::coat,
+                                               &Material::coat_roughness};
 
 struct Object {
   std::size_t mesh = 0, material = 0;

@@ -43,7 +43,7 @@ RenderContext::RenderContext(const Scene& scene_, const RenderSettings& settings
       lights(scene_),
       camera(scene_.camera, settings_.width, settings_.height, settings_.samples) {
   for (const Material& material : scene.materials) {
-    coats.emplace_back(material);
+    bsdfs.emplace_back(material);
   }
 }
 
@@ -153,8 +153,7 @@ void TileRenderer::scatter(int depth) {
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     Path path = paths_[i];
     const Surface& surface = surfaces_[i];
-    const Bsdf bsdf{found_[i].color,
-                    context_.coats[surface.material].at(found_[i].roughness, coat)};
+    const Bsdf bsdf = context_.bsdfs[surface.material].at(found_[i], surface.inside, coat);
     const Frame frame(surface.normal);
     const glm::vec3 out = frame.to_local(-path.ray.direction);
     if (context_.settings.light_sampling != LightSampling::bsdf && !context_.lights.empty()) {
@@ -172,13 +171,16 @@ void TileRenderer::add_direct_light(const Path& path, const Surface& surface, co
   const LightSample light =
       context_.lights.sample(above, path.sampler.get_1d(dimension + kLightChoice),
                              path.sampler.get_2d(dimension + kLightPoint));
-  if (light.pdf <= 0 || glm::dot(light.direction, surface.geometric_normal) <= 0) return;
+  if (light.pdf <= 0) return;
   const glm::vec3 in = frame.to_local(light.direction);
+  const float cosine = glm::dot(light.direction, surface.geometric_normal);
+  if (cosine * in.z <= 0) return;
   const glm::vec3 reflected = bsdf.eval(out, in);
   if (reflected == glm::vec3(0)) return;
   ++statistics_.ray_count;
+  const glm::vec3 origin = cosine > 0 ? above : context_.geometry.leave(surface, light.direction);
   // Just short of the light itself.
-  if (context_.geometry.occluded({above, light.direction}, light.distance * 0.9999f)) return;
+  if (context_.geometry.occluded({origin, light.direction}, light.distance * 0.9999f)) return;
   const float weight = context_.settings.light_sampling == LightSampling::mis
                            ? power_heuristic(light.pdf, bsdf.pdf(out, in))
                            : 1.0f;
@@ -192,23 +194,24 @@ bool TileRenderer::bounce(Path& path, const Surface& surface, const Bsdf& bsdf, 
                                       path.sampler.get_2d(dimension + kDirection));
   if (next.pdf <= 0) return false;
   const glm::vec3 direction = glm::normalize(frame.to_world(next.direction));
-  if (glm::dot(direction, surface.geometric_normal) <= 0) return false;
+  if (glm::dot(direction, surface.geometric_normal) * next.direction.z <= 0) return false;
   path.throughput *= next.weight;
+  path.compression *= next.ior * next.ior;
   const float brightest = std::max({path.throughput.x, path.throughput.y, path.throughput.z});
   if (brightest <= 0) return false;
   if (depth >= kRouletteDepth) {
-    const float survival = std::min(brightest, 0.95f);
+    const float survival = std::min(brightest * path.compression, 0.95f);
     if (path.sampler.get_1d(dimension + kRoulette) >= survival) return false;
     path.throughput /= survival;
   }
   const float spread = path.ray.spread;
   path.ray = {.origin = context_.geometry.leave(surface, direction), .direction = direction};
-  if (next.from_coat) {
-    // A reflected cone, wider by this sample's share of what the coat scatters. After the base
-    // there is none: many directions average what they find.
+  if (next.alpha >= 0) {
+    // A reflected or refracted cone, wider by this sample's share of what the surface scatters.
+    // After a diffuse bounce there is none: many directions average what they find.
     const float share = 1 / std::sqrt(static_cast<float>(context_.settings.samples));
     path.ray.radius = surface.footprint;
-    path.ray.spread = spread + 0.5f * bsdf.coat->alpha() * share;
+    path.ray.spread = spread / next.ior + 0.5f * next.alpha * share;
   }
   path.bsdf_pdf = next.pdf;
   return true;

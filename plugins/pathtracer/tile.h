@@ -6,13 +6,12 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "plugins/pathtracer/bsdf.h"
+#include "plugins/pathtracer/appearance.h"
 #include "plugins/pathtracer/camera.h"
-#include "plugins/pathtracer/coats.h"
 #include "plugins/pathtracer/embree_scene.h"
 #include "plugins/pathtracer/lights.h"
+#include "plugins/pathtracer/material_bsdf.h"
 #include "plugins/pathtracer/sampling.h"
-#include "plugins/pathtracer/textures.h"
 
 namespace solidtex::pathtracer {
 
@@ -24,7 +23,7 @@ struct RenderContext {
   RenderSettings settings;
   EmbreeScene geometry;
   Lights lights;
-  std::vector<Coats> coats;  // per material
+  std::vector<MaterialBsdf> bsdfs;  // per material
   CameraRays camera;
 };
 
@@ -46,6 +45,7 @@ class TileRenderer {
     Ray ray;
     glm::vec3 throughput{1};
     float bsdf_pdf = 0;      // density with which the last bounce chose the ray
+    float compression = 1;   // of radiance by refraction, which throughput is divided by
     std::uint32_t slot = 0;  // place in radiance_
     Sampler sampler;
   };

@@ -1,40 +1,22 @@
-// The two materials by themselves: densities, reciprocity, energy.
+// "diffuse" and "coated" by themselves: densities, reciprocity, energy; random numbers.
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 
 #include "catch.hpp"
+#include "plugins/pathtracer/albedo_table.h"
 #include "plugins/pathtracer/coats.h"
+#include "plugins/pathtracer/microfacet.h"
 #include "plugins/pathtracer/sampling.h"
+#include "tests/scenes/directions.h"
 
 using namespace solidtex::pathtracer;
-
-namespace {
-
-glm::vec3 direction(float cosine, float angle) {
-  const float sine = std::sqrt(1 - cosine * cosine);
-  return {sine * std::cos(angle), sine * std::sin(angle), cosine};
-}
-
-// Integral over the hemisphere of f(direction), by a fine midpoint rule.
-template <class F>
-auto integrate(F f) {
-  constexpr int kRows = 700, kColumns = 700;
-  decltype(f(glm::vec3())) sum{};
-  for (int i = 0; i < kRows; ++i) {
-    for (int j = 0; j < kColumns; ++j) {
-      sum += f(direction((static_cast<float>(i) + 0.5f) / kRows,
-                         glm::two_pi<float>() * (static_cast<float>(j) + 0.5f) / kColumns));
-    }
-  }
-  return sum * (glm::two_pi<float>() / (kRows * kColumns));
-}
-
-}  // namespace
+using scene_tests::direction;
+using scene_tests::integrate;
 
 TEST_CASE("BSDF densities integrate to one, but for what would leave below the surface") {
   const Coat rough(0.4f, 1.5f);
   for (const Coat* coat : {static_cast<const Coat*>(nullptr), &rough}) {
-    const Bsdf bsdf{glm::vec3(0.5f), coat};
+    const CoatedBsdf bsdf{glm::vec3(0.5f), coat};
     const glm::vec3 out = direction(0.8f, 1.0f);
     const double total = integrate([&](const glm::vec3& in) { return double(bsdf.pdf(out, in)); });
     CAPTURE(coat != nullptr, total);
@@ -46,7 +28,7 @@ TEST_CASE("BSDF densities integrate to one, but for what would leave below the s
 TEST_CASE("BSDFs are reciprocal") {
   const Coat rough(0.3f, 1.5f);
   for (const Coat* coat : {static_cast<const Coat*>(nullptr), &rough}) {
-    const Bsdf bsdf{glm::vec3(0.2f, 0.5f, 0.9f), coat};
+    const CoatedBsdf bsdf{glm::vec3(0.2f, 0.5f, 0.9f), coat};
     for (int i = 1; i < 10; ++i) {
       for (int j = 1; j < 10; ++j) {
         const glm::vec3 a = direction(0.1f * static_cast<float>(i), 0.3f);
@@ -63,7 +45,7 @@ TEST_CASE("No direction gets back more light than was sent, and white gets back 
     const Coat coat(roughness, 1.5f);
     for (const float cosine : {0.15f, 0.5f, 1.0f}) {
       const glm::vec3 out = direction(cosine, 0);
-      const Bsdf white{glm::vec3(1), &coat}, grey{glm::vec3(0.5f), &coat};
+      const CoatedBsdf white{glm::vec3(1), &coat}, grey{glm::vec3(0.5f), &coat};
       const double from_white =
           integrate([&](const glm::vec3& in) { return double(white.eval(out, in).x); });
       const double from_grey =
@@ -78,7 +60,7 @@ TEST_CASE("No direction gets back more light than was sent, and white gets back 
 TEST_CASE("A coat between two tabulated ones has nearly the albedo of its own table") {
   Material material;
   material.type = MaterialType::coated;
-  material.roughness_channel = "roughness";
+  material.roughness = SolidChannel{0};
   const Coats coats(material);
   std::optional<Coat> made;
   for (const float roughness : {0.02f, 0.034f, 0.11f, 0.27f, 0.5f, 0.83f, 1.0f}) {
@@ -98,7 +80,7 @@ TEST_CASE("A coat between two tabulated ones has nearly the albedo of its own ta
 
 TEST_CASE("Sampled directions carry the BSDF's weight and density") {
   const Coat coat(0.25f, 1.6f);
-  const Bsdf bsdf{glm::vec3(0.3f, 0.6f, 0.9f), &coat};
+  const CoatedBsdf bsdf{glm::vec3(0.3f, 0.6f, 0.9f), &coat};
   const glm::vec3 out = direction(0.4f, 0.5f);
   glm::dvec3 sum(0);
   constexpr int kSamples = 20000;

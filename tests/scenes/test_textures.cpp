@@ -3,6 +3,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
+#include "plugins/pathtracer/appearance.h"
 #include "plugins/pathtracer/image_io.h"
 #include "plugins/pathtracer/textures.h"
 #include "tests/scenes/support.h"
@@ -131,7 +132,8 @@ TEST_CASE("Colour and roughness are found by name, wherever the model has them")
     material.color = pt::SolidColor{0, false, glm::dmat4(1)};
     material.roughness = 0.7f;
   }
-  scene.materials[1].roughness_channel = "roughness";
+  scene.materials[1].roughness =
+      pt::SolidChannel{pt::channel_index(scene.textures[0], "roughness")};
 
   std::vector<pt::Surface> surfaces(40);
   for (std::size_t i = 0; i < surfaces.size(); ++i) {

@@ -1,48 +1,84 @@
 // "materials".
+#include <map>
+
 #include "plugins/pathtracer/reader/parts.h"
 #include "plugins/pathtracer/reader/textures.h"
 #include "plugins/pathtracer/scene_transform.h"
-#include "plugins/pathtracer/textures.h"
+#include "plugins/pathtracer/schema.h"
 
 namespace solidtex::pathtracer {
 namespace {
 
 using nlohmann::json;
 
-// A number, or a channel of the solid texture that the material's color comes from.
-void read_roughness(const SceneFile& file, const Scene& scene, const Place& place,
-                    Material& material) {
-  const json& roughness = file.at(place);
-  if (roughness.is_number()) {
-    material.roughness = roughness;
-    return;
-  }
-  const auto* solid = std::get_if<SolidColor>(&material.color);
-  if (!solid) {
-    file.refuse(place, "a channel for a color that is no solid texture",
-                "a number, or a color with \"solid\"");
-  }
-  material.roughness_channel = roughness["channel"];
-  file.load(place / "channel", [&] {
-    return channel_index(scene.textures[solid->texture], material.roughness_channel);
-  });
+struct Kind {
+  MaterialType type;
+  SceneFile::Keys required, optional;  // beside those that all have
+};
+
+const std::map<std::string, Kind>& kinds() {
+  static const std::map<std::string, Kind> list = {
+      {"diffuse", {MaterialType::diffuse, {"color"}, {"emission"}}},
+      {"coated", {MaterialType::coated, {"color"}, {"emission", "roughness", "ior"}}},
+      {"principled",
+       {MaterialType::principled,
+        {"color"},
+        {"emission", "roughness", "ior", "metallic", "specular", "coat", "coat_roughness"}}},
+      {"dielectric", {MaterialType::dielectric, {}, {"color", "roughness", "ior"}}}};
+  return list;
 }
 
-Material read_material(const SceneFile& file, const Scene& scene, TextureReader& textures,
-                       const Place& place) {
-  const json& value = file.at(place);
+// Of each kind, where the scene does not say.
+Material default_material(MaterialType type) {
   Material material;
-  material.type = value["type"] == "coated" ? MaterialType::coated : MaterialType::diffuse;
-  for (const char* key : {"roughness", "ior"}) {
-    if (material.type != MaterialType::coated && value.contains(key)) {
-      file.refuse(place / key, "a key that goes with \"type\": \"coated\"",
-                  "a coated material, or no such key");
-    }
+  material.type = type;
+  if (type == MaterialType::principled) material.roughness = 0.5f;
+  if (type == MaterialType::dielectric) {
+    material.roughness = 0.0f;
+    material.color = glm::vec3(1);
   }
+  return material;
+}
+
+void check_keys(const SceneFile& file, const Place& place, const std::string& type) {
+  Kind kind = kinds().at(type);
+  kind.required.push_back("type");
+  kind.optional.push_back("channels_of");
+  file.check_keys(place, "\"type\": \"" + type + "\"", kind.required, kind.optional);
+}
+
+// The solid texture that channels are taken of, or null.
+const SolidColor* read_solid(const SceneFile& file, TextureReader& textures, const Place& place,
+                             Material& material) {
+  const auto* of_color = std::get_if<SolidColor>(&material.color);
+  if (!file.at(place).contains("channels_of")) return of_color;
+  const Place own = place / "channels_of";
+  if (of_color) {
+    file.refuse(own, "a second solid texture", "channels of that of \"color\", or another color");
+  }
+  if (!file.at(own).contains("solid")) {
+    file.refuse(own, quote_json(file.at(own)), "an object with \"solid\"");
+  }
+  return &material.channels_of.emplace(textures.solid(own));
+}
+
+Material read_material(const SceneFile& file, TextureReader& textures, const Place& place) {
+  const json& value = file.at(place);
+  const std::string type = value["type"];
+  check_keys(file, place, type);
+  Material material = default_material(kinds().at(type).type);
   material.ior = value.value("ior", material.ior);
   if (value.contains("emission")) material.emission = to_vec3(value["emission"]);
-  material.color = textures.color(place / "color");
-  if (value.contains("roughness")) read_roughness(file, scene, place / "roughness", material);
+  if (value.contains("color")) material.color = textures.color(place / "color");
+  const SolidColor* solid = read_solid(file, textures, place, material);
+  const std::pair<const char*, Input*> inputs[] = {{"roughness", &material.roughness},
+                                                   {"metallic", &material.metallic},
+                                                   {"specular", &material.specular},
+                                                   {"coat", &material.coat},
+                                                   {"coat_roughness", &material.coat_roughness}};
+  for (const auto& [key, input] : inputs) {
+    if (value.contains(key)) *input = textures.input(place / key, solid);
+  }
   return material;
 }
 
@@ -52,7 +88,7 @@ void read_materials(const SceneFile& file, Scene& scene) {
   TextureReader textures(file, scene);
   const Place place("/materials");
   for (const auto& [name, unused] : file.at(place).items()) {
-    Material material = read_material(file, scene, textures, place / name);
+    Material material = read_material(file, textures, place / name);
     material.name = name;
     scene.materials.push_back(std::move(material));
   }

@@ -1,4 +1,6 @@
 // "objects".
+#include <algorithm>
+
 #include "plugins/pathtracer/reader/meshes.h"
 #include "plugins/pathtracer/reader/parts.h"
 #include "plugins/pathtracer/schema.h"
@@ -16,6 +18,14 @@ std::size_t find_material(const SceneFile& file, const Scene& scene, const Place
   file.refuse(place, quote_json(name), "the name of a material (" + names + ")");
 }
 
+bool has_image(const Material& material) {
+  const auto is_image = [&](Input Material::*input) {
+    return std::holds_alternative<ImageChannel>(material.*input);
+  };
+  return std::holds_alternative<ImageColor>(material.color) ||
+         std::ranges::any_of(kInputs, is_image);
+}
+
 Object read_object(const SceneFile& file, const Scene& scene, MeshReader& meshes,
                    const Place& place) {
   Object object;
@@ -25,7 +35,7 @@ Object read_object(const SceneFile& file, const Scene& scene, MeshReader& meshes
     object.to_world = glm::mat4(file.transform(place / "transform"));
   }
   const Material& material = scene.materials[object.material];
-  if (std::holds_alternative<ImageColor>(material.color) && scene.meshes[object.mesh].uvs.empty()) {
+  if (has_image(material) && scene.meshes[object.mesh].uvs.empty()) {
     file.refuse(place / "mesh", "a mesh without texture coordinates",
                 "some, because the material \"" + material.name + "\" has an image");
   }

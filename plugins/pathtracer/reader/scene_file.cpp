@@ -2,7 +2,6 @@
 
 #include <fstream>
 #include <set>
-#include <vector>
 
 #include "plugins/pathtracer/scene_transform.h"
 #include "plugins/pathtracer/schema.h"
@@ -54,6 +53,24 @@ std::filesystem::path SceneFile::beside(const Place& place) const {
 
 glm::dmat4 SceneFile::transform(const Place& place) const {
   return read_transform(document_, place, file_.string());
+}
+
+void SceneFile::check_keys(const Place& place, const std::string& owner, const Keys& required,
+                           const Keys& optional) const {
+  std::set<std::string> known(required.begin(), required.end());
+  known.insert(optional.begin(), optional.end());
+  std::string names;
+  for (const std::string& key : known) names += (names.empty() ? "" : ", ") + key;
+  for (const std::string& key : required) {
+    if (!at(place).contains(key)) {
+      refuse(place, "no key \"" + key + "\"", owner + " with the keys " + names);
+    }
+  }
+  for (const auto& [key, unused] : at(place).items()) {
+    if (!known.contains(key)) {
+      refuse(place / key, "a key that does not go with " + owner, "one of " + names);
+    }
+  }
 }
 
 void SceneFile::refuse(const Place& place, const std::string& found,

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <solidtex/pathtracer.hpp>
 #include <string>
+#include <vector>
 
 namespace solidtex::pathtracer {
 
@@ -25,6 +26,12 @@ class SceneFile {
 
   // The steps of a transform at this place. Throws SceneError as read_transform.
   glm::dmat4 transform(const Place& place) const;
+
+  // Throws SceneError when the object at this place, described by `owner`, has not all of the keys
+  // `required`, or one that is neither among them nor `optional`.
+  using Keys = std::vector<std::string>;
+  void check_keys(const Place& place, const std::string& owner, const Keys& required,
+                  const Keys& optional) const;
 
   [[noreturn]] void refuse(const Place& place, const std::string& found,
                            const std::string& expected) const;

@@ -2,7 +2,6 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "plugins/pathtracer/image_io.h"
 #include "plugins/pathtracer/scene_transform.h"
 #include "plugins/pathtracer/textures.h"
 
@@ -13,8 +12,36 @@ using nlohmann::json;
 Color TextureReader::color(const Place& place) {
   const json& color = file_.at(place);
   if (color.is_array()) return to_vec3(color);
-  if (color.contains("image")) return ImageColor{load_image(place)};
-  return solid(place);
+  if (!color.contains("image")) {
+    const SolidColor result = solid(place);
+    file_.load(place / "solid", [&] { return albedo_channels(scene_.textures[result.texture]); });
+    return result;
+  }
+  const std::string space = color.value("color_space", "");
+  return ImageColor{load_image(place / "image", space == "srgb"     ? ImageEncoding::srgb
+                                                : space == "linear" ? ImageEncoding::linear
+                                                                    : ImageEncoding::automatic)};
+}
+
+Input TextureReader::input(const Place& place, const SolidColor* solid) {
+  const json& value = file_.at(place);
+  if (value.is_number()) return value.get<float>();
+  if (value.contains("image")) {
+    const std::string names = "rgb", channel = value.value("channel", "r");
+    if (channel.size() != 1 || names.find(channel) == std::string::npos) {
+      file_.refuse(place / "channel", "\"" + channel + "\"", "\"r\", \"g\" or \"b\" of an image");
+    }
+    // Numbers, not colours: never decoded.
+    return ImageChannel{load_image(place / "image", ImageEncoding::linear),
+                        static_cast<int>(names.find(channel))};
+  }
+  if (!solid) {
+    file_.refuse(place, "a channel for a material without a solid texture",
+                 "a number, an image, or a \"solid\" in \"color\" or \"channels_of\"");
+  }
+  return SolidChannel{file_.load(place / "channel", [&] {
+    return channel_index(scene_.textures[solid->texture], value["channel"]);
+  })};
 }
 
 SolidColor TextureReader::solid(const Place& place) {
@@ -28,14 +55,12 @@ SolidColor TextureReader::solid(const Place& place) {
   return result;
 }
 
-std::size_t TextureReader::load_image(const Place& place) {
-  const std::string space = file_.at(place).value("color_space", "");
-  const ImageEncoding encoding = space == "srgb"     ? ImageEncoding::srgb
-                                 : space == "linear" ? ImageEncoding::linear
-                                                     : ImageEncoding::automatic;
-  const std::filesystem::path file = file_.beside(place / "image");
-  scene_.images.push_back(file_.load(place / "image", [&] { return read_image(file, encoding); }));
-  return scene_.images.size() - 1;
+std::size_t TextureReader::load_image(const Place& place, ImageEncoding encoding) {
+  const std::filesystem::path file = file_.beside(place);
+  const auto key = std::make_pair(file.string(), encoding);
+  if (const auto known = images_.find(key); known != images_.end()) return known->second;
+  scene_.images.push_back(file_.load(place, [&] { return read_image(file, encoding); }));
+  return images_[key] = scene_.images.size() - 1;
 }
 
 // As in the engine, a slash or the ending .solidtex makes it a path, else it is a shipped model.
@@ -54,9 +79,7 @@ std::size_t TextureReader::load_texture(const Place& place) {
   const auto key = std::make_tuple(model, seed, precision);
   if (const auto known = textures_.find(key); known != textures_.end()) return known->second;
   scene_.textures.push_back(file_.load(place / "solid", [&] {
-    solidtex::texture texture(model, {.seed = seed, .precision = precision});
-    albedo_channels(texture);
-    return texture;
+    return solidtex::texture(model, {.seed = seed, .precision = precision});
   }));
   return textures_[key] = scene_.textures.size() - 1;
 }

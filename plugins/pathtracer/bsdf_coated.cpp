@@ -1,49 +1,13 @@
-#include "plugins/pathtracer/bsdf.h"
+#include "plugins/pathtracer/bsdf_coated.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "plugins/pathtracer/microfacet.h"
 #include "plugins/pathtracer/sampling.h"
 
 namespace solidtex::pathtracer {
 namespace {
-
-float square(float x) { return x * x; }
-
-// GGX density of microfacet normals.
-float ggx(const glm::vec3& h, float alpha) {
-  const float a2 = alpha * alpha;
-  // 1 - z^2 from x and y: the difference would cancel near the peak of a smooth coat.
-  const float denominator = (h.x * h.x + h.y * h.y) + a2 * h.z * h.z;
-  return a2 / (glm::pi<float>() * square(denominator));
-}
-
-// Smith's Lambda of GGX.
-float lambda(const glm::vec3& w, float alpha) {
-  const float tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
-  return 0.5f * (std::sqrt(1 + alpha * alpha * tan2) - 1);
-}
-
-float masking(const glm::vec3& w, float alpha) { return 1 / (1 + lambda(w, alpha)); }
-
-float masking_shadowing(const glm::vec3& out, const glm::vec3& in, float alpha) {
-  return 1 / (1 + lambda(out, alpha) + lambda(in, alpha));
-}
-
-// A normal as visible from `out`: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical
-// Caps", 2023.
-glm::vec3 sample_visible_normal(const glm::vec3& out, float alpha, const glm::vec2& u) {
-  const glm::vec3 standard = glm::normalize(glm::vec3(out.x * alpha, out.y * alpha, out.z));
-  const float angle = glm::two_pi<float>() * u.x;
-  const float z = (1 - u.y) * (1 + standard.z) - standard.z;
-  const float radius = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
-  const glm::vec3 h = standard + glm::vec3(radius * std::cos(angle), radius * std::sin(angle), z);
-  return glm::normalize(glm::vec3(h.x * alpha, h.y * alpha, std::max(h.z, 1e-7f)));
-}
-
-float visible_normal_pdf(const glm::vec3& out, const glm::vec3& h, float alpha) {
-  return masking(out, alpha) * ggx(h, alpha) / (4 * out.z);
-}
 
 // Reflected share for one direction, by a regular grid over the visible normals.
 float integrate_albedo(const glm::vec3& out, float alpha, float ior) {
@@ -65,15 +29,7 @@ float integrate_albedo(const glm::vec3& out, float alpha, float ior) {
 
 }  // namespace
 
-float fresnel_dielectric(float cosine, float ior) {
-  cosine = std::clamp(cosine, 0.0f, 1.0f);
-  const float inner = std::sqrt(1 - (1 - cosine * cosine) / (ior * ior));
-  const float s = (cosine - ior * inner) / (cosine + ior * inner);
-  const float p = (ior * cosine - inner) / (ior * cosine + inner);
-  return 0.5f * (s * s + p * p);
-}
-
-Coat::Coat(float roughness, float ior) : alpha_(square(roughness)), ior_(ior) {
+Coat::Coat(float roughness, float ior) : alpha_(alpha_of(roughness)), ior_(ior) {
   for (int i = 0; i < kEntries; ++i) {
     const float cosine = std::max(static_cast<float>(i) / (kEntries - 1), 1e-3f);
     table_[static_cast<std::size_t>(i)] =
@@ -90,7 +46,7 @@ Coat::Coat(float roughness, float ior) : alpha_(square(roughness)), ior_(ior) {
 }
 
 Coat::Coat(const Coat& smoother, const Coat& rougher, float t, float roughness)
-    : alpha_(square(roughness)),
+    : alpha_(alpha_of(roughness)),
       ior_(smoother.ior_),
       average_(smoother.average_ + t * (rougher.average_ - smoother.average_)) {
   for (std::size_t i = 0; i < table_.size(); ++i) {
@@ -111,7 +67,7 @@ float Coat::internal_reflectance() const {
   return 1 - (1 - average_) / (ior_ * ior_);
 }
 
-glm::vec3 Bsdf::eval(const glm::vec3& out, const glm::vec3& in) const {
+glm::vec3 CoatedBsdf::eval(const glm::vec3& out, const glm::vec3& in) const {
   if (out.z <= 0 || in.z <= 0) return glm::vec3(0);
   if (!coat) return albedo * (in.z * glm::one_over_pi<float>());
   const glm::vec3 h = glm::normalize(out + in);
@@ -125,27 +81,27 @@ glm::vec3 Bsdf::eval(const glm::vec3& out, const glm::vec3& in) const {
   return base * (through * in.z) + glm::vec3(specular);
 }
 
-float Bsdf::coat_probability(float cosine) const {
+float CoatedBsdf::coat_probability(float cosine) const {
   if (!coat) return 0;
   const float reflected = coat->albedo(cosine);
   const float below = (1 - reflected) * luminance(albedo);
   return std::clamp(reflected / (reflected + below), 0.1f, 0.9f);
 }
 
-float Bsdf::pdf(const glm::vec3& out, const glm::vec3& in) const {
+float CoatedBsdf::pdf(const glm::vec3& out, const glm::vec3& in) const {
   if (out.z <= 0 || in.z <= 0) return 0;
   const float base = in.z * glm::one_over_pi<float>();
   if (!coat) return base;
   const float p = coat_probability(out.z);
   const glm::vec3 h = glm::normalize(out + in);
-  return p * visible_normal_pdf(out, h, coat->alpha()) + (1 - p) * base;
+  return p * visible_reflection_density(out, h, coat->alpha()) + (1 - p) * base;
 }
 
-BsdfSample Bsdf::sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
+BsdfSample CoatedBsdf::sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
   if (out.z <= 0) return {};
   BsdfSample result;
   if (lobe < coat_probability(out.z)) {
-    result.from_coat = true;
+    result.alpha = coat->alpha();
     result.direction = glm::reflect(-out, sample_visible_normal(out, coat->alpha(), u));
   } else {
     result.direction = sample_cosine_hemisphere(u);

@@ -1,0 +1,128 @@
+#include "plugins/pathtracer/appearance.h"
+
+#include <cmath>
+#include <iterator>
+
+#include "plugins/pathtracer/textures.h"
+
+namespace solidtex::pathtracer {
+namespace {
+
+constexpr float kLeastRadius = 0.25f;  // texels
+
+constexpr float Appearance::*kTargets[] = {&Appearance::roughness, &Appearance::metallic,
+                                           &Appearance::specular, &Appearance::coat,
+                                           &Appearance::coat_roughness};
+static_assert(std::size(kTargets) == std::size(kInputs));  // in the same order
+
+glm::vec3 clamp_albedo(const glm::vec3& color) {
+  return glm::clamp(color, 0.0f, kMaxTextureAlbedo);
+}
+
+}  // namespace
+
+AppearanceLookup::Source::Source(const Scene& scene, const Material& material) {
+  solid = std::get_if<SolidColor>(&material.color);
+  solid_color = solid != nullptr;
+  if (const auto* color = std::get_if<glm::vec3>(&material.color)) constant.color = *color;
+  if (const auto* image = std::get_if<ImageColor>(&material.color)) {
+    color_image = &scene.images[image->image];
+  }
+  for (std::size_t i = 0; i < std::size(kInputs); ++i) {
+    const Input& input = material.*kInputs[i];
+    const auto target = kTargets[i];
+    if (const auto* number = std::get_if<float>(&input)) constant.*target = *number;
+    if (const auto* image = std::get_if<ImageChannel>(&input)) images.emplace_back(target, *image);
+    if (const auto* channel = std::get_if<SolidChannel>(&input)) {
+      channels.emplace_back(target, channel->channel);
+    }
+  }
+  if (!solid && !channels.empty()) solid = &*material.channels_of;
+  if (!solid) return;
+  texture = &scene.textures[solid->texture];
+  encoded = texture->color_space() == "srgb";
+  if (solid_color) albedo = albedo_channels(*texture);
+}
+
+AppearanceLookup::AppearanceLookup(const Scene& scene, TextureFilter filter)
+    : scene_(scene), filter_(filter) {
+  for (const Material& material : scene.materials) sources_.emplace_back(scene, material);
+}
+
+std::size_t AppearanceLookup::operator()(std::span<const Surface> surfaces,
+                                         std::span<Appearance> found) {
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    Source& source = sources_[surfaces[i].material];
+    found[i] = source.constant;
+    look_up_images(source, surfaces[i], found[i]);
+    if (source.solid) source.waiting.push_back(static_cast<std::uint32_t>(i));
+  }
+  std::size_t point_count = 0;
+  for (Source& source : sources_) {
+    if (source.waiting.empty()) continue;
+    query(source, surfaces, found);
+    point_count += radii_.size();
+    source.waiting.clear();
+  }
+  return point_count;
+}
+
+void AppearanceLookup::look_up_images(const Source& source, const Surface& surface,
+                                      Appearance& found) const {
+  if (source.color_image) found.color = clamp_albedo(lookup_image(*source.color_image, surface.uv));
+  for (const auto& [target, image] : source.images) {
+    found.*target = lookup_image(scene_.images[image.image], surface.uv)[image.channel];
+  }
+}
+
+// In texels. What is far smaller than a texel is a point, which is cheaper to look up.
+float AppearanceLookup::filter_radius(float footprint) const {
+  return filter_ == TextureFilter::none || footprint < kLeastRadius ? 0 : footprint;
+}
+
+// Relative to the translation of the source's map.
+void AppearanceLookup::place_points(const Source& source, std::span<const Surface> surfaces) {
+  const SolidColor& solid = *source.solid;
+  const glm::dmat3 linear(solid.to_texels);
+  const double scale = std::cbrt(std::abs(glm::determinant(linear)));
+  points_.clear();
+  radii_.clear();
+  for (const std::uint32_t i : source.waiting) {
+    const Surface& surface = surfaces[i];
+    const glm::vec3& p = solid.world_space ? surface.position : surface.object_position;
+    const double units = solid.world_space ? 1.0 : surface.object_scale;
+    const float radius = filter_radius(static_cast<float>(surface.footprint * units * scale));
+    glm::vec3 texels(linear * glm::dvec3(p));
+    if (filter_ == TextureFilter::stochastic) texels += radius * surface.jitter;
+    points_.insert(points_.end(), {texels.x, texels.y, texels.z});
+    radii_.push_back(radius);
+  }
+}
+
+void AppearanceLookup::query(const Source& source, std::span<const Surface> surfaces,
+                             std::span<Appearance> found) {
+  place_points(source, surfaces);
+  const std::size_t channel_count = source.texture->channel_count();
+  values_.resize(radii_.size() * channel_count);
+  // The translation stays in double precision: textures may be looked up far from their origin.
+  const glm::dvec3 origin(source.solid->to_texels[3]);
+  if (filter_ == TextureFilter::footprint) {
+    source.texture->eval_filtered({origin.x, origin.y, origin.z}, points_, radii_, values_);
+  } else {
+    source.texture->eval_points({origin.x, origin.y, origin.z}, points_, values_);
+  }
+
+  const float* value = values_.data();
+  for (const std::uint32_t i : source.waiting) {
+    if (source.solid_color) {
+      const glm::uvec3 c = source.albedo;
+      const glm::vec3 albedo =
+          glm::clamp(glm::vec3(value[c.x], value[c.y], value[c.z]), 0.0f, 1.0f);
+      found[i].color = clamp_albedo(source.encoded ? srgb_to_linear(albedo) : albedo);
+    }
+    for (const auto& [target, channel] : source.channels) found[i].*target = value[channel];
+    value += channel_count;
+  }
+}
+
+}  // namespace solidtex::pathtracer

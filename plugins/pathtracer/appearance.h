@@ -1,0 +1,61 @@
+// What materials are at many surface points at once, so that solid textures are asked in batches.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "plugins/pathtracer/embree_scene.h"
+#include "plugins/pathtracer/scene.h"
+
+namespace solidtex::pathtracer {
+
+// Albedo of textures is kept below one, so that every light path ends.
+inline constexpr float kMaxTextureAlbedo = 0.999f;
+
+// What a material is at one point. Shares are as found, in [0, 1] or not.
+struct Appearance {
+  glm::vec3 color{0};
+  float roughness = 0;
+  float metallic = 0, specular = 1, coat = 0, coat_roughness = 0;
+};
+
+class AppearanceLookup {
+ public:
+  // Keeps a reference to `scene`.
+  AppearanceLookup(const Scene& scene, TextureFilter filter);
+
+  // found[i] becomes the appearance of surfaces[i]. One engine query per solid material, which
+  // gives all the channels that it takes. Returns the number of points that the engine was asked.
+  std::size_t operator()(std::span<const Surface> surfaces, std::span<Appearance> found);
+
+ private:
+  // Where a material's appearance comes from.
+  struct Source {
+    Source(const Scene& scene, const Material& material);
+
+    Appearance constant;
+    const ColorImage* color_image = nullptr;
+    std::vector<std::pair<float Appearance::*, ImageChannel>> images;
+    const SolidColor* solid = nullptr;
+    const solidtex::texture* texture = nullptr;
+    bool solid_color = false, encoded = false;
+    glm::uvec3 albedo{0};  // channels
+    std::vector<std::pair<float Appearance::*, std::size_t>> channels;
+    std::vector<std::uint32_t> waiting;  // surfaces to ask for
+  };
+
+  void look_up_images(const Source& source, const Surface& surface, Appearance& found) const;
+  void query(const Source& source, std::span<const Surface> surfaces, std::span<Appearance> found);
+  void place_points(const Source& source, std::span<const Surface> surfaces);
+  float filter_radius(float footprint) const;
+
+  const Scene& scene_;
+  TextureFilter filter_;
+  std::vector<Source> sources_;                 // per material
+  std::vector<float> points_, radii_, values_;  // kept to save allocations
+};
+
+}  // namespace solidtex::pathtracer
