@@ -100,6 +100,35 @@ def test_a_plan_is_trained_judged_and_written_once(
     assert [call[0] for call in calls] == ["train"]
 
 
+def test_the_table_remembers_what_is_not_in_the_folder(
+    plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    calls = in_process(monkeypatch)
+    figures = tmp_path / "table.json"
+
+    def command(folder: str, *options: str) -> list[str]:
+        return [str(plan), "-o", str(tmp_path / folder), "--table", str(tmp_path / "table.md"),
+                *options]  # fmt: skip
+
+    assert main(command("one")) == 0
+    page = (tmp_path / "table.md").read_text()
+    calls.clear()
+    assert main(command("two")) == 0
+    assert not calls and (tmp_path / "table.md").read_text() == page
+    assert main(command("two", "--again", "--only", "rock", "--method", "default")) == 0
+    assert [call[0] for call in calls] == ["train", "export", "evaluate"]
+    assert (tmp_path / "table.md").read_text() == page
+
+    document = json.loads(figures.read_text())
+    document["pairs"]["rock"]["default"]["solid"]["euler"] = None  # JSON's infinity
+    figures.write_text(json.dumps(document))
+    assert main(command("three")) == 0
+    assert "no phase" in (tmp_path / "table.md").read_text()
+    figures.write_text("{}")
+    assert main(command("three")) == 1
+    assert f"{figures}: found no outcomes" in capsys.readouterr().err
+
+
 def test_maps_of_a_solid_are_trained_and_judged(
     plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -168,6 +197,8 @@ def test_unknown_methods_and_exemplars_are_refused(
 ) -> None:
     assert main([str(plan), "-o", str(tmp_path / "all"), "--only", "cheese"]) == 1
     assert "--only: found cheese, expected one of rock, missing" in capsys.readouterr().err
+    assert main([str(plan), "-o", str(tmp_path / "all"), "--method", "cheese"]) == 1
+    assert "--method: found cheese, expected one of default" in capsys.readouterr().err
     plan.write_text(PLAN.replace('["default"]', '["alchemy"]'))
     assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
     assert "found alchemy" in capsys.readouterr().err

@@ -5,10 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from solidtex_export import cli
 from solidtex_export.training.method_file import MethodError, load_method
 from solidtex_export.verification.model_output import OutputError
+
+if TYPE_CHECKING:
+    from solidtex_export.fidelity.cell import Cell
+    from solidtex_export.fidelity.outcome import Outcomes
 
 PROGRAM = "solidtex-fidelity"
 
@@ -17,7 +22,8 @@ EXAMPLES = f"""  {PROGRAM} docs/fidelity.toml --photos photographs -o results/fi
   {PROGRAM} docs/fidelity.toml -o results/fidelity --no-training --table docs/fidelity.md
 
 The same command again does what is missing: Ctrl-C is safe at any time. What failed is not tried
-again without --retry. The plan: docs/evaluation.md."""
+again without --retry. Beside the table stands a JSON file with its figures, so that a part of the
+table can be made in another FOLDER. The plan: docs/evaluation.md."""
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -37,6 +43,10 @@ def make_parser() -> argparse.ArgumentParser:
                    " (default: FOLDER/fidelity.md)")  # fmt: skip
     p.add_argument("--only", metavar="EXEMPLAR", action="append",
                    help="train on this exemplar only; may be repeated")  # fmt: skip
+    p.add_argument("--method", metavar="METHOD", action="append",
+                   help="train this method of the plan only; may be repeated")  # fmt: skip
+    p.add_argument("--again", action="store_true",
+                   help="train what the table tells already but FOLDER lacks")  # fmt: skip
     p.add_argument("--no-training", action="store_true", help="only write the table")
     p.add_argument("--retry", action="store_true", help="try again what failed before")
     p.add_argument("--threads", type=int, default=1, metavar="T",
@@ -44,18 +54,36 @@ def make_parser() -> argparse.ArgumentParser:
     return p
 
 
+def is_chosen(cell: Cell, args: argparse.Namespace) -> bool:
+    exemplar = not args.only or cell.entry.name in args.only
+    return exemplar and (not args.method or cell.method in args.method)
+
+
+def is_done(cell: Cell, told: Outcomes, args: argparse.Namespace) -> bool:
+    """In the folder, or told by the page, whose figures may have been made elsewhere."""
+    outcome = None if args.again else told.of(cell)
+    if cell.failure.exists() or (outcome and outcome.failure):
+        return not args.retry
+    return cell.finished or outcome is not None
+
+
 def run(args: argparse.Namespace) -> None:
     with cli.optional_packages(PROGRAM, "evaluate"):
         from solidtex_export.fidelity.cell import Cell
+        from solidtex_export.fidelity.outcome import read_outcomes
         from solidtex_export.fidelity.plan import read_plan
         from solidtex_export.fidelity.table import write_table
     plan = read_plan(args.plan)
     for method in plan.methods:
         load_method(method)  # refuses what is none
-    known = [entry.name for entry in plan.exemplars]
-    for name in args.only or ():
-        if name not in known:
-            raise OutputError(f"--only: found {name}, expected one of {', '.join(known)}")
+    exemplars = [entry.name for entry in plan.exemplars]
+    for option, names, known in (
+        ("--only", args.only, exemplars),
+        ("--method", args.method, plan.methods),
+    ):
+        for name in names or ():
+            if name not in known:
+                raise OutputError(f"{option}: found {name}, expected one of {', '.join(known)}")
     photos = args.photos or args.plan.parent
     rows = [
         [Cell(plan, entry, method, args.folder, photos) for method in plan.methods]
@@ -63,9 +91,9 @@ def run(args: argparse.Namespace) -> None:
     ]
     table = args.table or args.folder / "fidelity.md"
     args.folder.mkdir(parents=True, exist_ok=True)
+    told = read_outcomes(table.with_suffix(".json"))
     for cell in [] if args.no_training else [c for row in rows for c in row]:
-        other = args.only and cell.entry.name not in args.only
-        if other or cell.finished or (cell.failure.exists() and not args.retry):
+        if not is_chosen(cell, args) or is_done(cell, told, args):
             continue
         print(f"{cell.entry.name}, {cell.method}", flush=True)
         if not cell.run(args.threads):

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import io
-import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image
 
 from solidtex_export.evaluation.report import number
 from solidtex_export.fidelity.cell import Cell
-from solidtex_export.fidelity.plan import Plan
-from solidtex_export.file_format import model_file
+from solidtex_export.fidelity.outcome import Outcome, Outcomes, read_outcomes
+from solidtex_export.fidelity.plan import Entry, Plan
 from solidtex_export.whole_file import write_whole
 
 THUMBNAIL = 128  # pixels
@@ -47,105 +45,90 @@ correspondence map. Pictures: the slice normal to x, and an oblique one. Errors 
 
 
 def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) -> None:
-    """The page at `path`, pictures in images/STEM beside it; `rows` has the cells by exemplar."""
+    """The page at `path`, its figures in a JSON file and its pictures in images/STEM beside it.
+
+    `rows` has the cells by exemplar. What a cell's files do not say is taken from the JSON file.
+    """
     images = path.parent / "images" / path.stem
     images.mkdir(parents=True, exist_ok=True)
+    figures = path.with_suffix(".json")
+    outcomes = read_outcomes(figures)
+    for cell in (c for row in rows for c in row):
+        outcomes.take(cell)
+        if cell.finished:
+            _save_pictures(cell, images)
     parts = [INTRODUCTION.format(plan=plan_name, minutes=plan.minutes)]
     parts += [plan.note + "\n"] if plan.note else []
-    parts.append(_overview(plan, rows))
-    parts += [_section(cells, images) for cells in rows]
+    parts.append(_overview(plan, outcomes))
+    parts += [_section(plan, entry, outcomes, images.name) for entry in plan.exemplars]
+    outcomes.write(figures)
     write_whole(path, ("\n".join(parts) + "\n").encode())
 
 
-def _overview(plan: Plan, rows: list[list[Cell]]) -> str:
+def _overview(plan: Plan, outcomes: Outcomes) -> str:
     """Binary patterns of all; the lowest of each row in bold."""
     lines = ["## Binary patterns of all\n", "| | " + " | ".join(plan.methods) + " |"]
     lines.append("|---|" + "---|" * len(plan.methods))
-    for cells in rows:
-        multiples = [_multiple(cell) for cell in cells]
-        lowest = min((m for m in multiples if m is not None), default=None)
-        texts = [
-            _state(cell) if m is None else f"{m:.2f}"
-            for cell, m in zip(cells, multiples, strict=True)
-        ]
-        marked = [
-            f"**{t}**" if m is not None and m == lowest else t
-            for t, m in zip(texts, multiples, strict=True)
-        ]
-        name = cells[0].entry.name
-        lines.append(f"| [{name}](#{name}) | " + " | ".join(marked) + " |")
+    for entry in plan.exemplars:
+        found = outcomes.pairs.get(entry.name, {})
+        multiples = {
+            method: outcome.figures["binary_patterns"]
+            for method, outcome in found.items()
+            if outcome.failure is None and method in plan.methods
+        }
+        lowest = min((m for m in multiples.values() if m is not None), default=None)
+        texts = []
+        for method in plan.methods:
+            m = multiples.get(method)
+            text = _state(found.get(method)) if m is None else f"{m:.2f}"
+            texts.append(f"**{text}**" if m is not None and m == lowest else text)
+        lines.append(f"| [{entry.name}](#{entry.name}) | " + " | ".join(texts) + " |")
     return "\n".join(lines) + "\n"
 
 
-def _multiple(cell: Cell) -> float | None:
-    return _distances(cell)["binary_patterns"]["multiple"] if cell.finished else None
+def _state(outcome: Outcome | None) -> str:
+    if outcome is None:
+        return "not trained"
+    return "failed" if outcome.failure else "-"
 
 
-def _distances(cell: Cell) -> dict[str, Any]:
-    """Of the colours, or of the first group of channels."""
-    groups = json.loads(cell.judgement.read_text())["distances"]
-    return next(iter(groups.values()))["overall"]
-
-
-def _state(cell: Cell) -> str:
-    if cell.failure.exists():
-        return "failed"
-    return "-" if cell.finished else "not trained"
-
-
-def _section(cells: list[Cell], images: Path) -> str:
-    entry = cells[0].entry
+def _section(plan: Plan, entry: Entry, outcomes: Outcomes, images: str) -> str:
     lines = [f"## {entry.name}\n"]
-    done = [cell for cell in cells if cell.finished]
-    if done:
-        file = images / f"{entry.name}.jpg"
-        _save([done[0].folder / "pictures" / "exemplar-0.png"], file)
-        lines.append(f"![{entry.name}](images/{images.name}/{file.name})\n")
-        lines += _judgements(cells, images)
-        lines += _solid_table(done) if entry.solid else []
-    for cell in cells:
-        if cell.failure.exists():
-            words = " ".join(cell.failure.read_text().split())
-            lines.append(f"{cell.method} failed: `{words[-300:]}`\n")
+    found = outcomes.pairs.get(entry.name, {})
+    judged = {m: found[m] for m in plan.methods if m in found and not found[m].failure}
+    if judged:
+        lines.append(f"![{entry.name}](images/{images}/{entry.name}.jpg)\n")
+        lines += _judgements(plan, entry, found, list(next(iter(judged.values())).figures), images)
+        if entry.solid:
+            lines += _solid_table(judged, outcomes.true_solids[entry.name])
+    for method in (m for m in plan.methods if m in found):
+        if words := found[method].failure:
+            lines.append(f"{method} failed: `{words[-300:]}`\n")
     return "\n".join(lines)
 
 
-def _judgements(cells: list[Cell], images: Path) -> list[str]:
-    metrics = list(_distances(next(c for c in cells if c.finished)))
+def _judgements(
+    plan: Plan, entry: Entry, found: dict[str, Outcome], metrics: list[str], images: str
+) -> list[str]:
     titles = ["", "minutes", "steps", *(SHORT[m] for m in metrics), "copied", "repeats", ""]
     lines = ["| " + " | ".join(titles) + " |", "|---" * len(titles) + "|"]
-    for cell in cells:
-        if not cell.finished:
-            lines.append(f"| {cell.method} | {_state(cell)} |" + " |" * (len(titles) - 2))
+    for method in plan.methods:
+        outcome = found.get(method)
+        if outcome is None or outcome.failure:
+            lines.append(f"| {method} | {_state(outcome)} |" + " |" * (len(titles) - 2))
             continue
-        picture = images / f"{cell.entry.name}-{cell.method}.jpg"
-        views = [cell.folder / "pictures" / f"slice-{view}.png" for view in ("x", "oblique")]
-        _save(views, picture)
-        texts = [cell.method, *_effort(cell), *_figures(cell, metrics)]
-        texts.append(f"![{cell.method}](images/{images.name}/{picture.name})")
+        values = [outcome.figures[metric] for metric in metrics]
+        texts = [method, f"{outcome.seconds / 60:.1f}", str(outcome.steps)]
+        texts += ["-" if v is None else f"{v:.2f}" for v in values]
+        texts += [f"{outcome.copied:.2f}", "yes" if outcome.repeats else "no"]
+        texts.append(f"![{method}](images/{images}/{entry.name}-{method}.jpg)")
         lines.append("| " + " | ".join(texts) + " |")
     return [*lines, ""]
 
 
-def _effort(cell: Cell) -> list[str]:
-    training = model_file.read(cell.model).document["training"]
-    return [f"{training['seconds'] / 60:.1f}", str(training["step"])]
-
-
-def _figures(cell: Cell, metrics: list[str]) -> list[str]:
-    document = json.loads(cell.judgement.read_text())
-    multiples = [_distances(cell)[metric]["multiple"] for metric in metrics]
-    texts = ["-" if m is None else f"{m:.2f}" for m in multiples]
-    copied = max(document["copying"]["views"].values())
-    tests = [document["repetition"][key] for key in ("block", "far blocks")]
-    repeats = any(found and found["repeats"] for found in tests)
-    return [*texts, f"{copied:.2f}", "yes" if repeats else "no"]
-
-
-def _solid_table(cells: list[Cell]) -> list[str]:
-    errors = {cell.method: json.loads(cell.solid_errors.read_text()) for cell in cells}
-    rows = {method: found["model"] for method, found in errors.items()}
-    rows["another block of the true solid"] = next(iter(errors.values()))["true"]
+def _solid_table(judged: dict[str, Outcome], true: dict[str, float]) -> list[str]:
+    rows = {method: outcome.solid or {} for method, outcome in judged.items()}
+    rows["another block of the true solid"] = true
     lines = ["Errors in three dimensions:\n", "| | " + " | ".join(SOLID_COLUMNS.values()) + " |"]
     lines.append("|---" * (len(SOLID_COLUMNS) + 1) + "|")
     for name, found in rows.items():
@@ -153,6 +136,13 @@ def _solid_table(cells: list[Cell]) -> list[str]:
         texts = ["no phase" if math.isinf(v) else number(v) for v in values]
         lines.append(f"| {name} | " + " | ".join(texts) + " |")
     return [*lines, ""]
+
+
+def _save_pictures(cell: Cell, images: Path) -> None:
+    pictures = cell.folder / "pictures"
+    _save([pictures / "exemplar-0.png"], images / f"{cell.entry.name}.jpg")
+    views = [pictures / f"slice-{view}.png" for view in ("x", "oblique")]
+    _save(views, images / f"{cell.entry.name}-{cell.method}.jpg")
 
 
 def _save(files: list[Path], path: Path) -> None:

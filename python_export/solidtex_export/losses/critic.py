@@ -79,10 +79,15 @@ def field_of_view(layers: int) -> int:
 
 @dataclass(frozen=True)
 class Penalties:
-    """Equation 3's lambda, and the drift term's weight."""
+    """Equation 3's lambda, the drift term's weight, and whether distances are root mean squares.
+
+    Equation 3 holds the critic's slope at 1 for distances of length, which grows with the root of
+    the number of values in an image. `rms` divides that root out, so that slopes start near 1.
+    """
 
     gradient: float = 10.0
     drift: float = 1e-3
+    rms: bool = False
 
 
 def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalties) -> Tensor:
@@ -91,7 +96,8 @@ def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalti
     t = torch.rand(len(fakes), 1, 1, 1, device=fakes.device)
     between = torch.lerp(reals, fakes, t).requires_grad_()
     (slope,) = torch.autograd.grad(critic(between).sum(), between, create_graph=True)
-    penalty = (slope.flatten(1).norm(dim=1) - 1).square().mean()
+    length = slope.flatten(1).norm(dim=1) * (slope[0].numel() ** 0.5 if penalties.rms else 1)
+    penalty = (length - 1).square().mean()
     distance = on_fakes.mean() - on_reals.mean()
     return distance + penalties.gradient * penalty + penalties.drift * on_reals.square().mean()
 

@@ -107,6 +107,8 @@ class Critic:
     equalised: bool = False
     """Weights of unit variance, scaled when used."""
     penalty: float = number(0, 1e6, 10.0)
+    rms: bool = False
+    """Hold slopes at 1 for root mean square distances between images, not for their length."""
     drift: float = number(0, 1e6, 1e-3)
     memory: int = number(1, 4096, 12)
     """Recent slices that it is trained on."""

@@ -59,7 +59,8 @@ class Opponent:
 
     def losses(self, reals: Reals, turned: Callable[[Tensor], Tensor]) -> list[Tensor]:
         """What each critic has to minimise, on remembered slices."""
-        penalties = Penalties(self._settings.penalty, self._settings.drift)
+        settings = self._settings
+        penalties = Penalties(settings.penalty, settings.drift, settings.rms)
         losses = []
         for scale, critic in enumerate(self.critics):
             fakes = turned(self._crops())
