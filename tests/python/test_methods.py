@@ -33,13 +33,14 @@ CRITIC = ["critic.widths=[4,6]", "critic.batch=2"]
 RANDOM = ["losses.0.groups=[[4],[4]]"]
 SMALL = {
     "default": [*LATTICE, *CRITIC],
-    "default-sampler": [*SAMPLER, *CRITIC, *RANDOM],
+    "default-sampler": [*SAMPLER, *CRITIC],
     "gutierrez": [*LATTICE, *RANDOM],
     "babichev": [*LATTICE, *(f"losses.{i}.groups=[[4],[4],[4]]" for i in range(4))],
     "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
     "gramgan": [*SAMPLER, *CRITIC],
     "henzler": [*SAMPLER, *RANDOM],
     "random-networks": [*LATTICE, *CRITIC, *RANDOM],
+    "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
 }
 
 
