@@ -3,12 +3,14 @@
 #include <cmath>
 #include <iterator>
 
+#include "plugins/pathtracer/sampling.h"
 #include "plugins/pathtracer/textures.h"
 
 namespace solidtex::pathtracer {
 namespace {
 
 constexpr float kLeastRadius = 0.25f;  // texels
+constexpr float kLeastStep = 0.5f;  // texels to a bump's neighbours; their values are a texel wide
 
 constexpr float Appearance::*kTargets[] = {&Appearance::roughness, &Appearance::metallic,
                                            &Appearance::specular, &Appearance::coat,
@@ -20,6 +22,15 @@ glm::vec3 clamp_albedo(const glm::vec3& color) {
 }
 
 }  // namespace
+
+glm::vec3 bumped_normal(const glm::vec3& normal, const glm::vec2& slope, const glm::vec3& view) {
+  if (slope == glm::vec2(0)) return normal;
+  constexpr float kLeastCosine = 0.01f;
+  const glm::vec3 bumped = glm::normalize(Frame(normal).to_world({-slope.x, -slope.y, 1}));
+  const float cosine = glm::dot(bumped, view);
+  if (cosine >= kLeastCosine) return bumped;
+  return glm::normalize(bumped + (kLeastCosine - cosine) * view);
+}
 
 AppearanceLookup::Source::Source(const Scene& scene, const Material& material) {
   solid = std::get_if<SolidColor>(&material.color);
@@ -37,7 +48,8 @@ AppearanceLookup::Source::Source(const Scene& scene, const Material& material) {
       channels.emplace_back(target, channel->channel);
     }
   }
-  if (!solid && !channels.empty()) solid = &*material.channels_of;
+  bump = material.bump;
+  if (!solid && (bump || !channels.empty())) solid = &*material.channels_of;
   if (!solid) return;
   texture = &scene.textures[solid->texture];
   encoded = texture->color_space() == "srgb";
@@ -87,6 +99,7 @@ void AppearanceLookup::place_points(const Source& source, std::span<const Surfac
   const double scale = std::cbrt(std::abs(glm::determinant(linear)));
   points_.clear();
   radii_.clear();
+  steps_.clear();
   for (const std::uint32_t i : source.waiting) {
     const Surface& surface = surfaces[i];
     const glm::vec3& p = solid.world_space ? surface.position : surface.object_position;
@@ -96,6 +109,28 @@ void AppearanceLookup::place_points(const Source& source, std::span<const Surfac
     if (filter_ == TextureFilter::stochastic) texels += radius * surface.jitter;
     points_.insert(points_.end(), {texels.x, texels.y, texels.z});
     radii_.push_back(radius);
+    if (source.bump) place_neighbours(source, surface, texels, radius);
+  }
+}
+
+// To both sides along x and y of the normal's frame, as far as the footprint reaches: differences
+// along the normal would not change the slope.
+void AppearanceLookup::place_neighbours(const Source& source, const Surface& surface,
+                                        const glm::vec3& texels, float radius) {
+  glm::mat3 to_texels(source.solid->to_texels);
+  if (!source.solid->world_space) {
+    to_texels = to_texels * glm::inverse(glm::mat3(scene_.objects[surface.object].to_world));
+  }
+  const Frame frame(surface.normal);
+  for (const glm::vec3& axis : {frame.x, frame.y}) {
+    const glm::vec3 texels_per_unit = to_texels * axis;
+    const float step = std::max(radius, kLeastStep) / glm::length(texels_per_unit);
+    steps_.push_back(step);
+    for (const float side : {-step, step}) {
+      const glm::vec3 point = texels + side * texels_per_unit;
+      points_.insert(points_.end(), {point.x, point.y, point.z});
+      radii_.push_back(radius);
+    }
   }
 }
 
@@ -113,6 +148,7 @@ void AppearanceLookup::query(const Source& source, std::span<const Surface> surf
   }
 
   const float* value = values_.data();
+  const float* step = steps_.data();
   for (const std::uint32_t i : source.waiting) {
     if (source.solid_color) {
       const glm::uvec3 c = source.albedo;
@@ -122,6 +158,12 @@ void AppearanceLookup::query(const Source& source, std::span<const Surface> surf
     }
     for (const auto& [target, channel] : source.channels) found[i].*target = value[channel];
     value += channel_count;
+    if (!source.bump) continue;
+    for (int axis = 0; axis < 2; ++axis, value += 2 * channel_count, ++step) {
+      const std::size_t height = source.bump->channel;
+      found[i].slope[axis] =
+          source.bump->depth * (value[channel_count + height] - value[height]) / (2 * *step);
+    }
   }
 }
 

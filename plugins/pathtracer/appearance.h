@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -20,7 +21,12 @@ struct Appearance {
   glm::vec3 color{0};
   float roughness = 0;
   float metallic = 0, specular = 1, coat = 0, coat_roughness = 0;
+  glm::vec2 slope{0};  // of the bump, along x and y of the frame of the surface's normal
 };
+
+// The normal of a surface that rises by `slope` along x and y of the frame of `normal`, turned back
+// where it would look away from the viewer. All of unit length.
+glm::vec3 bumped_normal(const glm::vec3& normal, const glm::vec2& slope, const glm::vec3& view);
 
 class AppearanceLookup {
  public:
@@ -28,7 +34,8 @@ class AppearanceLookup {
   AppearanceLookup(const Scene& scene, TextureFilter filter);
 
   // found[i] becomes the appearance of surfaces[i]. One engine query per solid material, which
-  // gives all the channels that it takes. Returns the number of points that the engine was asked.
+  // gives all the channels that it takes, at five points for one with a bump. Returns the number of
+  // points that the engine was asked.
   std::size_t operator()(std::span<const Surface> surfaces, std::span<Appearance> found);
 
  private:
@@ -44,18 +51,22 @@ class AppearanceLookup {
     bool solid_color = false, encoded = false;
     glm::uvec3 albedo{0};  // channels
     std::vector<std::pair<float Appearance::*, std::size_t>> channels;
+    std::optional<Bump> bump;
     std::vector<std::uint32_t> waiting;  // surfaces to ask for
   };
 
   void look_up_images(const Source& source, const Surface& surface, Appearance& found) const;
   void query(const Source& source, std::span<const Surface> surfaces, std::span<Appearance> found);
   void place_points(const Source& source, std::span<const Surface> surfaces);
+  void place_neighbours(const Source& source, const Surface& surface, const glm::vec3& texels,
+                        float radius);
   float filter_radius(float footprint) const;
 
   const Scene& scene_;
   TextureFilter filter_;
   std::vector<Source> sources_;                 // per material
   std::vector<float> points_, radii_, values_;  // kept to save allocations
+  std::vector<float> steps_;                    // to a bump's neighbours, in the scene's units
 };
 
 }  // namespace solidtex::pathtracer

@@ -33,6 +33,13 @@ void commit_and_attach(RTCScene scene, RTCGeometry geometry, unsigned id) {
   rtcReleaseGeometry(geometry);
 }
 
+RTCGeometry triangles(RTCDevice device, const Mesh& mesh) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions);
+  fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles);
+  return geometry;
+}
+
 RTCRay to_embree(const Ray& ray, float distance) {
   RTCRay result{};
   result.org_x = ray.origin.x, result.org_y = ray.origin.y, result.org_z = ray.origin.z;
@@ -60,15 +67,15 @@ EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevi
   rtcSetSceneFlags(root_.get(), RTC_SCENE_FLAG_ROBUST);
   unsigned id = 0;
   for (const Object& object : scene.objects) attach_instance(object, id++);
-  for (const RectangleLight& light : scene.lights) attach_rectangle(light, id++);
+  for (const RectangleLight& light : scene.lights) attach_light(light, id++);
+  for (const SphereLight& light : scene.sphere_lights) attach_light(light, id++);
+  for (const MeshLight& light : scene.mesh_lights) attach_light(light, id++);
   rtcCommitScene(root_.get());
   check(device_.get(), "build the scene");
 }
 
 EmbreeScene::Owned<RTCScene> EmbreeScene::build_mesh(const Mesh& mesh) const {
-  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-  fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions);
-  fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles);
+  RTCGeometry geometry = triangles(device_.get(), mesh);
   Owned<RTCScene> result(rtcNewScene(device_.get()));
   rtcSetSceneFlags(result.get(), RTC_SCENE_FLAG_ROBUST);
   commit_and_attach(result.get(), geometry, 0);
@@ -88,7 +95,7 @@ void EmbreeScene::attach_instance(const Object& object, unsigned id) {
   object_scales_.push_back(1 / std::cbrt(std::abs(glm::determinant(linear))));
 }
 
-void EmbreeScene::attach_rectangle(const RectangleLight& light, unsigned id) {
+void EmbreeScene::attach_light(const RectangleLight& light, unsigned id) {
   const std::vector<glm::vec3> corners = {light.corner, light.corner + light.edge_u,
                                           light.corner + light.edge_u + light.edge_v,
                                           light.corner + light.edge_v};
@@ -97,6 +104,17 @@ void EmbreeScene::attach_rectangle(const RectangleLight& light, unsigned id) {
   fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4,
               std::vector<glm::uvec4>{{0, 1, 2, 3}});
   commit_and_attach(root_.get(), geometry, id);
+}
+
+void EmbreeScene::attach_light(const SphereLight& light, unsigned id) {
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_SPHERE_POINT);
+  fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4,
+              std::vector<glm::vec4>{glm::vec4(light.center, light.radius)});
+  commit_and_attach(root_.get(), geometry, id);
+}
+
+void EmbreeScene::attach_light(const MeshLight& light, unsigned id) {
+  commit_and_attach(root_.get(), triangles(device_.get(), light.mesh), id);
 }
 
 Hit EmbreeScene::intersect(const Ray& ray) const {
@@ -108,10 +126,10 @@ Hit EmbreeScene::intersect(const Ray& ray) const {
   Hit hit;
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
   hit.distance = query.ray.tfar;
+  hit.triangle = query.hit.primID;
   if (query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID) {
     hit.kind = Hit::Kind::object;
     hit.index = query.hit.instID[0];
-    hit.triangle = query.hit.primID;
     hit.barycentric = {query.hit.u, query.hit.v};
   } else {
     hit.kind = Hit::Kind::light;
@@ -153,7 +171,7 @@ Surface EmbreeScene::surface(const Ray& ray, const Hit& hit) const {
   }
   // Seen at a slant the cone's ellipse is longer: a circle of the same area.
   const float cosine = -glm::dot(surface.geometric_normal, ray.direction);
-  surface.footprint = (ray.radius + ray.spread * hit.distance) / std::sqrt(std::max(cosine, 0.01f));
+  surface.footprint = ray.radius_at(hit.distance) / std::sqrt(std::max(cosine, 0.01f));
   surface.object_scale = object_scales_[hit.index];
   if (!mesh.uvs.empty()) surface.uv = interpolate(mesh.uvs, corner, hit.barycentric);
   return surface;

@@ -1,6 +1,7 @@
 // Ray queries on a scene: one Embree scene per mesh, instanced once per object.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <limits>
@@ -13,18 +14,23 @@
 
 namespace solidtex::pathtracer {
 
-// With the cone that it stands for: what one sample of a pixel sees, at a distance t from the
-// origin, has the radius radius + spread * t (Amanatides 1984, "Ray tracing with cones").
+// With the cone that it stands for, as radius at a distance from the origin (Amanatides 1984, "Ray
+// tracing with cones"). What starts on a lens narrows until its focus and widens again.
 struct Ray {
   glm::vec3 origin{0}, direction{0, 0, 1};  // direction has unit length
   float radius = 0, spread = 0;
+  float inverse_focus = 0;  // 1 / distance at which the lens is sharp
+
+  float radius_at(float distance) const {
+    return radius * std::abs(1 - distance * inverse_focus) + spread * distance;
+  }
 };
 
 struct Hit {
   enum class Kind { nothing, object, light };
   Kind kind = Kind::nothing;
   std::uint32_t index = 0;     // of the object or light
-  std::uint32_t triangle = 0;  // of the object's mesh
+  std::uint32_t triangle = 0;  // of the mesh of the object or light
   glm::vec2 barycentric{0};
   float distance = std::numeric_limits<float>::infinity();
 };
@@ -64,7 +70,9 @@ class EmbreeScene {
 
   Owned<RTCScene> build_mesh(const Mesh& mesh) const;
   void attach_instance(const Object& object, unsigned id);
-  void attach_rectangle(const RectangleLight& light, unsigned id);
+  void attach_light(const RectangleLight& light, unsigned id);
+  void attach_light(const SphereLight& light, unsigned id);
+  void attach_light(const MeshLight& light, unsigned id);
 
   const Scene& scene_;
   Owned<RTCDevice> device_;

@@ -1,7 +1,9 @@
-// All that emits by design: the environment and the rectangles, picked with equal probability.
+// All that emits by design: the environment and the lights, picked with equal probability. Lights
+// are numbered: rectangles, then spheres, then meshes.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <limits>
 #include <optional>
@@ -18,23 +20,36 @@ struct LightSample {
   float pdf = 0;  // per solid angle, the choice of the light included; 0: no light from here
 };
 
+// Where a ray hit a light.
+struct LightHit {
+  std::size_t light = 0;
+  std::uint32_t triangle = 0;  // of a mesh
+  glm::vec3 origin{0}, direction{0};
+  float distance = 0;
+};
+
 class Lights {
  public:
+  // Keeps a reference to `scene`.
   explicit Lights(const Scene& scene);
 
   bool empty() const { return light_count() == 0; }
   LightSample sample(const glm::vec3& from, float choice, const glm::vec2& u) const;
 
-  // Radiance that a ray finds when it leaves the scene, or hits a rectangle, and the density with
-  // which `sample` would have chosen that direction.
+  // Radiance that a ray finds when it leaves the scene, or hits a light, and the density with which
+  // `sample` would have chosen that direction.
   LightSample environment_seen(const glm::vec3& direction) const;
-  LightSample rectangle_seen(std::size_t index, const glm::vec3& direction, float distance) const;
+  LightSample light_seen(const LightHit& hit) const;
 
  private:
-  std::size_t light_count() const { return rectangles_.size() + (environment_ ? 1 : 0); }
-  float choice_probability() const { return 1.0f / static_cast<float>(light_count()); }
+  std::size_t shape_count() const {
+    return scene_.lights.size() + scene_.sphere_lights.size() + scene_.mesh_lights.size();
+  }
+  std::size_t light_count() const { return shape_count() + (environment_ ? 1 : 0); }
+  LightSample choose(std::size_t light, const glm::vec3& from, const glm::vec2& u) const;
 
-  std::vector<RectangleLight> rectangles_;
+  const Scene& scene_;
+  std::vector<std::vector<double>> area_sums_;  // per mesh: areas of the triangles up to each
   std::optional<Environment> environment_;
 };
 

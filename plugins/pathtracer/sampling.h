@@ -2,11 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <glm/gtc/constants.hpp>
+
+#include "plugins/pathtracer/sobol.h"
 
 namespace solidtex::pathtracer {
 
@@ -20,63 +21,37 @@ inline std::uint64_t mix(std::uint64_t x) {
 
 inline float to_unit_float(std::uint64_t bits) { return static_cast<float>(bits >> 40) * 0x1p-24f; }
 
-// Place of i in a random order of [0, n), one order per key. The rounds are bijections of the next
-// power of two; walking on until the place is below n makes them one of [0, n).
-inline std::uint32_t permute(std::uint32_t i, std::uint32_t n, std::uint64_t key) {
-  const std::uint32_t mask = std::bit_ceil(n) - 1;
-  const int shift = std::max(1, static_cast<int>(std::bit_width(mask)) / 2);
-  do {
-    std::uint64_t round_key = key;
-    for (int round = 0; round < 3; ++round) {
-      i = (i * (static_cast<std::uint32_t>(round_key) | 1) +
-           static_cast<std::uint32_t>(round_key >> 32)) &
-          mask;
-      i ^= i >> shift;
-      round_key = mix(round_key);
-    }
-  } while (i >= n);
-  return i;
-}
-
-// Stratified samples without state: a number is a function of seed, pixel, sample and dimension, so
-// it does not matter which thread asks, or when.
+// Well distributed samples without state: a number is a function of seed, pixel, sample and
+// dimension, so it does not matter which thread asks, or when. Each dimension (or pair of them) has
+// a Sobol' sequence of its own, shuffled and scrambled, so that all are independent.
 class Sampler {
  public:
-  Sampler(std::uint64_t seed, std::uint32_t pixel, std::uint32_t sample, std::uint32_t sample_count)
-      : pixel_key_(mix(mix(seed) + pixel)), sample_(sample), sample_count_(sample_count) {}
+  Sampler(std::uint64_t seed, std::uint32_t pixel, std::uint32_t sample)
+      : pixel_key_(mix(mix(seed) + pixel)), sample_(sample) {}
 
   float get_1d(std::uint32_t dimension) const {
     const std::uint64_t key = mix(pixel_key_ + dimension);
-    return in_stratum(permute(sample_, sample_count_, key), sample_count_, jitter(key));
+    return to_unit(owen_scramble(sobol_0(shuffled(key)), low(key)));
   }
 
   glm::vec2 get_2d(std::uint32_t dimension) const {
     const std::uint64_t key = mix(pixel_key_ + dimension);
-    const std::uint32_t columns = column_count(sample_count_), rows = sample_count_ / columns;
-    const std::uint32_t cell = permute(sample_, sample_count_, key);
-    const std::uint64_t random = jitter(key);
-    return {in_stratum(cell % columns, columns, random),
-            in_stratum(cell / columns, rows, random << 32)};
+    const std::uint32_t index = shuffled(key);
+    return {to_unit(owen_scramble(sobol_0(index), low(key))),
+            to_unit(owen_scramble(sobol_1(index), low(mix(key))))};
   }
 
  private:
-  std::uint64_t jitter(std::uint64_t key) const { return mix(key ^ mix(sample_)); }
+  static std::uint32_t low(std::uint64_t key) { return static_cast<std::uint32_t>(key); }
+  static float to_unit(std::uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
 
-  static float in_stratum(std::uint32_t stratum, std::uint32_t count, std::uint64_t random) {
-    const float x =
-        (static_cast<float>(stratum) + to_unit_float(random)) / static_cast<float>(count);
-    return std::min(x, 0x1.fffffep-1f);
-  }
-
-  // The most nearly square grid of exactly n cells.
-  static std::uint32_t column_count(std::uint32_t n) {
-    auto columns = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(n)));
-    while (n % columns != 0) --columns;
-    return columns;
+  // Keeps aligned blocks of 2^k samples together.
+  std::uint32_t shuffled(std::uint64_t key) const {
+    return owen_scramble(sample_, static_cast<std::uint32_t>(key >> 32));
   }
 
   std::uint64_t pixel_key_;
-  std::uint32_t sample_, sample_count_;
+  std::uint32_t sample_;
 };
 
 // Right-handed orthonormal frame around a unit normal (z), after Duff et al., "Building an

@@ -28,7 +28,9 @@ struct ColorImage {
 
 struct Camera {
   glm::vec3 position{0, 0, 5}, look_at{0}, up{0, 1, 0};
-  float fov_degrees = 40;  // vertical
+  float fov_degrees = 40;    // vertical
+  float aperture = 0;        // radius of the lens; 0: a pinhole
+  float focus_distance = 0;  // of the plane that is sharp, along the view; 0: through look_at
 };
 
 // Colour of a material: a constant, an image looked up by the mesh's UV, or a solid texture.
@@ -55,6 +57,13 @@ using Input = std::variant<float, ImageChannel, SolidChannel>;
 
 enum class MaterialType { diffuse, coated, principled, dielectric };
 
+// The surface lies higher along its normal by `depth` (of the scene's units) times a channel of the
+// material's solid texture; only its normal changes.
+struct Bump {
+  std::size_t channel = 0;
+  float depth = 0;
+};
+
 struct Material {
   std::string name;
   MaterialType type = MaterialType::diffuse;
@@ -63,6 +72,7 @@ struct Material {
   Input roughness = 0.2f;  // GGX alpha is its square; of the coat of a coated material
   float ior = 1.5f;        // of the coat of a coated material
   Input metallic = 0.0f, specular = 1.0f, coat = 0.0f, coat_roughness = 0.05f;  // principled
+  std::optional<Bump> bump;
   glm::vec3 emission{0};  // radiance; found by chance only, never sampled as a light
 };
 
@@ -78,6 +88,19 @@ struct Object {
 // Emits `radiance` from the side that edge_u x edge_v points to; the other side is black.
 struct RectangleLight {
   glm::vec3 corner{0}, edge_u{1, 0, 0}, edge_v{0, 1, 0};
+  glm::vec3 radiance{1};
+};
+
+// Emits outward only.
+struct SphereLight {
+  glm::vec3 center{0};
+  float radius = 1;
+  glm::vec3 radiance{1};
+};
+
+// Emits from the side that its faces look to; in the scene's coordinates.
+struct MeshLight {
+  Mesh mesh;
   glm::vec3 radiance{1};
 };
 
@@ -97,6 +120,8 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<Object> objects;
   std::vector<RectangleLight> lights;
+  std::vector<SphereLight> sphere_lights;
+  std::vector<MeshLight> mesh_lights;
   std::optional<EnvironmentImage> environment;
   std::vector<std::string> notes;  // what loading found worth saying, one line each
 };

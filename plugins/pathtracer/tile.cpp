@@ -12,7 +12,7 @@ constexpr int kBatchPaths = 16384;
 
 // Random numbers of one bounce, counted from dimension(depth).
 enum Dimension : std::uint32_t { kLightChoice, kLightPoint, kLobe, kDirection, kRoulette, kCount };
-constexpr std::uint32_t kPixelX = 0, kPixelY = 1, kFirstBounce = 2;
+constexpr std::uint32_t kPixel = 0, kLens = 1, kFirstBounce = 2;
 
 std::uint32_t dimension(int depth) {
   return kFirstBounce + static_cast<std::uint32_t>(depth - 1) * kCount;
@@ -80,12 +80,12 @@ void TileRenderer::start_paths(int first_sample, int sample_count) {
     const int x = tile_.x + i % tile_.width, y = tile_.y + i / tile_.width;
     const auto pixel = static_cast<std::uint32_t>(y * settings.width + x);
     for (int s = 0; s < sample_count; ++s) {
-      const Sampler sampler(settings.seed, pixel, static_cast<std::uint32_t>(first_sample + s),
-                            static_cast<std::uint32_t>(settings.samples));
+      const Sampler sampler(settings.seed, pixel, static_cast<std::uint32_t>(first_sample + s));
       // A tent filter of two pixels' width, by placing the samples with its density.
-      const glm::vec2 u = sampler.get_2d(kPixelX);
+      const glm::vec2 u = sampler.get_2d(kPixel);
       const Ray ray = context_.camera.ray(static_cast<float>(x) + 0.5f + sample_tent(u.x),
-                                          static_cast<float>(y) + 0.5f + sample_tent(u.y));
+                                          static_cast<float>(y) + 0.5f + sample_tent(u.y),
+                                          sampler.get_2d(kLens));
       paths_.push_back(
           {.ray = ray, .slot = static_cast<std::uint32_t>(paths_.size()), .sampler = sampler});
     }
@@ -113,7 +113,9 @@ void TileRenderer::intersect(int depth) {
     if (hit.kind == Hit::Kind::nothing) {
       add_emitted(path, context_.lights.environment_seen(path.ray.direction), depth);
     } else if (hit.kind == Hit::Kind::light) {
-      add_emitted(path, context_.lights.rectangle_seen(hit.index, path.ray.direction, hit.distance),
+      add_emitted(path,
+                  context_.lights.light_seen(
+                      {hit.index, hit.triangle, path.ray.origin, path.ray.direction, hit.distance}),
                   depth);
     } else {
       surfaces_.push_back(context_.geometry.surface(path.ray, hit));
@@ -154,7 +156,7 @@ void TileRenderer::scatter(int depth) {
     Path path = paths_[i];
     const Surface& surface = surfaces_[i];
     const Bsdf bsdf = context_.bsdfs[surface.material].at(found_[i], surface.inside, coat);
-    const Frame frame(surface.normal);
+    const Frame frame(bumped_normal(surface.normal, found_[i].slope, -path.ray.direction));
     const glm::vec3 out = frame.to_local(-path.ray.direction);
     if (context_.settings.light_sampling != LightSampling::bsdf && !context_.lights.empty()) {
       add_direct_light(path, surface, bsdf, frame, out, dimension(depth));

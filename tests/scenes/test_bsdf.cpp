@@ -1,4 +1,4 @@
-// "diffuse" and "coated" by themselves: densities, reciprocity, energy; random numbers.
+// "diffuse" and "coated" by themselves: densities, reciprocity, energy.
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 
@@ -85,7 +85,7 @@ TEST_CASE("Sampled directions carry the BSDF's weight and density") {
   glm::dvec3 sum(0);
   constexpr int kSamples = 20000;
   for (std::uint32_t i = 0; i < kSamples; ++i) {
-    const Sampler sampler(7, 0, i, kSamples);
+    const Sampler sampler(7, 0, i);
     const BsdfSample s = bsdf.sample(out, sampler.get_1d(0), sampler.get_2d(1));
     if (s.pdf <= 0) continue;
     REQUIRE(glm::length(s.direction) == Approx(1).margin(1e-5));
@@ -105,28 +105,4 @@ TEST_CASE("Fresnel reflectance has its known values") {
   const float brewster = std::cos(std::atan(1.5f));  // only the s part is reflected
   const float s = (1 - 1.5f * 1.5f) / (1 + 1.5f * 1.5f);
   CHECK(fresnel_dielectric(brewster, 1.5f) == Approx(0.5f * s * s).epsilon(1e-4));
-}
-
-TEST_CASE("Random orders are permutations") {
-  for (const std::uint32_t n : {1u, 2u, 3u, 7u, 64u, 100u}) {
-    std::vector<int> seen(n);
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const std::uint32_t place = permute(i, n, mix(n));
-      REQUIRE(place < n);
-      ++seen[place];
-    }
-    CHECK(seen == std::vector<int>(n, 1));
-  }
-}
-
-TEST_CASE("Two-dimensional samples fill every cell of their grid once") {
-  constexpr std::uint32_t kCount = 36;
-  for (std::uint32_t dimension = 0; dimension < 5; ++dimension) {
-    std::vector<int> cells(kCount);
-    for (std::uint32_t i = 0; i < kCount; ++i) {
-      const glm::vec2 u = Sampler(3, 11, i, kCount).get_2d(dimension);
-      ++cells[static_cast<std::size_t>(u.y * 6) * 6 + static_cast<std::size_t>(u.x * 6)];
-    }
-    CHECK(cells == std::vector<int>(kCount, 1));
-  }
 }

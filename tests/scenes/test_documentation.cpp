@@ -75,6 +75,40 @@ TEST_CASE("The example in the scene format's page renders") {
   CHECK(save_unless(brightness > 0.05f && brightness < 2, image, "documentation-example"));
 }
 
+TEST_CASE("The snippets of materials and lights in the scene format's page render") {
+  std::string text = documentation();
+  const auto snippet = [&](const std::string& first, const std::string& last) {
+    const std::size_t start = text.find("\n    " + first);
+    REQUIRE(start != std::string::npos);
+    return text.substr(start, text.find(last, start + 1) + last.size() - start);
+  };
+  json scene = json::parse(read_text(SOLIDTEX_SOURCE "/scenes/documentation-example.json"));
+  scene.erase("environment");
+  std::string paint = "{";
+  paint += snippet("\"paint\": {", "\n    }");
+  paint += "}";
+  scene["materials"].update(json::parse(paint));
+  for (json& object : scene["objects"]) object["material"] = "paint";
+  scene["lights"] = {
+      json::parse(snippet("{\"sphere\"", "\n")),
+      json::parse(snippet("{\"mesh\": \"meshes/ball-cut.ply\", \"radiance\"", "\n"))};
+  text = scene.dump();
+  for (std::size_t at = 0; (at = text.find("\"meshes/", at)) != std::string::npos; ++at) {
+    text.insert(at + 1, SOLIDTEX_SOURCE "/scenes/");
+  }
+  const TemporaryFolder folder;
+  write_text(folder / "scene.json", text);
+  const auto loaded = pt::load_scene(folder / "scene.json");
+  CHECK(loaded->sphere_lights.size() == 1);
+  CHECK(loaded->mesh_lights.size() == 1);
+  CHECK(loaded->materials[loaded->objects[0].material].bump->depth == 0.01f);
+  pt::RenderSettings settings = small_settings(24, 2);
+  const pt::Image image = pt::render(*loaded, settings);
+  const float brightness = mean_color(image).x;
+  CAPTURE(brightness);
+  CHECK(save_unless(brightness > 0.01f && brightness < 5, image, "documentation-snippets"));
+}
+
 TEST_CASE("The scenes of the repository render") {
   for (const std::string name : {"demo", "carved", "horizon"}) {
     if (name == "carved" && !built_with_cgal()) continue;

@@ -3,7 +3,9 @@
 #include <glm/gtc/constants.hpp>
 
 #include "catch.hpp"
+#include "plugins/pathtracer/embree_scene.h"
 #include "plugins/pathtracer/environment.h"
+#include "plugins/pathtracer/lights.h"
 #include "plugins/pathtracer/sampling.h"
 #include "tests/scenes/support.h"
 
@@ -77,6 +79,80 @@ TEST_CASE("An object between light and plane casts its shadow") {
   CHECK(mean_color(pt::render(scene, small_settings(8, 64))).x < 0.05f);
 }
 
+TEST_CASE("A sphere lights a plane below it as a point does, whatever its size") {
+  for (const float radius : {0.01f, 0.9f}) {
+    pt::Scene scene = plane_under_rectangle();
+    scene.lights.clear();
+    const float radiance = 2 / (radius * radius);
+    scene.sphere_lights.push_back({{0, 1, 0}, radius, glm::vec3(radiance)});
+    for (const auto strategy : {pt::LightSampling::mis, pt::LightSampling::lights}) {
+      pt::RenderSettings settings = small_settings(16, 256);
+      settings.light_sampling = strategy;
+      settings.max_depth = 2;
+      const float found = mean_color(pt::render(scene, settings)).x;
+      CAPTURE(radius, found);
+      CHECK(found == Approx(0.6f * 2).epsilon(0.01));  // albedo * radiance * (radius / height)^2
+    }
+  }
+}
+
+TEST_CASE("A mesh shines as the rectangle that it is") {
+  pt::Scene scene = plane_under_rectangle();
+  const pt::RectangleLight rectangle = scene.lights[0];
+  scene.lights.clear();
+  pt::Mesh mesh = make_quad(1);
+  for (glm::vec3& p : mesh.positions) {
+    const glm::vec2 t(p.x / 2 + 0.5f, p.z / 2 + 0.5f);
+    p = rectangle.corner + t.x * rectangle.edge_u + t.y * rectangle.edge_v;
+  }
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}};  // looking down
+  scene.mesh_lights.push_back({mesh, rectangle.radiance});
+  const double expected = 0.6 * 4 * corner_form_factor(1, 0.6, 1);
+  for (const auto strategy :
+       {pt::LightSampling::mis, pt::LightSampling::lights, pt::LightSampling::bsdf}) {
+    pt::RenderSettings settings = small_settings(16, 400);
+    settings.light_sampling = strategy;
+    const float found = mean_color(pt::render(scene, settings)).x;
+    CAPTURE(static_cast<int>(strategy), found / 3, expected);
+    CHECK(found / 3 == Approx(expected).epsilon(0.01));
+  }
+  std::swap(scene.mesh_lights[0].mesh.triangles[0].x, scene.mesh_lights[0].mesh.triangles[0].y);
+  std::swap(scene.mesh_lights[0].mesh.triangles[1].x, scene.mesh_lights[0].mesh.triangles[1].y);
+  CHECK(mean_color(pt::render(scene, small_settings(8, 16))) == glm::vec3(0));  // its back
+}
+
+TEST_CASE("What lights claim of a sample is what a ray finds there") {
+  pt::Scene scene;
+  scene.lights.push_back({{-1, 4, -1}, {2, 0, 0}, {0, 0, 2}, glm::vec3(1)});
+  scene.sphere_lights.push_back({{3, 0, 0}, 1.5f, glm::vec3(2)});
+  pt::Mesh cube = make_cube();
+  for (glm::vec3& p : cube.positions) p = 0.5f * p - glm::vec3(4, 1, 0);
+  std::swap(cube.triangles[3], cube.triangles[8]);
+  scene.mesh_lights.push_back({cube, glm::vec3(3)});
+  const pt::Lights lights(scene);
+  const pt::EmbreeScene geometry(scene);
+  const glm::vec3 from(0.2f, 0.1f, -0.3f);
+  int checked = 0;
+  for (std::uint32_t i = 0; i < 3000; ++i) {
+    const pt::Sampler sampler(5, 0, i);
+    const pt::LightSample sample = lights.sample(from, sampler.get_1d(0), sampler.get_2d(1));
+    if (sample.pdf <= 0) continue;  // of the back of the cube
+    const pt::Ray ray{.origin = from, .direction = sample.direction};
+    const pt::Hit hit = geometry.intersect(ray);
+    if (hit.kind != pt::Hit::Kind::light) continue;  // rounded past the rim
+    const pt::LightSample seen =
+        lights.light_seen({hit.index, hit.triangle, ray.origin, ray.direction, hit.distance});
+    CAPTURE(i, hit.index, hit.triangle);
+    if (seen.pdf > 0 && seen.radiance == sample.radiance) {
+      CHECK(seen.pdf == Approx(sample.pdf).epsilon(0.01));
+      CHECK(std::abs(seen.distance - sample.distance) < 0.01f);
+      CHECK(!geometry.occluded(ray, sample.distance * 0.9999f));
+      ++checked;
+    }
+  }
+  CHECK(checked > 2000);
+}
+
 TEST_CASE("The environment's density integrates to one and is that of its samples") {
   const pt::Environment sky(spotted_sky());
   double total = 0, power = 0;
@@ -98,7 +174,7 @@ TEST_CASE("The environment's density integrates to one and is that of its sample
   int different = 0;
   constexpr std::uint32_t kSamples = 40000;
   for (std::uint32_t i = 0; i < kSamples; ++i) {
-    const pt::DirectionSample s = sky.sample(pt::Sampler(1, 0, i, kSamples).get_2d(0));
+    const pt::DirectionSample s = sky.sample(pt::Sampler(1, 0, i).get_2d(0));
     REQUIRE(s.pdf > 0);
     REQUIRE(glm::length(s.direction) == Approx(1).margin(1e-5));
     // A sample on the border of a pixel may round into its neighbour.
@@ -131,6 +207,10 @@ TEST_CASE("Sampling lights, sampling BSDFs and both agree") {
   scene.objects.back().to_world[3] = {0, -1, 0, 1};
   scene.environment = spotted_sky();
   scene.lights.push_back({{-2, 3, -1}, {2, 0, 0}, {0, 0, 2}, glm::vec3(4)});
+  scene.sphere_lights.push_back({{3, 1, 1}, 0.7f, glm::vec3(6)});
+  pt::Mesh cube = make_cube();
+  for (glm::vec3& p : cube.positions) p = 0.4f * p + glm::vec3(-2.5f, 0, 2);
+  scene.mesh_lights.push_back({cube, glm::vec3(5)});
 
   const auto mean_and_error = [&](pt::LightSampling strategy) {
     double sum = 0, sum_of_squares = 0;

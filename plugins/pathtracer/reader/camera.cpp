@@ -40,6 +40,12 @@ void read_camera(const SceneFile& file, Scene& scene) {
   result.look_at = to_vec3(camera["look_at"]);
   if (camera.contains("up")) result.up = to_vec3(camera["up"]);
   result.fov_degrees = camera["fov"];
+  result.aperture = camera.value("aperture", result.aperture);
+  result.focus_distance = camera.value("focus_distance", result.focus_distance);
+  if (camera.contains("focus_distance") && result.aperture == 0) {
+    file.refuse(place / "focus_distance", "a distance for a pinhole, which has all in focus",
+                "an \"aperture\" above 0 beside it");
+  }
   const glm::vec3 forward = result.look_at - result.position;
   if (glm::length(forward) == 0) {
     file.refuse(place / "look_at", quote_json(camera["look_at"]),

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "plugins/pathtracer/image_io.h"
+#include "plugins/pathtracer/reader/meshes.h"
 #include "plugins/pathtracer/reader/parts.h"
 #include "plugins/pathtracer/scene_transform.h"
 #include "plugins/pathtracer/schema.h"
@@ -22,7 +23,8 @@ RectangleLight make_rectangle(const glm::vec3& center, const glm::vec3& directio
   return {center - 0.5f * (width * u + height * v), width * u, height * v, radiance};
 }
 
-RectangleLight read_light(const SceneFile& file, const Place& place) {
+RectangleLight read_rectangle(const SceneFile& file, const Place& place) {
+  file.check_keys(place, "a rectangular light", {"position", "look_at", "size", "radiance"}, {});
   const json& light = file.at(place);
   const glm::vec3 position = to_vec3(light["position"]);
   const glm::vec3 direction = to_vec3(light["look_at"]) - position;
@@ -30,11 +32,46 @@ RectangleLight read_light(const SceneFile& file, const Place& place) {
     file.refuse(place / "look_at", quote_json(light["look_at"]),
                 "a point that is not the light's position");
   }
+  return make_rectangle(position, glm::normalize(direction), light["size"][0], light["size"][1],
+                        to_vec3(light["radiance"]));
+}
+
+SphereLight read_sphere(const SceneFile& file, const Place& place) {
+  file.check_keys(place, "a spherical light", {"sphere", "position", "radiance"}, {});
+  const json& light = file.at(place);
+  return {to_vec3(light["position"]), light["sphere"], to_vec3(light["radiance"])};
+}
+
+MeshLight read_mesh(const SceneFile& file, MeshReader& meshes, const Place& place) {
+  file.check_keys(place, "a light of a mesh", {"mesh", "radiance"}, {"transform"});
+  const json& light = file.at(place);
+  MeshLight result{meshes.read_mesh(place / "mesh"), to_vec3(light["radiance"])};
+  if (light.contains("transform")) {
+    transform_mesh(result.mesh, file.transform(place / "transform"));
+  }
+  double area = 0;
+  for (const glm::uvec3& t : result.mesh.triangles) {
+    const auto& p = result.mesh.positions;
+    area += glm::length(glm::cross(p[t.y] - p[t.x], p[t.z] - p[t.x])) / 2;
+  }
+  if (!(area > 0) || !std::isfinite(area)) {
+    file.refuse(place / "mesh", "a mesh whose area cannot be told from 0", "a surface that shines");
+  }
+  return result;
+}
+
+void read_light(const SceneFile& file, Scene& scene, MeshReader& meshes, const Place& place) {
+  const json& light = file.at(place);
+  if (light.contains("sphere")) {
+    scene.sphere_lights.push_back(read_sphere(file, place));
+  } else if (light.contains("mesh")) {
+    scene.mesh_lights.push_back(read_mesh(file, meshes, place));
+  } else {
+    scene.lights.push_back(read_rectangle(file, place));
+  }
   if (to_vec3(light["radiance"]) == glm::vec3(0)) {
     file.refuse(place / "radiance", quote_json(light["radiance"]), "a light that shines");
   }
-  return make_rectangle(position, glm::normalize(direction), light["size"][0], light["size"][1],
-                        to_vec3(light["radiance"]));
 }
 
 }  // namespace
@@ -69,7 +106,8 @@ void read_lights(const SceneFile& file, Scene& scene) {
   if (!file.has("lights")) return;
   const Place place("/lights");
   const std::size_t count = file.at(place).size();
-  for (std::size_t i = 0; i < count; ++i) scene.lights.push_back(read_light(file, place / i));
+  MeshReader meshes(file, scene);
+  for (std::size_t i = 0; i < count; ++i) read_light(file, scene, meshes, place / i);
 }
 
 }  // namespace solidtex::pathtracer

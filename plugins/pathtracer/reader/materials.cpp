@@ -43,7 +43,7 @@ Material default_material(MaterialType type) {
 void check_keys(const SceneFile& file, const Place& place, const std::string& type) {
   Kind kind = kinds().at(type);
   kind.required.push_back("type");
-  kind.optional.push_back("channels_of");
+  kind.optional.insert(kind.optional.end(), {"channels_of", "bump"});
   file.check_keys(place, "\"type\": \"" + type + "\"", kind.required, kind.optional);
 }
 
@@ -78,6 +78,10 @@ Material read_material(const SceneFile& file, TextureReader& textures, const Pla
                                                    {"coat_roughness", &material.coat_roughness}};
   for (const auto& [key, input] : inputs) {
     if (value.contains(key)) *input = textures.input(place / key, solid);
+  }
+  if (value.contains("bump")) {
+    const auto height = std::get<SolidChannel>(textures.input(place / "bump", solid));
+    material.bump = Bump{height.channel, value["bump"]["depth"]};
   }
   return material;
 }

@@ -18,8 +18,10 @@ class MeshReader {
   // Index of the mesh of the object at this place.
   std::size_t mesh_of(const Place& object);
 
- private:
+  // The mesh in the file that is named at this place, repaired; not put into the scene.
   Mesh read_mesh(const Place& place);
+
+ private:
   Mesh cut(const Place& place, const Mesh& mesh);
   Cut read_cut(const Place& place, const Mesh& mesh);
   Mesh read_tool(const Place& place);

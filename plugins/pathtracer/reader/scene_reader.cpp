@@ -12,7 +12,8 @@ std::shared_ptr<const Scene> load_scene(const std::filesystem::path& path) {
   read_objects(file, *scene);
   read_environment(file, *scene);
   read_lights(file, *scene);
-  if (scene->objects.empty() && scene->lights.empty() && !scene->environment) {
+  if (scene->objects.empty() && scene->lights.empty() && scene->sphere_lights.empty() &&
+      scene->mesh_lights.empty() && !scene->environment) {
     file.refuse(Place(), "nothing to see", "objects, lights or an environment");
   }
   return scene;

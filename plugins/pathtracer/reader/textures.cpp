@@ -37,7 +37,7 @@ Input TextureReader::input(const Place& place, const SolidColor* solid) {
   }
   if (!solid) {
     file_.refuse(place, "a channel for a material without a solid texture",
-                 "a number, an image, or a \"solid\" in \"color\" or \"channels_of\"");
+                 "a \"solid\" in \"color\" or \"channels_of\"");
   }
   return SolidChannel{file_.load(place / "channel", [&] {
     return channel_index(scene_.textures[solid->texture], value["channel"]);

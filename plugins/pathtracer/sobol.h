@@ -1,0 +1,44 @@
+// The first two dimensions of Sobol's sequence with Owen's scrambling by hashing: Burley,
+// "Practical Hash-based Owen Scrambling", 2020, with the hash of Laine and Karras as improved by
+// Vegdahl. Any 2^k points that start at a multiple of 2^k fall one by one into all intervals of
+// that area.
+#pragma once
+
+#include <cstdint>
+
+namespace solidtex::pathtracer {
+
+inline std::uint32_t reverse_bits(std::uint32_t x) {
+  x = (x >> 16) | (x << 16);
+  x = ((x & 0xff00ff00u) >> 8) | ((x & 0x00ff00ffu) << 8);
+  x = ((x & 0xf0f0f0f0u) >> 4) | ((x & 0x0f0f0f0fu) << 4);
+  x = ((x & 0xccccccccu) >> 2) | ((x & 0x33333333u) << 2);
+  return ((x & 0xaaaaaaaau) >> 1) | ((x & 0x55555555u) << 1);
+}
+
+// Flips each bit by a function of the seed and the bits above it.
+inline std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
+  x = reverse_bits(x);
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return reverse_bits(x);
+}
+
+// As fractions of 2^32.
+inline std::uint32_t sobol_0(std::uint32_t index) { return reverse_bits(index); }
+
+// Its matrix is Pascal's triangle modulo 2, bit k of the result being the sum over all bits j that
+// contain k (Lucas), which takes five steps.
+inline std::uint32_t sobol_1(std::uint32_t index) {
+  index ^= (index & 0xaaaaaaaau) >> 1;
+  index ^= (index & 0xccccccccu) >> 2;
+  index ^= (index & 0xf0f0f0f0u) >> 4;
+  index ^= (index & 0xff00ff00u) >> 8;
+  index ^= (index & 0xffff0000u) >> 16;
+  return reverse_bits(index);
+}
+
+}  // namespace solidtex::pathtracer
