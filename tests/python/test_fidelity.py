@@ -26,7 +26,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS, MODELS = REPOSITORY / "docs", REPOSITORY / "models"
 PLAN = """
 minutes = 0.01
-methods = ["default"]
+methods = ["lattice"]
 [[exemplar]]
 name = "rock"
 solid = "porous"
@@ -76,20 +76,20 @@ def test_a_plan_is_trained_judged_and_written_once(
     assert main(arguments) == 0
     rock = tmp_path / "all" / "rock"
     assert [call[0] for call in calls] == ["train", "export", "evaluate", "train"]
-    assert calls[0][1:4] == [str(rock / "exemplar.png"), "-o", str(rock / "default" / "result")]
-    options = {"--method=default", "--minutes=0.01", "--size=48", "--resolution=100"}
+    assert calls[0][1:4] == [str(rock / "exemplar.png"), "-o", str(rock / "lattice" / "result")]
+    options = {"--method=lattice", "--minutes=0.01", "--size=48", "--resolution=100"}
     assert options <= set(calls[0]) and calls[0][-2:] == ["--threads", "1"]
-    assert (rock / "default" / "report.html").exists()
-    errors = json.loads((rock / "default" / "solid.json").read_text())
+    assert (rock / "lattice" / "report.html").exists()
+    errors = json.loads((rock / "lattice" / "solid.json").read_text())
     # Granite knows less than another piece of the true rock.
     assert errors["model"]["two_point"] > 2 * errors["true"]["two_point"]
 
     page = (tmp_path / "table.md").read_text()
-    assert "default failed: `train: no such file`" in page and "| failed |" in page
+    assert "lattice failed: `train: no such file`" in page and "| failed |" in page
     training = model_file.read(MODELS / "granite-grey.solidtex").document["training"]
     assert f"| {training['seconds'] / 60:.1f} | {training['step']} |" in page
     assert "another block of the true solid" in page
-    for file in ("rock.jpg", "rock-default.jpg"):
+    for file in ("rock.jpg", "rock-lattice.jpg"):
         assert f"images/table/{file}" in page and (tmp_path / "images" / "table" / file).exists()
 
     calls.clear()
@@ -115,12 +115,12 @@ def test_the_table_remembers_what_is_not_in_the_folder(
     calls.clear()
     assert main(command("two")) == 0
     assert not calls and (tmp_path / "table.md").read_text() == page
-    assert main(command("two", "--again", "--only", "rock", "--method", "default")) == 0
+    assert main(command("two", "--again", "--only", "rock", "--method", "lattice")) == 0
     assert [call[0] for call in calls] == ["train", "export", "evaluate"]
     assert (tmp_path / "table.md").read_text() == page
 
     document = json.loads(figures.read_text())
-    document["pairs"]["rock"]["default"]["solid"]["euler"] = None  # JSON's infinity
+    document["pairs"]["rock"]["lattice"]["solid"]["euler"] = None  # JSON's infinity
     figures.write_text(json.dumps(document))
     assert main(command("three")) == 0
     assert "no phase" in (tmp_path / "table.md").read_text()
@@ -147,7 +147,7 @@ def test_an_interrupted_step_ends_the_command(
 
     monkeypatch.setattr(subprocess, "run", interrupted)
     assert main([str(plan), "-o", str(tmp_path / "all"), "--only", "missing"]) == 130
-    assert not (tmp_path / "all" / "missing" / "default" / "failure.txt").exists()
+    assert not (tmp_path / "all" / "missing" / "lattice" / "failure.txt").exists()
 
 
 def test_a_note_heads_the_table(tmp_path: Path) -> None:
@@ -178,7 +178,7 @@ def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
         ("minutes = 1", "the plan: found minutes, expected exemplar, methods, minutes"),
         ("]", "found no readable TOML"),
         (PLAN.replace("0.01", "0"), "minutes: found 0, expected more than 0"),
-        (PLAN.replace('["default"]', "[]"), "methods: found []"),
+        (PLAN.replace('["lattice"]', "[]"), "methods: found []"),
         (PLAN.replace("missing", "rock"), "expected different ones"),
         (PLAN.replace("porous", "cheese"), "exemplar[0].solid: found cheese"),
         (PLAN.replace("pixels", "texels"), "exemplar[0]: found texels"),
@@ -198,8 +198,8 @@ def test_unknown_methods_and_exemplars_are_refused(
     assert main([str(plan), "-o", str(tmp_path / "all"), "--only", "cheese"]) == 1
     assert "--only: found cheese, expected one of rock, missing" in capsys.readouterr().err
     assert main([str(plan), "-o", str(tmp_path / "all"), "--method", "cheese"]) == 1
-    assert "--method: found cheese, expected one of default" in capsys.readouterr().err
-    plan.write_text(PLAN.replace('["default"]', '["alchemy"]'))
+    assert "--method: found cheese, expected one of lattice" in capsys.readouterr().err
+    plan.write_text(PLAN.replace('["lattice"]', '["alchemy"]'))
     assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
     assert "found alchemy" in capsys.readouterr().err
     assert not (tmp_path / "all").exists()

@@ -114,7 +114,7 @@ def test_constant_maps_have_finite_axes_and_stay_constant() -> None:
     assert (channels[3] - 0.7).abs().max() < 0.003
 
 
-@pytest.mark.parametrize("method", ["default", "default-sampler"])
+@pytest.mark.parametrize("method", ["lattice", "sampler"])
 def test_a_model_of_five_channels(method: str, files: Path) -> None:
     assert cli_train.main(arguments(files, "--method", method, "--steps", "3")) == 0
     result = files / "r"
@@ -132,7 +132,7 @@ def test_a_model_of_five_channels(method: str, files: Path) -> None:
     assert cli_train.main(arguments(files, "--method", method, "--steps", "3")) == 0  # resumes
 
 
-@pytest.mark.parametrize("method", ["default", "default-sampler"])
+@pytest.mark.parametrize("method", ["lattice", "sampler"])
 def test_export_names_the_channels_in_order(method: str, files: Path) -> None:
     assert cli_train.main(arguments(files, "--method", method, "--steps", "1")) == 0
     model = files / "model.solidtex"

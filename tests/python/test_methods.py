@@ -32,14 +32,14 @@ SAMPLER += ["generator.sizes.width=8"]
 CRITIC = ["critic.widths=[4,6]", "critic.batch=2"]
 RANDOM = ["losses.0.groups=[[4],[4]]"]
 SMALL = {
-    "default": [*LATTICE, *CRITIC],
-    "default-sampler": [*SAMPLER, *CRITIC],
+    "lattice": [*LATTICE, *CRITIC],
+    "sampler": [*SAMPLER, *CRITIC],
     "gutierrez": [*LATTICE, *RANDOM],
     "babichev": [*LATTICE, *(f"losses.{i}.groups=[[4],[4],[4]]" for i in range(4))],
     "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
     "gramgan": [*SAMPLER, *CRITIC],
     "henzler": [*SAMPLER, *RANDOM],
-    "random-networks": [*LATTICE, *CRITIC, *RANDOM],
+    "random-networks-lattice": [*LATTICE, *CRITIC, *RANDOM],
     "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
 }
 
@@ -142,16 +142,16 @@ def test_critics_of_sts_gan_see_their_scales(photo: Path, tmp_path: Path) -> Non
 
 def test_oblique_slices_take_their_share_of_steps(photo: Path, tmp_path: Path) -> None:
     share = ("--set", "slicing.oblique_share=0.25")
-    trainer = make_trainer([photo], tmp_path / "r", "default", *share)
+    trainer = make_trainer([photo], tmp_path / "r", "lattice", *share)
     plan = []
     for trainer.step in range(8):
         plan += trainer._passes()
     assert [oblique for _, oblique in plan] == [False, False, False, True] * 2
     trainer.step = 0
     assert train(trainer).finished  # the last of four steps is oblique
-    wood = make_trainer([photo], tmp_path / "w", "default", *share, "--directions", "xy")
+    wood = make_trainer([photo], tmp_path / "w", "lattice", *share, "--directions", "xy")
     assert wood.oblique is not None and wood.oblique.axes == "z"
-    one = make_trainer([photo], tmp_path / "o", "default", *share, "--directions", "xz")
+    one = make_trainer([photo], tmp_path / "o", "lattice", *share, "--directions", "xz")
     assert one.oblique is None
 
 
@@ -182,7 +182,7 @@ def test_vgg_weights_of_the_users(photo: Path, tmp_path: Path) -> None:
 
 def test_a_diverging_training_says_so(photo: Path, tmp_path: Path) -> None:
     wild = ("--set", "optimiser.learning_rate=10", "--set", "optimiser.equalised=false")
-    trainer = make_trainer([photo], tmp_path / "r", "default", *wild, "--steps", "400")
+    trainer = make_trainer([photo], tmp_path / "r", "lattice", *wild, "--steps", "400")
     with pytest.raises(TrainError, match=r"step \d+: .*the training diverges"):
         train(trainer)
 

@@ -27,7 +27,7 @@ from solidtex_export.training.slices import LatticeSlices
 
 torch.set_num_threads(1)
 SIZE = 44
-METHODS = {"default": "field", "default-sampler": "sampler"}
+METHODS = {"lattice": "field", "sampler": "sampler"}
 FILES = {"config.json", "checkpoint.pt", "log.csv", "exemplar-0.png", "preview.png"}
 
 
@@ -235,7 +235,7 @@ def log_lines(result: Path) -> list[str]:
 
 def test_a_photograph_per_direction(photo: Path, tmp_path: Path) -> None:
     result = tmp_path / "result"
-    args = [str(photo), *arguments(photo, result, "--method", "default-sampler", "--steps", "3")]
+    args = [str(photo), *arguments(photo, result, "--method", "sampler", "--steps", "3")]
     assert cli_train.main(args) == 0
     assert json.loads((result / "config.json").read_text())["directions"] == "xy"
     assert (result / "exemplar-1.png").exists()

@@ -19,7 +19,7 @@ DEFAULT_MINUTES = 15.0
 SMALLEST_SIZE = 32  # texels
 
 EXAMPLES = """  solidtex-train granite.jpg -o results/granite
-  solidtex-train plank.png --method default-sampler --directions xy -o results/plank
+  solidtex-train plank.png --method sampler --directions xy -o results/plank
   solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
   solidtex-train front.png side.png top.png -o results/cube
   solidtex-train granite.jpg --method gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
