@@ -98,16 +98,18 @@ Lights::Lights(const Scene& scene) : scene_(scene) {
   if (scene.environment) environment_.emplace(*scene.environment);
 }
 
-LightSample Lights::sample(const glm::vec3& from, float choice, const glm::vec2& u) const {
+LightSample Lights::sample(const glm::vec3& from, const glm::vec2& u) const {
   const std::size_t count = light_count();
-  const auto light =
-      std::min(static_cast<std::size_t>(choice * static_cast<float>(count)), count - 1);
-  LightSample result = choose(light, from, u);
+  const float place = u.x * static_cast<float>(count);
+  const auto light = std::min(static_cast<std::size_t>(place), count - 1);
+  const float rest = std::min(place - static_cast<float>(light), 0x1.fffffep-1f);
+  LightSample result = sample_light(light, from, {rest, u.y});
   result.pdf /= static_cast<float>(count);
   return result;
 }
 
-LightSample Lights::choose(std::size_t light, const glm::vec3& from, const glm::vec2& u) const {
+LightSample Lights::sample_light(std::size_t light, const glm::vec3& from,
+                                 const glm::vec2& u) const {
   if (light < scene_.lights.size()) {
     const RectangleLight& rectangle = scene_.lights[light];
     const auto [normal, area] = plane_of(rectangle);

@@ -34,7 +34,9 @@ class Lights {
   explicit Lights(const Scene& scene);
 
   bool empty() const { return light_count() == 0; }
-  LightSample sample(const glm::vec3& from, float choice, const glm::vec2& u) const;
+  // One pair of numbers chooses the light and the place on it: so each light's share of well
+  // distributed pairs is well distributed, too.
+  LightSample sample(const glm::vec3& from, const glm::vec2& u) const;
 
   // Radiance that a ray finds when it leaves the scene, or hits a light, and the density with which
   // `sample` would have chosen that direction.
@@ -46,7 +48,7 @@ class Lights {
     return scene_.lights.size() + scene_.sphere_lights.size() + scene_.mesh_lights.size();
   }
   std::size_t light_count() const { return shape_count() + (environment_ ? 1 : 0); }
-  LightSample choose(std::size_t light, const glm::vec3& from, const glm::vec2& u) const;
+  LightSample sample_light(std::size_t light, const glm::vec3& from, const glm::vec2& u) const;
 
   const Scene& scene_;
   std::vector<std::vector<double>> area_sums_;  // per mesh: areas of the triangles up to each

@@ -31,24 +31,20 @@ class Sampler {
 
   float get_1d(std::uint32_t dimension) const {
     const std::uint64_t key = mix(pixel_key_ + dimension);
-    return to_unit(owen_scramble(sobol_0(shuffled(key)), low(key)));
+    return to_unit(scrambled_sobol_0(shuffle(sample_, high(key)), low(key)));
   }
 
   glm::vec2 get_2d(std::uint32_t dimension) const {
     const std::uint64_t key = mix(pixel_key_ + dimension);
-    const std::uint32_t index = shuffled(key);
-    return {to_unit(owen_scramble(sobol_0(index), low(key))),
-            to_unit(owen_scramble(sobol_1(index), low(mix(key))))};
+    const std::uint32_t index = shuffle(sample_, high(key));
+    return {to_unit(scrambled_sobol_0(index, low(key))),
+            to_unit(scrambled_sobol_1(index, low(mix(key))))};
   }
 
  private:
   static std::uint32_t low(std::uint64_t key) { return static_cast<std::uint32_t>(key); }
+  static std::uint32_t high(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
   static float to_unit(std::uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
-
-  // Keeps aligned blocks of 2^k samples together.
-  std::uint32_t shuffled(std::uint64_t key) const {
-    return owen_scramble(sample_, static_cast<std::uint32_t>(key >> 32));
-  }
 
   std::uint64_t pixel_key_;
   std::uint32_t sample_;

@@ -16,29 +16,38 @@ inline std::uint32_t reverse_bits(std::uint32_t x) {
   return ((x & 0xaaaaaaaau) >> 1) | ((x & 0x55555555u) << 1);
 }
 
-// Flips each bit by a function of the seed and the bits above it.
-inline std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
-  x = reverse_bits(x);
+// Owen's scrambling, of numbers with their bits in reverse order: flips each bit by a function of
+// the seed and the bits below it.
+inline std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
   x *= (seed >> 16) | 1;
   x ^= x * 0x05526c56u;
-  x ^= x * 0x53a22864u;
-  return reverse_bits(x);
+  return x ^ (x * 0x53a22864u);
 }
 
-// As fractions of 2^32.
-inline std::uint32_t sobol_0(std::uint32_t index) { return reverse_bits(index); }
+// Moves a place in the sequence, keeping aligned blocks of 2^k together.
+inline std::uint32_t shuffle(std::uint32_t index, std::uint32_t seed) {
+  return reverse_bits(scramble_reversed(reverse_bits(index), seed));
+}
 
-// Its matrix is Pascal's triangle modulo 2, bit k of the result being the sum over all bits j that
+// Both dimensions with their bits in reverse order: the first is the index itself; the matrix of
+// the second is Pascal's triangle modulo 2, bit k being the sum over all bits j of the index that
 // contain k (Lucas), which takes five steps.
-inline std::uint32_t sobol_1(std::uint32_t index) {
+inline std::uint32_t reversed_sobol_1(std::uint32_t index) {
   index ^= (index & 0xaaaaaaaau) >> 1;
   index ^= (index & 0xccccccccu) >> 2;
   index ^= (index & 0xf0f0f0f0u) >> 4;
   index ^= (index & 0xff00ff00u) >> 8;
-  index ^= (index & 0xffff0000u) >> 16;
-  return reverse_bits(index);
+  return index ^ ((index & 0xffff0000u) >> 16);
+}
+
+// As fractions of 2^32.
+inline std::uint32_t scrambled_sobol_0(std::uint32_t index, std::uint32_t seed) {
+  return reverse_bits(scramble_reversed(index, seed));
+}
+inline std::uint32_t scrambled_sobol_1(std::uint32_t index, std::uint32_t seed) {
+  return reverse_bits(scramble_reversed(reversed_sobol_1(index), seed));
 }
 
 }  // namespace solidtex::pathtracer

@@ -11,7 +11,7 @@ namespace {
 constexpr int kBatchPaths = 16384;
 
 // Random numbers of one bounce, counted from dimension(depth).
-enum Dimension : std::uint32_t { kLightChoice, kLightPoint, kLobe, kDirection, kRoulette, kCount };
+enum Dimension : std::uint32_t { kLight, kLobe, kDirection, kRoulette, kCount };
 constexpr std::uint32_t kPixel = 0, kLens = 1, kFirstBounce = 2;
 
 std::uint32_t dimension(int depth) {
@@ -170,9 +170,7 @@ void TileRenderer::add_direct_light(const Path& path, const Surface& surface, co
                                     const Frame& frame, const glm::vec3& out,
                                     std::uint32_t dimension) {
   const glm::vec3 above = context_.geometry.leave(surface, surface.geometric_normal);
-  const LightSample light =
-      context_.lights.sample(above, path.sampler.get_1d(dimension + kLightChoice),
-                             path.sampler.get_2d(dimension + kLightPoint));
+  const LightSample light = context_.lights.sample(above, path.sampler.get_2d(dimension + kLight));
   if (light.pdf <= 0) return;
   const glm::vec3 in = frame.to_local(light.direction);
   const float cosine = glm::dot(light.direction, surface.geometric_normal);

@@ -135,7 +135,7 @@ TEST_CASE("What lights claim of a sample is what a ray finds there") {
   int checked = 0;
   for (std::uint32_t i = 0; i < 3000; ++i) {
     const pt::Sampler sampler(5, 0, i);
-    const pt::LightSample sample = lights.sample(from, sampler.get_1d(0), sampler.get_2d(1));
+    const pt::LightSample sample = lights.sample(from, sampler.get_2d(1));
     if (sample.pdf <= 0) continue;  // of the back of the cube
     const pt::Ray ray{.origin = from, .direction = sample.direction};
     const pt::Hit hit = geometry.intersect(ray);
