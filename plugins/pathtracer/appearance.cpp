@@ -1,9 +1,9 @@
 #include "plugins/pathtracer/appearance.h"
 
-#include <cmath>
 #include <iterator>
 
 #include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/texel_space.h"
 #include "plugins/pathtracer/textures.h"
 
 namespace solidtex::pathtracer {
@@ -92,24 +92,20 @@ float AppearanceLookup::filter_radius(float footprint) const {
   return filter_ == TextureFilter::none || footprint < kLeastRadius ? 0 : footprint;
 }
 
-// Relative to the translation of the source's map.
+// Relative to the origin of the texture's space.
 void AppearanceLookup::place_points(const Source& source, std::span<const Surface> surfaces) {
-  const SolidColor& solid = *source.solid;
-  const glm::dmat3 linear(solid.to_texels);
-  const double scale = std::cbrt(std::abs(glm::determinant(linear)));
+  const TexelSpace space(*source.solid);
   points_.clear();
   radii_.clear();
   steps_.clear();
   for (const std::uint32_t i : source.waiting) {
     const Surface& surface = surfaces[i];
-    const glm::vec3& p = solid.world_space ? surface.position : surface.object_position;
-    const double units = solid.world_space ? 1.0 : surface.object_scale;
-    const float radius = filter_radius(static_cast<float>(surface.footprint * units * scale));
-    glm::vec3 texels(linear * glm::dvec3(p));
-    if (filter_ == TextureFilter::stochastic) texels += radius * surface.jitter;
-    points_.insert(points_.end(), {texels.x, texels.y, texels.z});
+    TexelSpace::Point point = space(surface);
+    const float radius = filter_radius(point.radius);
+    if (filter_ == TextureFilter::stochastic) point.offset += radius * surface.jitter;
+    points_.insert(points_.end(), {point.offset.x, point.offset.y, point.offset.z});
     radii_.push_back(radius);
-    if (source.bump) place_neighbours(source, surface, texels, radius);
+    if (source.bump) place_neighbours(source, surface, point.offset, radius);
   }
 }
 
@@ -139,8 +135,7 @@ void AppearanceLookup::query(const Source& source, std::span<const Surface> surf
   place_points(source, surfaces);
   const std::size_t channel_count = source.texture->channel_count();
   values_.resize(radii_.size() * channel_count);
-  // The translation stays in double precision: textures may be looked up far from their origin.
-  const glm::dvec3 origin(source.solid->to_texels[3]);
+  const glm::dvec3 origin = TexelSpace(*source.solid).origin();
   if (filter_ == TextureFilter::footprint) {
     source.texture->eval_filtered({origin.x, origin.y, origin.z}, points_, radii_, values_);
   } else {

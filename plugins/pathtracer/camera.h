@@ -37,6 +37,9 @@ class CameraRays {
     return ray;
   }
 
+  // Distance from the camera along its view.
+  float depth_of(const glm::vec3& point) const { return glm::dot(point - origin_, forward_); }
+
  private:
   // All rays of a pixel meet in the plane of focus.
   void start_on_lens(Ray& ray, const glm::vec2& lens) const {

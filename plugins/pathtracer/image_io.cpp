@@ -1,14 +1,8 @@
 #include "plugins/pathtracer/image_io.h"
 
-#include <Imath/half.h>
-#include <OpenEXR/ImfChannelList.h>
-#include <OpenEXR/ImfFrameBuffer.h>
-#include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfOutputFile.h>
 #include <OpenImageIO/imageio.h>
 
 #include <cmath>
-#include <cstdint>
 
 #include "plugins/pathtracer/textures.h"
 
@@ -38,10 +32,6 @@ std::vector<float> read_pixels(OIIO::ImageInput& input, const std::filesystem::p
   return values;
 }
 
-float encode_channel(float linear) {
-  return std::isfinite(linear) ? linear_to_srgb(glm::vec3(glm::clamp(linear, 0.0f, 1.0f))).x : 0;
-}
-
 }  // namespace
 
 ColorImage read_image(const std::filesystem::path& file, ImageEncoding encoding) {
@@ -69,41 +59,6 @@ ColorImage read_image(const std::filesystem::path& file, ImageEncoding encoding)
     image.pixels.push_back(decode ? srgb_to_linear(pixel) : pixel);
   }
   return image;
-}
-
-void write_exr(const Image& image, const std::filesystem::path& file) {
-  Imf::Header header(image.width, image.height);
-  header.compression() = Imf::ZIP_COMPRESSION;
-  Imf::FrameBuffer frame_buffer;
-  const std::size_t pixel_bytes = 3 * sizeof(float);
-  const char* names[] = {"R", "G", "B"};
-  for (std::size_t c = 0; c < 3; ++c) {
-    header.channels().insert(names[c], Imf::Channel(Imf::FLOAT));
-    // OpenEXR's slices are not const, but an output file only reads them.
-    auto* base = reinterpret_cast<char*>(const_cast<float*>(image.rgb.data() + c));
-    frame_buffer.insert(names[c], Imf::Slice(Imf::FLOAT, base, pixel_bytes,
-                                             pixel_bytes * static_cast<std::size_t>(image.width)));
-  }
-  Imf::OutputFile output(file.c_str(), header);
-  output.setFrameBuffer(frame_buffer);
-  output.writePixels(image.height);
-}
-
-void write_png(const Image& image, float exposure, const std::filesystem::path& file) {
-  const float factor = std::exp2(exposure);
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(image.rgb.size());
-  for (const float value : image.rgb) {
-    bytes.push_back(static_cast<std::uint8_t>(std::lround(encode_channel(value * factor) * 255)));
-  }
-  const auto output = OIIO::ImageOutput::create("png");
-  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  if (!output || !output->open(file.string(), spec) ||
-      !output->write_image(OIIO::TypeDesc::UINT8, bytes.data()) || !output->close()) {
-    throw std::runtime_error(file.string() + ": cannot be written (" +
-                             (output ? output->geterror() : OIIO::geterror()) + ")");
-  }
 }
 
 }  // namespace solidtex::pathtracer

@@ -1,4 +1,4 @@
-// Reading images as linear colours. Writing is declared in solidtex/pathtracer.hpp.
+// Reading images as linear colours. Writing is declared in solidtex/picture.hpp.
 #pragma once
 
 #include <filesystem>

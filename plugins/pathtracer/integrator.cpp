@@ -1,33 +1,28 @@
-// Tiles of the picture on oneTBB's threads.
+// A picture under way: tiles on oneTBB's threads, pass by pass.
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <thread>
 
+#include "plugins/pathtracer/checkpoint.h"
+#include "plugins/pathtracer/convergence.h"
 #include "plugins/pathtracer/tile.h"
 
 namespace solidtex::pathtracer {
 namespace {
 
-constexpr int kTileSize = 32;
-
-std::vector<Tile> make_tiles(int width, int height) {
-  std::vector<Tile> tiles;
-  for (int y = 0; y < height; y += kTileSize) {
-    for (int x = 0; x < width; x += kTileSize) {
-      tiles.push_back({x, y, std::min(kTileSize, width - x), std::min(kTileSize, height - y)});
-    }
-  }
-  return tiles;
-}
-
 void add(RenderStatistics& total, const RenderStatistics& tile) {
   total.ray_count += tile.ray_count;
   total.texture_point_count += tile.texture_point_count;
   total.invalid_sample_count += tile.invalid_sample_count;
+}
+
+Window crop_of(const RenderSettings& settings) {
+  return settings.crop.empty() ? Window{0, 0, settings.width, settings.height} : settings.crop;
 }
 
 void check(const RenderSettings& settings) {
@@ -36,41 +31,124 @@ void check(const RenderSettings& settings) {
     throw std::invalid_argument(
         "render: width, height, samples and max_depth must be at least 1, threads at least 0");
   }
+  const Window crop = crop_of(settings);
+  if (crop.x0 < 0 || crop.y0 < 0 || crop.x1 > settings.width || crop.y1 > settings.height) {
+    throw std::invalid_argument("render: the crop window must lie in the picture");
+  }
+  if (settings.layers.empty()) throw std::invalid_argument("render: no layer is asked for");
+  if (!(settings.noise >= 0)) throw std::invalid_argument("render: noise must be at least 0");
+}
+
+// What must be rendered: with a noise target whole blocks, because all of a block's pixels decide
+// how many samples it gets, and a crop must have the values of the whole.
+Window rendered_window(const RenderSettings& settings) {
+  Window window = crop_of(settings);
+  if (settings.noise > 0) {
+    window.x0 -= window.x0 % kBlockSize;
+    window.y0 -= window.y0 % kBlockSize;
+    window.x1 = std::min(settings.width, (window.x1 + kBlockSize - 1) / kBlockSize * kBlockSize);
+    window.y1 = std::min(settings.height, (window.y1 + kBlockSize - 1) / kBlockSize * kBlockSize);
+  }
+  return window;
+}
+
+std::vector<Window> make_tiles(const Window& window) {
+  std::vector<Window> tiles;
+  for_each_square(window, kTileSize, [&](const Window& tile) { tiles.push_back(tile); });
+  return tiles;
+}
+
+std::size_t thread_count(const RenderSettings& settings) {
+  return settings.threads > 0 ? static_cast<std::size_t>(settings.threads)
+                              : std::max(1u, std::thread::hardware_concurrency());
+}
+
+RenderSettings checked(const RenderSettings& settings) {
+  check(settings);
+  return settings;
 }
 
 }  // namespace
 
-Image render(const Scene& scene, const RenderSettings& settings, const Hooks& hooks,
-             RenderStatistics* statistics) {
-  check(settings);
-  const int threads = settings.threads > 0
-                          ? settings.threads
-                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(threads));
-  tbb::task_arena arena(threads);
+struct Rendering::State {
+  State(const Scene& scene, const RenderSettings& settings)
+      : context(scene, checked(settings)),
+        tiles(make_tiles(rendered_window(settings))),
+        framebuffer(rendered_window(settings), settings.layers, settings.noise > 0) {}
 
-  Image image{settings.width, settings.height, {}};
-  image.rgb.resize(static_cast<std::size_t>(settings.width) *
-                   static_cast<std::size_t>(settings.height) * 3);
-  const std::vector<Tile> tiles = make_tiles(settings.width, settings.height);
-  RenderStatistics total;
-  std::mutex total_mutex;
-  arena.execute([&] {
-    const RenderContext context(scene, settings);
-    tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) {
-      // Isolated: while a texture query waits for its own parallel parts, this thread must not
-      // start another tile on top of this one.
-      tbb::this_task_arena::isolate([&] {
-        TileRenderer tile(context, tiles[i]);
-        tile.render(image, hooks);
-        const std::lock_guard lock(total_mutex);
-        add(total, tile.statistics());
-      });
+  bool pass(std::uint32_t target, const Hooks& hooks);
+
+  RenderContext context;
+  std::vector<Window> tiles;
+  Framebuffer framebuffer;
+  RenderStatistics statistics;
+};
+
+// Brings all pixels to `target` samples.
+bool Rendering::State::pass(std::uint32_t target, const Hooks& hooks) {
+  std::atomic<bool> finished = true;
+  std::mutex statistics_mutex;
+  tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) {
+    // Isolated: while a texture query waits for its own parallel parts, this thread must not
+    // start another tile on top of this one.
+    tbb::this_task_arena::isolate([&] {
+      TileRenderer tile(context, tiles[i], framebuffer);
+      if (!tile.render(target, hooks)) finished = false;
+      const std::lock_guard lock(statistics_mutex);
+      add(statistics, tile.statistics());
     });
   });
-  if (statistics) *statistics = total;
-  return image;
+  return finished;
+}
+
+Rendering::Rendering(const Scene& scene, const RenderSettings& settings)
+    : state_(std::make_unique<State>(scene, settings)) {}
+
+Rendering::~Rendering() = default;
+
+bool Rendering::go_on(const Hooks& hooks) {
+  const RenderSettings& settings = state_->context.settings;
+  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
+                                    thread_count(settings));
+  tbb::task_arena arena(static_cast<int>(thread_count(settings)));
+  const auto samples = static_cast<std::uint32_t>(settings.samples);
+  return arena.execute([&] {
+    for (std::uint32_t target = settings.progressive ? 1 : samples; target < samples; target *= 2) {
+      if (!state_->pass(target, hooks)) return false;
+    }
+    return state_->pass(samples, hooks);
+  });
+}
+
+std::uint64_t Rendering::samples_left() const {
+  return pathtracer::samples_left(state_->framebuffer, state_->context.settings,
+                                  state_->framebuffer.window());
+}
+
+Picture Rendering::picture() const {
+  const RenderSettings& settings = state_->context.settings;
+  return state_->framebuffer.picture(settings.width, settings.height, crop_of(settings));
+}
+
+RenderStatistics Rendering::statistics() const { return state_->statistics; }
+
+void Rendering::save(const std::filesystem::path& checkpoint) const {
+  write_checkpoint(checkpoint, identity_of(state_->context.scene, state_->context.settings),
+                   state_->statistics, state_->framebuffer);
+}
+
+void Rendering::resume(const std::filesystem::path& checkpoint) {
+  state_->statistics =
+      read_checkpoint(checkpoint, identity_of(state_->context.scene, state_->context.settings),
+                      state_->framebuffer);
+}
+
+Image render(const Scene& scene, const RenderSettings& settings, const Hooks& hooks,
+             RenderStatistics* statistics) {
+  Rendering rendering(scene, settings);
+  if (!rendering.go_on(hooks)) throw Stopped();
+  if (statistics) *statistics = rendering.statistics();
+  return beauty_of(rendering.picture());
 }
 
 }  // namespace solidtex::pathtracer

@@ -113,7 +113,7 @@ struct EnvironmentImage {
 struct Scene {
   Camera camera;
   RenderSettings settings;
-  float exposure = 0;
+  Display display;
   std::vector<Mesh> meshes;
   std::vector<ColorImage> images;
   std::vector<solidtex::texture> textures;
@@ -123,6 +123,7 @@ struct Scene {
   std::vector<SphereLight> sphere_lights;
   std::vector<MeshLight> mesh_lights;
   std::optional<EnvironmentImage> environment;
+  std::string source;              // the text it was read from
   std::vector<std::string> notes;  // what loading found worth saying, one line each
 };
 

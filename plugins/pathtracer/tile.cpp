@@ -4,11 +4,14 @@
 #include <cmath>
 #include <optional>
 
+#include "plugins/pathtracer/convergence.h"
+#include "plugins/pathtracer/texel_space.h"
+
 namespace solidtex::pathtracer {
 namespace {
 
 // Paths that advance together: enough to fill texture batches, few enough to stay in cache.
-constexpr int kBatchPaths = 16384;
+constexpr std::size_t kBatchPaths = 16384;
 
 // Random numbers of one bounce, counted from dimension(depth).
 enum Dimension : std::uint32_t { kLight, kLobe, kDirection, kRoulette, kCount };
@@ -34,6 +37,23 @@ bool is_finite(const glm::vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
+FirstHit first_hit(const Scene& scene, const CameraRays& camera, const Ray& ray,
+                   const Surface& surface, const Appearance& found) {
+  FirstHit hit{.albedo = found.color,
+               .normal = bumped_normal(surface.normal, found.slope, -ray.direction),
+               .position = surface.position,
+               .depth = camera.depth_of(surface.position),
+               .is_object = true};
+  if (const SolidColor* solid = solid_texture_of(scene.materials[surface.material])) {
+    const TexelSpace space(*solid);
+    const TexelSpace::Point point = space(surface);
+    hit.texcoord = glm::vec3(space.origin() + glm::dvec3(point.offset));
+    hit.footprint = point.radius;
+    hit.is_textured = true;
+  }
+  return hit;
+}
+
 }  // namespace
 
 RenderContext::RenderContext(const Scene& scene_, const RenderSettings& settings_)
@@ -41,65 +61,90 @@ RenderContext::RenderContext(const Scene& scene_, const RenderSettings& settings
       settings(settings_),
       geometry(scene_),
       lights(scene_),
-      camera(scene_.camera, settings_.width, settings_.height, settings_.samples) {
+      camera(scene_.camera, settings_.width, settings_.height, settings_.samples),
+      needs_paths(settings_.noise > 0 ||
+                  settings_.layers.has_any({Layer::beauty, Layer::variance, Layer::cost})),
+      needs_first_hits(
+          settings_.layers.has_any({Layer::albedo, Layer::normal, Layer::depth, Layer::position,
+                                    Layer::texcoord, Layer::footprint})),
+      needs_cost(settings_.layers.has(Layer::cost)) {
   for (const Material& material : scene.materials) {
     bsdfs.emplace_back(material);
   }
 }
 
-void TileRenderer::render(Image& image, const Hooks& hooks) {
-  const int pixel_count = tile_.width * tile_.height;
-  const int samples = context_.settings.samples;
-  const int batch = std::clamp(kBatchPaths / pixel_count, 1, samples);
-  pixel_sums_.assign(static_cast<std::size_t>(pixel_count), glm::dvec3(0));
-  for (int first = 0; first < samples; first += batch) {
-    if (hooks.should_stop && hooks.should_stop()) throw Stopped();
-    const int count = std::min(batch, samples - first);
-    start_paths(first, count);
+bool TileRenderer::render(std::uint32_t target, const Hooks& hooks) {
+  std::uint64_t left = samples_left(framebuffer_, context_.settings, tile_);
+  while (choose_pixels(target)) {
+    if (hooks.should_stop && hooks.should_stop()) return false;
+    const std::uint32_t count = batch_size(target);
+    start_paths(count);
     trace();
     accumulate(count);
-    if (hooks.on_samples)
-      hooks.on_samples(static_cast<std::uint64_t>(pixel_count) * static_cast<std::uint64_t>(count));
+    const std::uint64_t left_before = left;
+    left = samples_left(framebuffer_, context_.settings, tile_);
+    if (hooks.on_samples) hooks.on_samples(left_before - left);
   }
-  for (int i = 0; i < pixel_count; ++i) {
-    const int x = tile_.x + i % tile_.width, y = tile_.y + i / tile_.width;
-    const auto pixel = (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-                        static_cast<std::size_t>(x)) *
-                       3;
-    const glm::dvec3 mean = pixel_sums_[static_cast<std::size_t>(i)] / static_cast<double>(samples);
-    for (int c = 0; c < 3; ++c) {
-      image.rgb[pixel + static_cast<std::size_t>(c)] = static_cast<float>(mean[c]);
-    }
-  }
+  return true;
 }
 
-void TileRenderer::start_paths(int first_sample, int sample_count) {
+// The unfinished pixels that have the fewest samples; false when there are none.
+bool TileRenderer::choose_pixels(std::uint32_t target) {
+  const RenderSettings& settings = context_.settings;
+  pixels_.clear();
+  for_each_square(tile_, part_size(settings), [&](const Window& part) {
+    const std::uint32_t count = framebuffer_.sample_count(framebuffer_.pixel(part.x0, part.y0));
+    if (count >= target || is_done(framebuffer_, settings, part)) return;
+    if (!pixels_.empty() && count > first_sample_) return;
+    if (count < first_sample_) pixels_.clear();
+    first_sample_ = count;
+    for (int y = part.y0; y < part.y1; ++y) {
+      for (int x = part.x0; x < part.x1; ++x) pixels_.emplace_back(x, y);
+    }
+  });
+  return !pixels_.empty();
+}
+
+std::uint32_t TileRenderer::batch_size(std::uint32_t target) const {
+  const auto fitting =
+      static_cast<std::uint32_t>(std::max<std::size_t>(1, kBatchPaths / pixels_.size()));
+  return std::min(
+      {fitting, target - first_sample_, samples_to_check(context_.settings, first_sample_)});
+}
+
+void TileRenderer::start_paths(std::uint32_t sample_count) {
   const RenderSettings& settings = context_.settings;
   paths_.clear();
-  for (int i = 0; i < tile_.width * tile_.height; ++i) {
-    const int x = tile_.x + i % tile_.width, y = tile_.y + i / tile_.width;
-    const auto pixel = static_cast<std::uint32_t>(y * settings.width + x);
-    for (int s = 0; s < sample_count; ++s) {
-      const Sampler sampler(settings.seed, pixel, static_cast<std::uint32_t>(first_sample + s));
+  for (const glm::ivec2& p : pixels_) {
+    const auto pixel = static_cast<std::uint32_t>(p.y * settings.width + p.x);
+    for (std::uint32_t s = 0; s < sample_count; ++s) {
+      const Sampler sampler(settings.seed, pixel, first_sample_ + s);
       // A tent filter of two pixels' width, by placing the samples with its density.
       const glm::vec2 u = sampler.get_2d(kPixel);
-      const Ray ray = context_.camera.ray(static_cast<float>(x) + 0.5f + sample_tent(u.x),
-                                          static_cast<float>(y) + 0.5f + sample_tent(u.y),
+      const Ray ray = context_.camera.ray(static_cast<float>(p.x) + 0.5f + sample_tent(u.x),
+                                          static_cast<float>(p.y) + 0.5f + sample_tent(u.y),
                                           sampler.get_2d(kLens));
       paths_.push_back(
           {.ray = ray, .slot = static_cast<std::uint32_t>(paths_.size()), .sampler = sampler});
     }
   }
   radiance_.assign(paths_.size(), glm::vec3(0));
+  if (context_.needs_first_hits) first_hits_.assign(paths_.size(), {});
+  if (context_.needs_cost) costs_.assign(paths_.size(), 0);
 }
 
 void TileRenderer::trace() {
-  for (int depth = 1; depth <= context_.settings.max_depth && !paths_.empty(); ++depth) {
+  const int last = context_.needs_paths ? context_.settings.max_depth : 1;
+  for (int depth = 1; depth <= last && !paths_.empty(); ++depth) {
     intersect(depth);
-    if (depth == context_.settings.max_depth) return;
+    const bool records = depth == 1 && context_.needs_first_hits;
+    if (depth == last && !records) return;
     found_.resize(surfaces_.size());
-    statistics_.texture_point_count += lookup_(surfaces_, found_);
-    scatter(depth);
+    if (depth < last || context_.settings.layers.has_any({Layer::albedo, Layer::normal})) {
+      statistics_.texture_point_count += lookup_(surfaces_, found_);
+    }
+    record(depth);
+    if (depth < last) scatter(depth);
   }
 }
 
@@ -146,6 +191,21 @@ void TileRenderer::add_emitted(const Path& path, const LightSample& seen, int de
     }
   }
   radiance_[path.slot] += path.throughput * seen.radiance * weight;
+}
+
+// Keeps what layers other than the light need.
+void TileRenderer::record(int depth) {
+  if (context_.needs_cost) {
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      const Material& material = context_.scene.materials[surfaces_[i].material];
+      costs_[paths_[i].slot] += texture_points_of(material);
+    }
+  }
+  if (depth > 1 || !context_.needs_first_hits) return;
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    first_hits_[paths_[i].slot] =
+        first_hit(context_.scene, context_.camera, paths_[i].ray, surfaces_[i], found_[i]);
+  }
 }
 
 // Adds direct light and sends the paths on.
@@ -217,13 +277,18 @@ bool TileRenderer::bounce(Path& path, const Surface& surface, const Bsdf& bsdf, 
   return true;
 }
 
-void TileRenderer::accumulate(int sample_count) {
-  for (std::size_t i = 0; i < radiance_.size(); ++i) {
-    if (is_finite(radiance_[i])) {
-      pixel_sums_[i / static_cast<std::size_t>(sample_count)] += glm::dvec3(radiance_[i]);
+void TileRenderer::accumulate(std::uint32_t sample_count) {
+  for (std::size_t slot = 0; slot < radiance_.size(); ++slot) {
+    const glm::ivec2 p = pixels_[slot / sample_count];
+    const std::size_t pixel = framebuffer_.pixel(p.x, p.y);
+    if (is_finite(radiance_[slot])) {
+      framebuffer_.add_light(pixel, radiance_[slot]);
     } else {
       ++statistics_.invalid_sample_count;
     }
+    if (context_.needs_first_hits) framebuffer_.add_first_hit(pixel, first_hits_[slot]);
+    if (context_.needs_cost) framebuffer_.add_cost(pixel, costs_[slot]);
+    framebuffer_.count_samples(pixel, 1);
   }
 }
 

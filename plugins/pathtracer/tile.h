@@ -9,6 +9,7 @@
 #include "plugins/pathtracer/appearance.h"
 #include "plugins/pathtracer/camera.h"
 #include "plugins/pathtracer/embree_scene.h"
+#include "plugins/pathtracer/framebuffer.h"
 #include "plugins/pathtracer/lights.h"
 #include "plugins/pathtracer/material_bsdf.h"
 #include "plugins/pathtracer/sampling.h"
@@ -25,19 +26,20 @@ struct RenderContext {
   Lights lights;
   std::vector<MaterialBsdf> bsdfs;  // per material
   CameraRays camera;
-};
-
-struct Tile {
-  int x = 0, y = 0, width = 0, height = 0;  // in pixels
+  bool needs_paths, needs_first_hits, needs_cost;  // by the layers that are asked for
 };
 
 class TileRenderer {
  public:
-  TileRenderer(const RenderContext& context, const Tile& tile)
-      : context_(context), tile_(tile), lookup_(context.scene, context.settings.texture_filter) {}
+  TileRenderer(const RenderContext& context, const Window& tile, Framebuffer& framebuffer)
+      : context_(context),
+        tile_(tile),
+        framebuffer_(framebuffer),
+        lookup_(context.scene, context.settings.texture_filter) {}
 
-  // Writes the mean of all samples of the tile's pixels. Throws Stopped when asked to stop.
-  void render(Image& image, const Hooks& hooks);
+  // Takes samples until each pixel has `target` of them, or as many as it needs. False when asked
+  // to stop; what is done until then is in the framebuffer.
+  bool render(std::uint32_t target, const Hooks& hooks);
   const RenderStatistics& statistics() const { return statistics_; }
 
  private:
@@ -50,26 +52,33 @@ class TileRenderer {
     Sampler sampler;
   };
 
-  void start_paths(int first_sample, int sample_count);
+  bool choose_pixels(std::uint32_t target);
+  std::uint32_t batch_size(std::uint32_t target) const;
+  void start_paths(std::uint32_t sample_count);
   void trace();
   void intersect(int depth);
+  void record(int depth);
   void scatter(int depth);
   void add_direct_light(const Path& path, const Surface& surface, const Bsdf& bsdf,
                         const Frame& frame, const glm::vec3& out, std::uint32_t dimension);
   bool bounce(Path& path, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
               const glm::vec3& out, std::uint32_t dimension, int depth);
   void add_emitted(const Path& path, const LightSample& seen, int depth);
-  void accumulate(int sample_count);
+  void accumulate(std::uint32_t sample_count);
 
   const RenderContext& context_;
-  Tile tile_;
+  const Window tile_;
+  Framebuffer& framebuffer_;
   AppearanceLookup lookup_;
   RenderStatistics statistics_;
-  std::vector<Path> paths_;          // still under way
-  std::vector<Surface> surfaces_;    // where paths_[i] has arrived
-  std::vector<Appearance> found_;    // what is there
-  std::vector<glm::vec3> radiance_;  // per pixel and sample of this batch
-  std::vector<glm::dvec3> pixel_sums_;
+  std::vector<glm::ivec2> pixels_;  // that this batch is for; all have this many samples:
+  std::uint32_t first_sample_ = 0;
+  std::vector<Path> paths_;           // still under way
+  std::vector<Surface> surfaces_;     // where paths_[i] has arrived
+  std::vector<Appearance> found_;     // what is there
+  std::vector<glm::vec3> radiance_;   // per pixel and sample of this batch
+  std::vector<FirstHit> first_hits_;  // the same, where layers need it
+  std::vector<std::uint32_t> costs_;  // the same
 };
 
 }  // namespace solidtex::pathtracer

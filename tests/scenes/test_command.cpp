@@ -67,6 +67,15 @@ TEST_CASE("solidtex-render refuses what it cannot do, without leaving files") {
   const std::pair<const char*, const char*> failures[] = {
       {"scene.json -o a.jpg", "*.png or *.exr"},
       {"scene.json -o nowhere/a.png", "nowhere"},
+      {"scene.json -o /proc/a.png", "/proc"},
+      {"scene.json -o a.png --layers albedo", "--layers"},
+      {"scene.json -o a.png --crop 3,3,25,4", "24 x 16"},
+      {"scene.json -o a.png --crop 3,3,3,4", "x0 < x1"},
+      {"scene.json -o a.exr --size 32768,32768 --layers all", "memory"},
+      {"scene.json -o a.png --checkpoint nowhere/state", "nowhere"},
+      {"scene.json -o a.png --checkpoint cube.ply", "checkpoint"},
+      {"scene.json -o a.png --turntable 3", "a.####.png"},
+      {"scene.json -o a.#.png --frames 1", "0 to 0"},
       {"missing.json -o a.png", "missing.json"},
       {"cube.ply -o a.png", "not JSON"}};
   for (const auto& [arguments, words] : failures) {
@@ -74,9 +83,12 @@ TEST_CASE("solidtex-render refuses what it cannot do, without leaving files") {
     CHECK(run_render(arguments, folder) == 1);
     CHECK(read_text(folder / "err.txt").find(words) != std::string::npos);
   }
-  for (const char* arguments : {"", "scene.json", "scene.json -o a.png --spp 0",
-                                "scene.json -o a.png --size 3", "scene.json -o a.png --size 0,3",
-                                "scene.json -o a.png --bogus", "scene.json -o a.png --threads x"}) {
+  for (const char* arguments :
+       {"", "scene.json", "scene.json -o a.png --spp 0", "scene.json -o a.png --size 3",
+        "scene.json -o a.png --size 0,3", "scene.json -o a.png --bogus",
+        "scene.json -o a.exr --spp 1000000000", "scene.json -o a.exr --layers gloss",
+        "scene.json -o a.png --view x", "scene.json -o a.exr --view depth --layers depth",
+        "scene.json -o a.png --threads x"}) {
     CAPTURE(arguments);
     CHECK(run_render(arguments, folder) == 2);
   }
@@ -86,27 +98,94 @@ TEST_CASE("solidtex-render refuses what it cannot do, without leaving files") {
   CHECK(run_render("--version", folder) == 0);
 }
 
-TEST_CASE("Ctrl-C ends solidtex-render with 130 and leaves nothing behind") {
+TEST_CASE("solidtex-render shows layers, crops, and renders sequences") {
   const TemporaryFolder folder;
   write_scene(folder);
+  CHECK(run_render("scene.json --view normal -o normal.png", folder) == 0);
+  CHECK(read_text(folder / "out.txt").find("from -1 to 1") != std::string::npos);
+  CHECK(run_render("scene.json --layers all --crop 1,2,9,8 -o all.exr", folder) == 0);
+  CHECK(read_text(folder / "all.exr").find("albedo.R") != std::string::npos);
+  CHECK(run_render("scene.json -o srgb.png", folder) == 0);
+  CHECK(run_render("scene.json --view-transform filmic -o filmic.png", folder) == 0);
+  CHECK(read_text(folder / "filmic.png") != read_text(folder / "srgb.png"));
+
+  CHECK(run_render("scene.json --turntable 4 -o turn.##.png", folder) == 0);
+  CHECK(read_text(folder / "turn.00.png") == read_text(folder / "srgb.png"));
+  const std::string third = read_text(folder / "turn.02.png");
+  CHECK(third != read_text(folder / "turn.00.png"));
+  CHECK(fs::exists(folder / "turn.03.png"));
+  fs::remove(folder / "turn.02.png");
+  write_text(folder / "turn.01.png", "not touched");
+  CHECK(run_render("scene.json --turntable 4 -o turn.##.png", folder) == 1);
+  CHECK(read_text(folder / "err.txt").find("turn.00.png") != std::string::npos);
+  CHECK(!fs::exists(folder / "turn.02.png"));
+  CHECK(run_render("scene.json --turntable 4 -o turn.##.png --resume", folder) == 0);
+  CHECK(read_text(folder / "turn.02.png") == third);
+  CHECK(read_text(folder / "turn.01.png") == "not touched");
+  CHECK(run_render("scene.json --turntable 4 --frames 2-2 -o one.png", folder) == 0);
+  CHECK(read_text(folder / "one.png") == third);
+}
+
+namespace {
+
+// Starts solidtex-render and sends it SIGINT while it renders; its exit code.
+int interrupt_render(std::vector<std::string> arguments, const TemporaryFolder& folder) {
+  fs::remove(folder / "out.txt");
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {
-    if (!freopen((folder / "err.txt").c_str(), "w", stderr)) _exit(99);
-    if (!freopen((folder / "out.txt").c_str(), "w", stdout)) _exit(99);
-    execl(SOLIDTEX_RENDER, "solidtex-render", (folder / "scene.json").c_str(), "--spp", "1000000",
-          "-o", (folder / "a.png").c_str(), static_cast<char*>(nullptr));
+    if (chdir(folder.path().c_str()) != 0) _exit(99);
+    if (!freopen("err.txt", "w", stderr) || !freopen("out.txt", "w", stdout)) _exit(99);
+    std::vector<char*> pointers{const_cast<char*>("solidtex-render")};
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    pointers.push_back(nullptr);
+    execv(SOLIDTEX_RENDER, pointers.data());
     _exit(99);
   }
   // What it says about the mesh comes right before the rendering.
   for (int i = 0; i < 600 && read_text(folder / "out.txt").empty(); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
-  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   kill(child, SIGINT);
   int status = 0;
   waitpid(child, &status, 0);
-  CHECK(WIFEXITED(status));
-  CHECK(WEXITSTATUS(status) == 130);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+}  // namespace
+
+TEST_CASE("Ctrl-C ends solidtex-render with 130 and leaves nothing behind") {
+  const TemporaryFolder folder;
+  write_scene(folder);
+  CHECK(interrupt_render({"scene.json", "--spp", "1000000", "-o", "a.png"}, folder) == 130);
   CHECK(file_count(folder) == 4);
+}
+
+TEST_CASE("With a checkpoint neither Ctrl-C nor a full disk costs what is done") {
+  const TemporaryFolder folder;
+  write_scene(folder);
+  const std::string render = "scene.json --spp 10000 --preview-every 0.1 -o a.exr";
+  REQUIRE(run_render("scene.json --spp 10000 -o whole.exr", folder) == 0);
+  CHECK(interrupt_render({"scene.json", "--spp", "10000", "--preview-every", "0.1", "-o", "a.exr",
+                          "--checkpoint", "state"},
+                         folder) == 130);
+  CHECK(read_text(folder / "err.txt").find("state keeps") != std::string::npos);
+  CHECK(!fs::exists(folder / "a.exr"));
+  REQUIRE(fs::exists(folder / "state"));
+
+  // No file may grow: every write fails.
+  const std::string full = "cd '" + folder.path().string() +
+                           "' && (trap '' XFSZ; ulimit -f 0; exec '" SOLIDTEX_RENDER "' " + render +
+                           " --checkpoint state) 2>&1 | cat > full.txt";
+  const std::string state = read_text(folder / "state");
+  CHECK(std::system(full.c_str()) == 0);
+  CHECK(read_text(folder / "full.txt").find("a.exr") != std::string::npos);
+  CHECK(!fs::exists(folder / "a.exr"));
+  CHECK(read_text(folder / "state") == state);
+
+  CHECK(run_render(render + " --checkpoint state", folder) == 0);
+  CHECK(read_text(folder / "a.exr") == read_text(folder / "whole.exr"));
+  CHECK(!fs::exists(folder / "state"));
+  CHECK(!fs::exists(folder / "a.preview.png"));
 }

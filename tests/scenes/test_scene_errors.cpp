@@ -35,8 +35,8 @@ void write_good_files(const TemporaryFolder& folder) {
   write_ply(folder / "cube.ply", make_cube());
   write_noise_model(folder / "noise.solidtex", 2);
   write_text(folder / "broken.solidtex", "not a model");
-  pt::write_exr({1, 1, {0, 0, 0}}, folder / "black.exr");
-  pt::write_exr({1, 1, {1, -1, 0}}, folder / "negative.exr");
+  pt::write_exr(pt::Image{1, 1, {0, 0, 0}}, folder / "black.exr");
+  pt::write_exr(pt::Image{1, 1, {1, -1, 0}}, folder / "negative.exr");
 }
 
 std::string refusal(const std::filesystem::path& file) {
@@ -239,7 +239,7 @@ const std::vector<BadScene>& bad_scenes() {
         {"transform", json::array({{{"scale", 0}}})}},
        "/lights/0/transform/0/scale",
        "found 0"},
-      {"/sun", json::object(), "/sun", "unknown key, expected one of camera, environment"},
+      {"/sun", json::object(), "/sun", "unknown key, expected one of animation, camera"},
   };
   return list;
 }

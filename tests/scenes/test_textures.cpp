@@ -54,7 +54,7 @@ TEST_CASE("An image lies on the mesh by its UV, the first row on top") {
 TEST_CASE("PNG files are decoded from sRGB, EXR files are linear, both survive the round trip") {
   const TemporaryFolder folder;
   pt::Image picture{3, 1, {0, 0.25f, 0.5f, 1, 0.02f, 0.003f, 0.7f, 0.18f, 1}};
-  pt::write_png(picture, 0, folder / "a.png");
+  pt::write_png(pt::show(picture, {}), folder / "a.png");
   pt::write_exr(picture, folder / "a.exr");
   const auto from_png = pt::read_image(folder / "a.png", pt::ImageEncoding::automatic);
   const auto from_exr = pt::read_image(folder / "a.exr", pt::ImageEncoding::automatic);
@@ -66,7 +66,7 @@ TEST_CASE("PNG files are decoded from sRGB, EXR files are linear, both survive t
     CHECK(near(undecoded.pixels[i], pt::linear_to_srgb(expected), 0.003f));
   }
   // One stop brighter, and clamped.
-  pt::write_png(picture, 1, folder / "b.png");
+  pt::write_png(pt::show(picture, {.exposure = 1}), folder / "b.png");
   const auto brighter = pt::read_image(folder / "b.png", pt::ImageEncoding::automatic);
   CHECK(near(brighter.pixels[0], {0, 0.5f, 1}, 0.006f));
 }

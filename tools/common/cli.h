@@ -18,7 +18,8 @@ inline constexpr int exit_interrupted = 130;
 // Thrown where the work stops after Ctrl-C; run_tool turns it into exit_interrupted.
 class Interrupted : public std::runtime_error {
  public:
-  Interrupted() : std::runtime_error("interrupted, nothing was written") {}
+  explicit Interrupted(const std::string& outcome = "nothing was written")
+      : std::runtime_error("interrupted, " + outcome) {}
 };
 
 // From then on SIGINT and SIGTERM only raise a flag; a second one ends the program at once.

@@ -29,7 +29,10 @@ void read_settings(const SceneFile& file, Scene& scene) {
   if (render.contains("texture_filter")) {
     settings.texture_filter = texture_filters().at(render["texture_filter"]);
   }
-  scene.exposure = render.value("exposure", scene.exposure);
+  scene.display.exposure = render.value("exposure", scene.display.exposure);
+  if (render.contains("view_transform")) {
+    scene.display.transform = view_transforms().at(render["view_transform"]);
+  }
 }
 
 void read_camera(const SceneFile& file, Scene& scene) {

@@ -43,8 +43,12 @@ json parse_file(const std::filesystem::path& file) {
 
 }  // namespace
 
-SceneFile::SceneFile(const std::filesystem::path& file) : file_(file), document_(parse_file(file)) {
-  check_scene_schema(document_, file_.string());
+SceneFile::SceneFile(const std::filesystem::path& file)
+    : SceneFile(file, parse_file(file), file.string()) {}
+
+SceneFile::SceneFile(const std::filesystem::path& file, json document, std::string label)
+    : file_(file), document_(std::move(document)), label_(std::move(label)) {
+  check_scene_schema(document_, label_);
 }
 
 std::filesystem::path SceneFile::beside(const Place& place) const {
@@ -52,7 +56,7 @@ std::filesystem::path SceneFile::beside(const Place& place) const {
 }
 
 glm::dmat4 SceneFile::transform(const Place& place) const {
-  return read_transform(document_, place, file_.string());
+  return read_transform(document_, place, label_);
 }
 
 void SceneFile::check_keys(const Place& place, const std::string& owner, const Keys& required,
@@ -75,7 +79,7 @@ void SceneFile::check_keys(const Place& place, const std::string& owner, const K
 
 void SceneFile::refuse(const Place& place, const std::string& found,
                        const std::string& expected) const {
-  refuse_json(file_.string(), place, found, expected);
+  refuse_json(label_, place, found, expected);
 }
 
 }  // namespace solidtex::pathtracer

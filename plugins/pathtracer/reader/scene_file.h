@@ -17,6 +17,12 @@ class SceneFile {
  public:
   // Throws SceneError for what is not readable, not JSON, or breaks the schema.
   explicit SceneFile(const std::filesystem::path& file);
+  // What the file would say: another document, checked too, in the file's place. `label` stands
+  // for it in messages.
+  SceneFile(const std::filesystem::path& file, nlohmann::json document, std::string label);
+
+  const nlohmann::json& document() const { return document_; }
+  const std::filesystem::path& path() const { return file_; }
 
   const nlohmann::json& at(const Place& place) const { return document_.at(place); }
   bool has(const char* key) const { return document_.contains(key); }
@@ -42,13 +48,14 @@ class SceneFile {
     try {
       return load_file();
     } catch (const std::exception& error) {
-      throw SceneError(file_.string() + ": " + place.to_string() + ": " + error.what());
+      throw SceneError(label_ + ": " + place.to_string() + ": " + error.what());
     }
   }
 
  private:
   std::filesystem::path file_;
   nlohmann::json document_;
+  std::string label_;
 };
 
 }  // namespace solidtex::pathtracer

@@ -1,26 +1,110 @@
-// From a scene file to a Scene, part by part.
+// From a scene file to Scenes, part by part, frame by frame.
+#include <utility>
+
+#include "plugins/pathtracer/reader/animation.h"
 #include "plugins/pathtracer/reader/parts.h"
 
 namespace solidtex::pathtracer {
+namespace {
 
-std::shared_ptr<const Scene> load_scene(const std::filesystem::path& path) {
-  const SceneFile file(path);
-  const auto scene = std::make_shared<Scene>();
-  read_settings(file, *scene);
-  read_camera(file, *scene);
-  read_materials(file, *scene);
-  read_objects(file, *scene);
-  read_environment(file, *scene);
-  read_lights(file, *scene);
-  if (scene->objects.empty() && scene->lights.empty() && scene->sphere_lights.empty() &&
-      scene->mesh_lights.empty() && !scene->environment) {
+using nlohmann::json;
+
+// Reads what is not as it was `before`, which is null for the first frame: a camera that moves
+// needs no mesh to be loaded, a cut no texture, whose bricks are worth keeping.
+void read_changes(const SceneFile& file, const json& before, Scene& scene) {
+  const json& now = file.document();
+  const auto changed = [&](const char* key) {
+    return before.is_null() || before.value(key, json()) != now.value(key, json());
+  };
+  if (changed("render")) {
+    scene.settings = {};
+    scene.display = {};
+    read_settings(file, scene);
+  }
+  if (changed("camera")) {
+    scene.camera = {};
+    read_camera(file, scene);
+  }
+  const bool materials = changed("materials");
+  if (materials) {
+    scene.materials.clear();
+    scene.images.clear();
+    scene.textures.clear();
+    read_materials(file, scene);
+  }
+  const bool objects = materials || changed("objects");
+  if (objects) {
+    scene.objects.clear();
+    scene.meshes.clear();
+    scene.notes.clear();
+    read_objects(file, scene);
+  }
+  if (changed("environment")) {
+    scene.environment.reset();
+    read_environment(file, scene);
+  }
+  if (objects || changed("lights")) {
+    scene.lights.clear();
+    scene.sphere_lights.clear();
+    scene.mesh_lights.clear();
+    read_lights(file, scene);
+  }
+  if (scene.objects.empty() && scene.lights.empty() && scene.sphere_lights.empty() &&
+      scene.mesh_lights.empty() && !scene.environment) {
     file.refuse(Place(), "nothing to see", "objects, lights or an environment");
   }
-  return scene;
+  scene.source = now.dump();
+}
+
+}  // namespace
+
+struct Sequence::State {
+  explicit State(const std::filesystem::path& path) : file(path) {
+    check_animation(file.document(), path.string());
+  }
+
+  json document_of(int frame) const {
+    json document = document_at(file.document(), turns > 0 ? 0 : frame);
+    if (turns > 0) document = with_turned_camera(document, 360.0 * frame / turns);
+    return document;
+  }
+
+  SceneFile file;
+  int turns = 0;  // frames of a turntable
+  json read;      // what `scene` was read from
+  Scene scene;
+};
+
+Sequence::Sequence(const std::filesystem::path& file) : state_(std::make_unique<State>(file)) {}
+
+Sequence::~Sequence() = default;
+
+int Sequence::frame_count() const {
+  if (state_->turns > 0) return state_->turns;
+  const json& document = state_->file.document();
+  return document.contains("animation") ? document["animation"]["frames"].get<int>() : 1;
+}
+
+void Sequence::turn(int frames) { state_->turns = frames; }
+
+const Scene& Sequence::frame(int number) {
+  const std::filesystem::path& path = state_->file.path();
+  const std::string label =
+      path.string() + (frame_count() > 1 ? " (frame " + std::to_string(number) + ")" : "");
+  const SceneFile file(path, state_->document_of(number), label);
+  const json before = std::exchange(state_->read, json());  // null if what follows throws
+  read_changes(file, before, state_->scene);
+  state_->read = file.document();
+  return state_->scene;
+}
+
+std::shared_ptr<const Scene> load_scene(const std::filesystem::path& path) {
+  const auto sequence = std::make_shared<Sequence>(path);
+  return {sequence, &sequence->frame(0)};
 }
 
 RenderSettings settings_of(const Scene& scene) { return scene.settings; }
-float exposure_of(const Scene& scene) { return scene.exposure; }
+Display display_of(const Scene& scene) { return scene.display; }
 std::vector<std::string> notes_of(const Scene& scene) { return scene.notes; }
 
 }  // namespace solidtex::pathtracer

@@ -1,4 +1,4 @@
-// The path tracer as a library: read a scene, render it, write the picture.
+// The path tracer as a library: read a scene, render it. Pictures are in solidtex/picture.hpp.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <solidtex/picture.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -37,18 +38,19 @@ const std::map<std::string, TextureFilter>& texture_filters();
 
 struct RenderSettings {
   int width = 960, height = 540;
-  int samples = 64;        // per pixel
+  int samples = 64;        // per pixel; with a noise target at most
   std::uint64_t seed = 0;  // same seed, same bits, whatever the number of threads
   int threads = 0;         // 0: as many as the machine has
   int max_depth = 12;      // longest path, in segments
   LightSampling light_sampling = LightSampling::mis;
   TextureFilter texture_filter = TextureFilter::footprint;
-};
 
-// Linear RGB, row 0 on top, 3 floats a pixel.
-struct Image {
-  int width = 0, height = 0;
-  std::vector<float> rgb;
+  LayerSet layers{Layer::beauty};  // what is not asked for costs nothing
+  Window crop;       // the part of the picture to render, with the values of the whole; empty: all
+  double noise = 0;  // relative error at which a part has samples enough; 0: all get `samples`
+  // The whole picture gets its first samples before any part gets its last. Same bits, but bricks
+  // of solid textures are met several times.
+  bool progressive = false;
 };
 
 struct RenderStatistics {
@@ -59,29 +61,78 @@ struct RenderStatistics {
 
 struct Scene;
 
-// Reads and checks a scene file (docs/scene-format.md) and all it refers to.
+// Reads and checks a scene file (docs/scene-format.md) and all it refers to. Of an animated one
+// this is the first frame.
 std::shared_ptr<const Scene> load_scene(const std::filesystem::path& file);
 
-// The settings and the exposure that the scene file asks for.
+// A scene file frame by frame. All functions throw SceneError.
+class Sequence {
+ public:
+  explicit Sequence(const std::filesystem::path& file);
+  ~Sequence();
+  Sequence(const Sequence&) = delete;
+  Sequence& operator=(const Sequence&) = delete;
+
+  int frame_count() const;  // 1 for a scene that is not animated
+
+  // From now on the frames are those of a turntable: the first one's camera goes round what it
+  // looks at, once in so many frames.
+  void turn(int frames);
+
+  // The scene at a frame, counted from 0; good until the next call. What does not change between
+  // frames is not loaded again.
+  const Scene& frame(int number);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// What the scene file asks for.
 RenderSettings settings_of(const Scene& scene);
-float exposure_of(const Scene& scene);
+Display display_of(const Scene& scene);
 
 // What loading found worth saying (repaired meshes, for example), one line each.
 std::vector<std::string> notes_of(const Scene& scene);
 
 // How a host watches a render. Both may be called from any thread, and from several at once.
 struct Hooks {
-  std::function<void(std::uint64_t)> on_samples;  // so many more samples are finished
+  // So many more samples are finished, or need not be taken.
+  std::function<void(std::uint64_t)> on_samples;
   std::function<bool()> should_stop;
 };
 
+// A picture under way. It can be stopped and looked at, and goes on as if nothing had happened:
+// every pixel's samples are added in their order, so that neither threads nor stops show.
+class Rendering {
+ public:
+  // Keeps a reference to the scene. Throws std::invalid_argument for impossible settings.
+  Rendering(const Scene& scene, const RenderSettings& settings);
+  ~Rendering();
+  Rendering(const Rendering&) = delete;
+  Rendering& operator=(const Rendering&) = delete;
+
+  // True when the picture is finished, false when it was told to stop.
+  bool go_on(const Hooks& hooks = {});
+
+  std::uint64_t samples_left() const;
+  Picture picture() const;  // of the samples so far
+  RenderStatistics statistics() const;
+
+  // Between calls of go_on: writes all there is to a file, and goes on from there, with the bits of
+  // a render that was never interrupted. Both throw std::runtime_error, naming the file, when it
+  // cannot be written, is no checkpoint, or belongs to another scene or to other settings (threads
+  // and `progressive` may change).
+  void save(const std::filesystem::path& checkpoint) const;
+  void resume(const std::filesystem::path& checkpoint);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// The beauty in one go.
 Image render(const Scene& scene, const RenderSettings& settings, const Hooks& hooks = {},
              RenderStatistics* statistics = nullptr);
-
-// Linear EXR with 32-bit float channels R, G, B.
-void write_exr(const Image& image, const std::filesystem::path& file);
-
-// 8-bit PNG: colours times 2^exposure, clamped to [0, 1], encoded as sRGB.
-void write_png(const Image& image, float exposure, const std::filesystem::path& file);
 
 }  // namespace solidtex::pathtracer
