@@ -266,6 +266,6 @@ solidtex_status solidtex_get_cache_stats(const solidtex_texture* texture,
     require_size(stats->struct_size, sizeof(solidtex_cache_stats), "solidtex_cache_stats");
     const auto found = texture->texture.cache_stats();
     *stats = {sizeof(solidtex_cache_stats), found.hit_count, found.miss_count, found.resident_bytes,
-              found.peak_bytes};
+              found.peak_bytes, found.brick_count};
   });
 }

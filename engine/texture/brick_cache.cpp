@@ -8,6 +8,7 @@
 #include <list>
 #include <mutex>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace solidtex::engine {
 namespace {
@@ -62,8 +63,14 @@ struct BrickCache::Shard {
 
   mutable std::mutex mutex;
   std::unordered_map<BrickKey, Entry, KeyHash> entries;
-  Order recent;  // finished bricks, the most recently used first
-  std::uint64_t hit_count = 0, miss_count = 0;
+  Order recent;                                   // finished bricks, the most recently used first
+  std::unordered_set<BrickKey, KeyHash> dropped;  // 12 bytes for a brick of some ten thousand
+  std::uint64_t hit_count = 0, miss_count = 0, repeated_count = 0;
+
+  void drop(const BrickKey& key) {
+    entries.erase(key);
+    dropped.insert(key);
+  }
 };
 
 struct BrickCache::Total {
@@ -106,6 +113,7 @@ std::shared_ptr<const float> BrickCache::get(const BrickKey& key) {
       }
     } else {
       ++shard.miss_count;
+      shard.repeated_count += shard.dropped.count(key);
       brick = std::make_shared<Brick>();
       shard.entries.emplace(key, Shard::Entry{brick, shard.recent.end()});
       ours = true;
@@ -133,7 +141,7 @@ void BrickCache::build(Shard& shard, const BrickKey& key, Brick& brick) {
     brick.failure = std::current_exception();
     {
       const std::lock_guard lock(shard.mutex);
-      shard.entries.erase(key);  // the next one who asks tries again
+      shard.drop(key);  // the next one who asks tries again
     }
     brick.finish(Brick::failed);
     throw;
@@ -145,11 +153,11 @@ void BrickCache::build(Shard& shard, const BrickKey& key, Brick& brick) {
 void BrickCache::keep(Shard& shard, const BrickKey& key) {
   const std::lock_guard lock(shard.mutex);
   if (bricks_per_shard_ == 0) {
-    shard.entries.erase(key);
+    shard.drop(key);
     return;
   }
   while (shard.recent.size() >= bricks_per_shard_) {
-    shard.entries.erase(shard.recent.back());
+    shard.drop(shard.recent.back());
     shard.recent.pop_back();
     total_->resident_bytes -= brick_bytes_;
   }
@@ -164,6 +172,7 @@ CacheStats BrickCache::stats() const {
     const std::lock_guard lock(shard.mutex);
     stats.hit_count += shard.hit_count;
     stats.miss_count += shard.miss_count;
+    stats.brick_count += shard.miss_count - shard.repeated_count;
   }
   stats.resident_bytes = total_->resident_bytes;
   stats.peak_bytes = total_->peak_bytes;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "plugins/pathtracer/sampling.h"
 
@@ -14,21 +13,29 @@ float row_height(int row, int row_count) {
   return std::cos(glm::pi<float>() * static_cast<float>(row) / static_cast<float>(row_count));
 }
 
-// Finds the interval of a cumulative table that u falls into, and how far (0 to 1) into it.
-struct Interval {
-  int index;
-  float fraction;
-};
-Interval find_interval(std::span<const double> sums, float u) {
-  const double target = static_cast<double>(u) * sums.back();
-  const auto found = std::upper_bound(sums.begin(), sums.end(), target);
-  auto i = static_cast<std::size_t>(std::min(found, sums.end() - 1) - sums.begin());
-  const double start = i == 0 ? 0 : sums[i - 1];
-  const double fraction = sums[i] > start ? (target - start) / (sums[i] - start) : 0.5;
-  return {static_cast<int>(i), std::clamp(static_cast<float>(fraction), 0.0f, 0x1.fffffep-1f)};
+}  // namespace
+
+void CumulativeTable::finish() {
+  const auto count = static_cast<std::int32_t>(sums_.size());
+  std::int32_t found = 0;
+  for (std::int32_t step = 0; step < count; ++step) {
+    const double target = total() * step / count;
+    while (found + 1 < count && sums_[static_cast<std::size_t>(found)] <= target) ++found;
+    starts_.push_back(found);
+  }
 }
 
-}  // namespace
+CumulativeTable::Interval CumulativeTable::find(float u) const {
+  const double target = static_cast<double>(u) * total();
+  const std::size_t last = sums_.size() - 1;
+  const auto step = static_cast<std::size_t>(u * static_cast<float>(sums_.size()));
+  auto i = static_cast<std::size_t>(starts_[std::min(step, last)]);
+  while (i > 0 && sums_[i - 1] > target) --i;  // the step was rounded
+  while (i < last && sums_[i] <= target) ++i;
+  const double start = i == 0 ? 0 : sums_[i - 1];
+  const double fraction = sums_[i] > start ? (target - start) / (sums_[i] - start) : 0.5;
+  return {static_cast<int>(i), std::clamp(static_cast<float>(fraction), 0.0f, 0x1.fffffep-1f)};
+}
 
 Environment::Environment(const EnvironmentImage& description)
     : image_(description.image), rotation_(description.rotation_degrees / 360) {
@@ -37,14 +44,17 @@ Environment::Environment(const EnvironmentImage& description)
   for (int y = 0; y < height; ++y) {
     const float band = row_height(y, height) - row_height(y + 1, height);
     double row = 0;
+    CumulativeTable& pixels = pixels_.emplace_back();
     for (int x = 0; x < width; ++x) {
       weights_.push_back(mean_luminance(x, y));
       row += static_cast<double>(weights_.back()) * band;
-      pixel_sums_.push_back(row);
+      pixels.push_back(row);
     }
+    pixels.finish();
     total += row;
-    row_sums_.push_back(total);
+    rows_.push_back(total);
   }
+  rows_.finish();
 }
 
 // Mean over the pixel of its bilinear reconstruction (a quarter of the way into the neighbours is
@@ -70,13 +80,14 @@ glm::vec2 Environment::to_uv(const glm::vec3& direction) const {
 glm::vec3 Environment::lookup(float u, float v) const {
   const float x = u * static_cast<float>(image_.width) - 0.5f;
   const float y = v * static_cast<float>(image_.height) - 0.5f;
-  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
-  const float tx = x - static_cast<float>(x0), ty = y - static_cast<float>(y0);
-  const auto pixel = [&](int px, int py) {
-    return image_.at((px + image_.width) % image_.width, std::clamp(py, 0, image_.height - 1));
-  };
-  return glm::mix(glm::mix(pixel(x0, y0), pixel(x0 + 1, y0), tx),
-                  glm::mix(pixel(x0, y0 + 1), pixel(x0 + 1, y0 + 1), tx), ty);
+  const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
+  const float tx = x - static_cast<float>(left), ty = y - static_cast<float>(top);
+  // u is from 0 to 1, so that no division is needed to wrap: 5 % of a frame in a studio.
+  const int last = image_.width - 1;
+  const int x0 = left < 0 ? last : left, x1 = left < last ? left + 1 : 0;
+  const int y0 = std::max(top, 0), y1 = std::min(top + 1, image_.height - 1);
+  return glm::mix(glm::mix(image_.at(x0, y0), image_.at(x1, y0), tx),
+                  glm::mix(image_.at(x0, y1), image_.at(x1, y1), tx), ty);
 }
 
 glm::vec3 Environment::radiance(const glm::vec3& direction) const {
@@ -89,14 +100,12 @@ float Environment::density(int x, int y) const {
                      static_cast<std::size_t>(x);
   // total = sum of weight * band over pixels; a pixel's solid angle is band * 2 pi / width.
   return weights_[index] * static_cast<float>(image_.width) /
-         (static_cast<float>(row_sums_.back()) * glm::two_pi<float>());
+         (static_cast<float>(rows_.total()) * glm::two_pi<float>());
 }
 
 DirectionSample Environment::sample(const glm::vec2& u) const {
-  const Interval row = find_interval(row_sums_, u.y);
-  const auto width = static_cast<std::size_t>(image_.width);
-  const Interval column = find_interval(
-      std::span(pixel_sums_).subspan(static_cast<std::size_t>(row.index) * width, width), u.x);
+  const CumulativeTable::Interval row = rows_.find(u.y);
+  const CumulativeTable::Interval column = pixels_[static_cast<std::size_t>(row.index)].find(u.x);
   const float top = row_height(row.index, image_.height);
   const float bottom = row_height(row.index + 1, image_.height);
   const float y = std::clamp(top + row.fraction * (bottom - top), -1.0f, 1.0f);
@@ -108,8 +117,12 @@ DirectionSample Environment::sample(const glm::vec2& u) const {
           density(column.index, row.index)};
 }
 
-float Environment::pdf(const glm::vec3& direction) const {
+Environment::Seen Environment::seen(const glm::vec3& direction) const {
   const glm::vec2 uv = to_uv(direction);
+  return {lookup(uv.x, uv.y), density_at(uv)};
+}
+
+float Environment::density_at(const glm::vec2& uv) const {
   const auto index = [](float t, int count) {
     return std::clamp(static_cast<int>(t * static_cast<float>(count)), 0, count - 1);
   };

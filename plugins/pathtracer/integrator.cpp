@@ -19,6 +19,9 @@ void add(RenderStatistics& total, const RenderStatistics& tile) {
   total.ray_count += tile.ray_count;
   total.texture_point_count += tile.texture_point_count;
   total.invalid_sample_count += tile.invalid_sample_count;
+  total.intersection_seconds += tile.intersection_seconds;
+  total.texture_seconds += tile.texture_seconds;
+  total.shading_seconds += tile.shading_seconds;
 }
 
 Window crop_of(const RenderSettings& settings) {

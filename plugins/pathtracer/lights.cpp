@@ -129,8 +129,9 @@ LightSample Lights::sample_light(std::size_t light, const glm::vec3& from,
 
 LightSample Lights::environment_seen(const glm::vec3& direction) const {
   if (!environment_) return {};
-  return {direction, std::numeric_limits<float>::infinity(), environment_->radiance(direction),
-          environment_->pdf(direction) / static_cast<float>(light_count())};
+  const Environment::Seen seen = environment_->seen(direction);
+  return {direction, std::numeric_limits<float>::infinity(), seen.radiance,
+          seen.pdf / static_cast<float>(light_count())};
 }
 
 LightSample Lights::light_seen(const LightHit& hit) const {

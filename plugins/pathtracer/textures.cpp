@@ -43,4 +43,15 @@ glm::uvec3 albedo_channels(const solidtex::texture& texture) {
           channel_index(texture, "albedo.b")};
 }
 
+BrickStatistics brick_statistics(const Scene& scene) {
+  BrickStatistics total;
+  for (const solidtex::texture& texture : scene.textures) {
+    const solidtex_cache_stats stats = texture.cache_stats();
+    total.needed += stats.brick_count;
+    total.computed += stats.miss_count;
+    total.peak_bytes += stats.peak_bytes;
+  }
+  return total;
+}
+
 }  // namespace solidtex::pathtracer

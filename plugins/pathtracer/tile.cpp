@@ -131,30 +131,46 @@ void TileRenderer::start_paths(std::uint32_t sample_count) {
   radiance_.assign(paths_.size(), glm::vec3(0));
   if (context_.needs_first_hits) first_hits_.assign(paths_.size(), {});
   if (context_.needs_cost) costs_.assign(paths_.size(), 0);
+  watch_.lap(statistics_.shading_seconds);
 }
 
 void TileRenderer::trace() {
   const int last = context_.needs_paths ? context_.settings.max_depth : 1;
   for (int depth = 1; depth <= last && !paths_.empty(); ++depth) {
-    intersect(depth);
+    intersect();
+    watch_.lap(statistics_.intersection_seconds);
+    arrive(depth);
+    watch_.lap(statistics_.shading_seconds);
     const bool records = depth == 1 && context_.needs_first_hits;
     if (depth == last && !records) return;
     found_.resize(surfaces_.size());
     if (depth < last || context_.settings.layers.has_any({Layer::albedo, Layer::normal})) {
       statistics_.texture_point_count += lookup_(surfaces_, found_);
     }
+    watch_.lap(statistics_.texture_seconds);
     record(depth);
-    if (depth < last) scatter(depth);
+    if (depth < last) {
+      scatter(depth);
+      watch_.lap(statistics_.shading_seconds);
+      add_unshadowed_light();
+      watch_.lap(statistics_.intersection_seconds);
+    }
   }
 }
 
-// Adds what the rays find glowing and keeps the paths that arrived at an object.
-void TileRenderer::intersect(int depth) {
+void TileRenderer::intersect() {
   statistics_.ray_count += paths_.size();
+  hits_.clear();
+  for (const Path& path : paths_) hits_.push_back(context_.geometry.intersect(path.ray));
+}
+
+// Adds what the rays found glowing and keeps the paths that arrived at an object.
+void TileRenderer::arrive(int depth) {
   surfaces_.clear();
   std::size_t kept = 0;
-  for (const Path& path : paths_) {
-    const Hit hit = context_.geometry.intersect(path.ray);
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    const Path& path = paths_[i];
+    const Hit& hit = hits_[i];
     if (hit.kind == Hit::Kind::nothing) {
       add_emitted(path, context_.lights.environment_seen(path.ray.direction), depth);
     } else if (hit.kind == Hit::Kind::light) {
@@ -208,8 +224,9 @@ void TileRenderer::record(int depth) {
   }
 }
 
-// Adds direct light and sends the paths on.
+// Chooses a light for each path and sends it on.
 void TileRenderer::scatter(int depth) {
+  shadow_rays_.clear();
   std::size_t kept = 0;
   std::optional<Coat> coat;
   for (std::size_t i = 0; i < paths_.size(); ++i) {
@@ -219,16 +236,15 @@ void TileRenderer::scatter(int depth) {
     const Frame frame(bumped_normal(surface.normal, found_[i].slope, -path.ray.direction));
     const glm::vec3 out = frame.to_local(-path.ray.direction);
     if (context_.settings.light_sampling != LightSampling::bsdf && !context_.lights.empty()) {
-      add_direct_light(path, surface, bsdf, frame, out, dimension(depth));
+      choose_light(path, surface, bsdf, frame, out, dimension(depth));
     }
     if (bounce(path, surface, bsdf, frame, out, dimension(depth), depth)) paths_[kept++] = path;
   }
   paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(kept), paths_.end());
 }
 
-void TileRenderer::add_direct_light(const Path& path, const Surface& surface, const Bsdf& bsdf,
-                                    const Frame& frame, const glm::vec3& out,
-                                    std::uint32_t dimension) {
+void TileRenderer::choose_light(const Path& path, const Surface& surface, const Bsdf& bsdf,
+                                const Frame& frame, const glm::vec3& out, std::uint32_t dimension) {
   const glm::vec3 above = context_.geometry.leave(surface, surface.geometric_normal);
   const LightSample light = context_.lights.sample(above, path.sampler.get_2d(dimension + kLight));
   if (light.pdf <= 0) return;
@@ -237,14 +253,23 @@ void TileRenderer::add_direct_light(const Path& path, const Surface& surface, co
   if (cosine * in.z <= 0) return;
   const glm::vec3 reflected = bsdf.eval(out, in);
   if (reflected == glm::vec3(0)) return;
-  ++statistics_.ray_count;
   const glm::vec3 origin = cosine > 0 ? above : context_.geometry.leave(surface, light.direction);
-  // Just short of the light itself.
-  if (context_.geometry.occluded({origin, light.direction}, light.distance * 0.9999f)) return;
   const float weight = context_.settings.light_sampling == LightSampling::mis
                            ? power_heuristic(light.pdf, bsdf.pdf(out, in))
                            : 1.0f;
-  radiance_[path.slot] += path.throughput * reflected * light.radiance * (weight / light.pdf);
+  // Just short of the light itself.
+  shadow_rays_.push_back({{origin, light.direction},
+                          light.distance * 0.9999f,
+                          path.slot,
+                          path.throughput * reflected * light.radiance * (weight / light.pdf)});
+}
+
+void TileRenderer::add_unshadowed_light() {
+  statistics_.ray_count += shadow_rays_.size();
+  for (const ShadowRay& shadow : shadow_rays_) {
+    if (!context_.geometry.occluded(shadow.ray, shadow.distance))
+      radiance_[shadow.slot] += shadow.light;
+  }
 }
 
 // Chooses the next ray; false when the path ends.
@@ -290,6 +315,7 @@ void TileRenderer::accumulate(std::uint32_t sample_count) {
     if (context_.needs_cost) framebuffer_.add_cost(pixel, costs_[slot]);
     framebuffer_.count_samples(pixel, 1);
   }
+  watch_.lap(statistics_.shading_seconds);
 }
 
 }  // namespace solidtex::pathtracer

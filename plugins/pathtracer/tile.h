@@ -13,6 +13,7 @@
 #include "plugins/pathtracer/lights.h"
 #include "plugins/pathtracer/material_bsdf.h"
 #include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/stopwatch.h"
 
 namespace solidtex::pathtracer {
 
@@ -52,15 +53,25 @@ class TileRenderer {
     Sampler sampler;
   };
 
+  // Light that arrives at a path's surface, unless something stands in between.
+  struct ShadowRay {
+    Ray ray;
+    float distance;
+    std::uint32_t slot;
+    glm::vec3 light;
+  };
+
   bool choose_pixels(std::uint32_t target);
   std::uint32_t batch_size(std::uint32_t target) const;
   void start_paths(std::uint32_t sample_count);
   void trace();
-  void intersect(int depth);
+  void intersect();
+  void arrive(int depth);
   void record(int depth);
   void scatter(int depth);
-  void add_direct_light(const Path& path, const Surface& surface, const Bsdf& bsdf,
-                        const Frame& frame, const glm::vec3& out, std::uint32_t dimension);
+  void choose_light(const Path& path, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
+                    const glm::vec3& out, std::uint32_t dimension);
+  void add_unshadowed_light();
   bool bounce(Path& path, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
               const glm::vec3& out, std::uint32_t dimension, int depth);
   void add_emitted(const Path& path, const LightSample& seen, int depth);
@@ -71,11 +82,14 @@ class TileRenderer {
   Framebuffer& framebuffer_;
   AppearanceLookup lookup_;
   RenderStatistics statistics_;
+  Stopwatch watch_;
   std::vector<glm::ivec2> pixels_;  // that this batch is for; all have this many samples:
   std::uint32_t first_sample_ = 0;
-  std::vector<Path> paths_;           // still under way
-  std::vector<Surface> surfaces_;     // where paths_[i] has arrived
-  std::vector<Appearance> found_;     // what is there
+  std::vector<Path> paths_;        // still under way
+  std::vector<Hit> hits_;          // what paths_[i] has met
+  std::vector<Surface> surfaces_;  // where paths_[i] has arrived
+  std::vector<Appearance> found_;  // what is there
+  std::vector<ShadowRay> shadow_rays_;
   std::vector<glm::vec3> radiance_;   // per pixel and sample of this batch
   std::vector<FirstHit> first_hits_;  // the same, where layers need it
   std::vector<std::uint32_t> costs_;  // the same

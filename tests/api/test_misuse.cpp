@@ -40,7 +40,7 @@ TEST_CASE("misuse: null arguments are named", "[misuse]") {
   float values[8] = {};
   const float point[3] = {};
   const int64_t origin[3] = {}, size[3] = {1, 1, 1};
-  solidtex_cache_stats stats = {sizeof(solidtex_cache_stats), 0, 0, 0, 0};
+  solidtex_cache_stats stats = {sizeof(solidtex_cache_stats), 0, 0, 0, 0, 0};
   const auto refused = [](solidtex_status status, const char* part) {
     const bool named = error_has(part);
     solidtex_clear_error();
@@ -99,9 +99,9 @@ TEST_CASE("misuse: wrong struct sizes", "[misuse]") {
   CHECK(texture == nullptr);
   solidtex_clear_error();
   const Opened opened(bytes);
-  solidtex_cache_stats stats = {7, 0, 0, 0, 0};
+  solidtex_cache_stats stats = {7, 0, 0, 0, 0, 0};
   CHECK(solidtex_get_cache_stats(opened.texture, &stats) == SOLIDTEX_INVALID_ARGUMENT);
-  CHECK(error_has("solidtex_cache_stats.struct_size is 7, expected 40"));
+  CHECK(error_has("solidtex_cache_stats.struct_size is 7, expected 48"));
   solidtex_clear_error();
 }
 

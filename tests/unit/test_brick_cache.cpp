@@ -48,6 +48,7 @@ TEST_CASE("brick cache: a brick is computed once and then found", "[cache][tsan]
   const CacheStats stats = cache.stats();
   CHECK(stats.hit_count == 4);
   CHECK(stats.miss_count == 1);
+  CHECK(stats.brick_count == 1);
   CHECK(stats.resident_bytes == kBytes);
   CHECK(stats.peak_bytes == kBytes);
 }
@@ -64,6 +65,7 @@ TEST_CASE("brick cache: the bound holds and the least recently used brick goes f
   CHECK(cache.stats().miss_count == 4);
   cache.get({1, 0, 0});
   CHECK(cache.stats().miss_count == 5);
+  CHECK(cache.stats().brick_count == 4);
 }
 
 TEST_CASE("brick cache: many bricks never exceed the limit", "[cache][tsan]") {
@@ -84,6 +86,7 @@ TEST_CASE("brick cache: a limit below one brick keeps nothing but still answers"
     BrickCache cache(kValues, limit, fill);
     for (int i = 0; i < 3; ++i) CHECK(cache.get({5, 6, 7}).get()[0] == value_of({5, 6, 7}));
     CHECK(cache.stats().miss_count == 3);
+    CHECK(cache.stats().brick_count == 1);
     CHECK(cache.stats().peak_bytes == 0);
   }
 }

@@ -7,6 +7,7 @@
 #include "tools/common/cli.h"
 #include "tools/common/progress.h"
 #include "tools/render/output.h"
+#include "tools/render/profile.h"
 
 namespace solidtex::tools {
 namespace {
@@ -31,12 +32,14 @@ class Alarm {
 class Job {
  public:
   Job(const pt::Scene& scene, const Options& options, const fs::path& output)
-      : options_(options),
+      : scene_(scene),
+        options_(options),
         output_(output),
         preview_(fs::path(output).replace_extension("preview.png")),
         display_(display_for(scene, options)),
         settings_(checked(settings_for(scene, options), output)),
         rendering_(scene, settings_),
+        profile_(rendering_.samples_left()),
         preview_alarm_(options.preview_every),
         checkpoint_alarm_(has_checkpoint() ? options.checkpoint_every : 0) {}
 
@@ -143,6 +146,7 @@ class Job {
       fmt::print(stderr, "warning: {} samples were not finite and count as black\n",
                  statistics.invalid_sample_count);
     }
+    if (options_.stats) profile_.print(scene_, statistics);
     if (options_.quiet) return;
     fmt::print(
         "{}: {} x {} pixels, {}{} samples each, {:.1f} million rays, {:.1f} million texture "
@@ -153,11 +157,13 @@ class Job {
     if (!legend.empty()) fmt::print("{}\n", legend);
   }
 
+  const pt::Scene& scene_;
   const Options& options_;
   const fs::path output_, preview_;
   const pt::Display display_;
   const pt::RenderSettings settings_;
   pt::Rendering rendering_;
+  const Profile profile_;
   Alarm preview_alarm_, checkpoint_alarm_;
 };
 

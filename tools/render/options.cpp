@@ -138,6 +138,7 @@ void add_options(CLI::App& app, Options& options) {
   add_sequence_options(app, options);
   app.add_option("--threads", options.threads, "Threads (default: all)")
       ->check(CLI::Range(1, 1024));
+  app.add_flag("--stats", options.stats, "Say where the time went, and what it bought");
   app.add_flag("--quiet", options.quiet, "Say nothing but errors");
   app.footer(kExamples);
 }

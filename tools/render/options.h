@@ -33,7 +33,7 @@ struct Options {
   std::optional<std::string> frames;  // "12" or "0-47"
   int turntable = 0;                  // frames; 0: none
   bool resume = false;
-  bool force = false, quiet = false;
+  bool force = false, quiet = false, stats = false;
 };
 
 void add_options(CLI::App& app, Options& options);

@@ -150,6 +150,8 @@ typedef struct solidtex_cache_stats {
   uint64_t miss_count;     /* bricks computed */
   uint64_t resident_bytes; /* now held */
   uint64_t peak_bytes;     /* most ever held */
+  uint64_t brick_count;    /* different bricks computed: fewer than miss_count where the bound of the
+                              cache made it forget some that were needed again */
 } solidtex_cache_stats;
 SOLIDTEX_API solidtex_status solidtex_get_cache_stats(const solidtex_texture* texture,
                                                       solidtex_cache_stats* stats);

@@ -57,6 +57,9 @@ struct RenderStatistics {
   std::uint64_t ray_count = 0;
   std::uint64_t texture_point_count = 0;   // points asked of solid textures
   std::uint64_t invalid_sample_count = 0;  // samples that were not finite, counted as black
+  // Processor time of the threads that render, all together. What other threads help with when a
+  // texture is asked for much at once is not in it.
+  double intersection_seconds = 0, texture_seconds = 0, shading_seconds = 0;
 };
 
 struct Scene;
@@ -64,6 +67,14 @@ struct Scene;
 // Reads and checks a scene file (docs/scene-format.md) and all it refers to. Of an animated one
 // this is the first frame.
 std::shared_ptr<const Scene> load_scene(const std::filesystem::path& file);
+
+// What the bricks of the scene's solid textures have cost since it was loaded (zeros for those of
+// the point family). Bricks are computed when a visible point needs one, so that `needed` is what
+// the visible surface takes; more were computed if the cache had to forget some.
+struct BrickStatistics {
+  std::uint64_t needed = 0, computed = 0, peak_bytes = 0;
+};
+BrickStatistics brick_statistics(const Scene& scene);
 
 // A scene file frame by frame. All functions throw SceneError.
 class Sequence {
