@@ -128,7 +128,7 @@ TEST_CASE("The scenes of the gallery render") {
   for (const std::string name : {"ball", "block", "bowl", "chess", "column", "teapot"}) {
     const auto scene = pt::load_scene(SOLIDTEX_SOURCE "/docs/scenes/" + name + ".json");
     pt::RenderSettings settings = pt::settings_of(*scene);
-    CHECK(settings.samples >= 128);
+    CHECK(settings.samples >= 64);
     settings.height = settings.height * 16 / settings.width;
     // Few points: nearly each of them needs a brick of its own.
     settings.width = 16, settings.samples = 1, settings.max_depth = 3;
