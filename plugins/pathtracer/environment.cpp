@@ -82,7 +82,8 @@ glm::vec3 Environment::lookup(float u, float v) const {
   const float y = v * static_cast<float>(image_.height) - 0.5f;
   const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
   const float tx = x - static_cast<float>(left), ty = y - static_cast<float>(top);
-  // u is from 0 to 1, so that no division is needed to wrap: 5 % of a frame in a studio.
+  // u is from 0 to 1, so that no division is needed to wrap, which
+  // was about 5 % of the samples of a profile in a studio.
   const int last = image_.width - 1;
   const int x0 = left < 0 ? last : left, x1 = left < last ? left + 1 : 0;
   const int y0 = std::max(top, 0), y1 = std::min(top + 1, image_.height - 1);

@@ -31,7 +31,8 @@ class CumulativeTable {
  private:
   std::vector<double> sums_;
   // Where to begin to look, by equal steps of u: with it a look-up reads two lines of memory where
-  // bisection read four or five, 4 % of the time of a frame of a million triangles in a studio.
+  // bisection read four or five. In a profile of a million triangles in a studio those reads were
+  // about 4 % of the samples; the gain as a whole is within the noise of a busy machine.
   std::vector<std::int32_t> starts_;
 };
 
