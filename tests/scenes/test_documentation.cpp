@@ -110,7 +110,7 @@ TEST_CASE("The snippets of materials and lights in the scene format's page rende
 }
 
 TEST_CASE("The scenes of the repository render") {
-  for (const std::string name : {"demo", "carved", "horizon"}) {
+  for (const std::string name : {"demo", "carved", "horizon", "zoom"}) {
     if (name == "carved" && !built_with_cgal()) continue;
     const auto scene = pt::load_scene(SOLIDTEX_SOURCE "/scenes/" + name + ".json");
     pt::RenderSettings settings = pt::settings_of(*scene);
