@@ -59,14 +59,7 @@ TEST_CASE("Principled: samples have the density and the weight they claim") {
 TEST_CASE("Principled: light can be sent either way") {
   for (const Parameters& parameters : examples()) {
     const pt::Bsdf bsdf = make(parameters);
-    for (int i = 1; i < 10; ++i) {
-      for (int j = 1; j < 10; ++j) {
-        const glm::vec3 a = direction(0.1f * static_cast<float>(i), 0.3f);
-        const glm::vec3 b = direction(0.1f * static_cast<float>(j), 2.0f);
-        const glm::vec3 there = bsdf.eval(a, b) / b.z, back = bsdf.eval(b, a) / a.z;
-        for (int c = 0; c < 3; ++c) CHECK(there[c] == Approx(back[c]).epsilon(1e-4));
-      }
-    }
+    CHECK(worst_reciprocity_error(bsdf) < 1e-4);
   }
 }
 
