@@ -29,7 +29,7 @@ class Fingerprint {
       hash_ = mix(hash_ ^ word);
     }
     std::uint64_t rest = 0;
-    std::memcpy(&rest, bytes, size);
+    if (size > 0) std::memcpy(&rest, bytes, size);  // an empty vector's data may be null
     hash_ = mix(hash_ ^ rest);
   }
   template <class T>
