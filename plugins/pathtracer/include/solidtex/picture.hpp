@@ -92,7 +92,7 @@ Image beauty_of(const Picture& picture);
 // How linear light becomes a picture on a screen.
 enum class ViewTransform {
   srgb,        // clamped to [0, 1], sRGB curve
-  filmic,      // Hable's curve, white at 11.2
+  filmic,      // Hable's curve, light of 5.6 is white
   aces,        // Narkowicz's fit of the ACES reference rendering
   false_color  // stops above and below middle grey, 0.18, by colours
 };
