@@ -99,16 +99,11 @@ float CoatedBsdf::pdf(const glm::vec3& out, const glm::vec3& in) const {
 
 BsdfSample CoatedBsdf::sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
   if (out.z <= 0) return {};
-  BsdfSample result;
   if (lobe < coat_probability(out.z)) {
-    result.alpha = coat->alpha();
-    result.direction = glm::reflect(-out, sample_visible_normal(out, coat->alpha(), u));
-  } else {
-    result.direction = sample_cosine_hemisphere(u);
+    const glm::vec3 facet = sample_visible_normal(out, coat->alpha(), u);
+    return weighed_sample(*this, out, glm::reflect(-out, facet), coat->alpha());
   }
-  result.pdf = pdf(out, result.direction);
-  if (result.pdf > 0) result.weight = eval(out, result.direction) / result.pdf;
-  return result;
+  return weighed_sample(*this, out, sample_cosine_hemisphere(u), kDiffuseLobe);
 }
 
 }  // namespace solidtex::pathtracer

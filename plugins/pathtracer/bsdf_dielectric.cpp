@@ -104,21 +104,21 @@ float DielectricBsdf::pdf(const glm::vec3& out, const glm::vec3& in) const {
 
 BsdfSample DielectricBsdf::sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
   if (out.z <= 0) return {};
-  BsdfSample result;
+  glm::vec3 direction;
+  float alpha = kDiffuseLobe;
   const float many = lost(out.z);
   if (lobe < many) {
     const glm::vec3 up = sample_cosine_hemisphere(u);
-    result.direction = lobe < many * through_ ? -up : up;
+    direction = lobe < many * through_ ? -up : up;
   } else {
-    result.alpha = alpha_;
+    alpha = alpha_;
     const glm::vec3 h = sample_visible_normal(out, alpha_, u);
     const bool reflected = (lobe - many) / (1 - many) < fresnel_dielectric(glm::dot(out, h), ior_);
-    result.direction = reflected ? glm::reflect(-out, h) : glm::refract(-out, h, 1 / ior_);
-    if (reflected != (result.direction.z > 0)) return {};  // into a facet of its neighbourhood
+    direction = reflected ? glm::reflect(-out, h) : glm::refract(-out, h, 1 / ior_);
+    if (reflected != (direction.z > 0)) return {};  // into a facet of its neighbourhood
   }
-  if (result.direction.z < 0) result.ior = ior_;
-  result.pdf = pdf(out, result.direction);
-  if (result.pdf > 0) result.weight = eval(out, result.direction) / result.pdf;
+  BsdfSample result = weighed_sample(*this, out, direction, alpha);
+  if (direction.z < 0) result.ior = ior_;
   return result;
 }
 

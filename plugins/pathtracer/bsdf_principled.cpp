@@ -96,16 +96,12 @@ float PrincipledBsdf::pdf(const glm::vec3& out, const glm::vec3& in) const {
 BsdfSample PrincipledBsdf::sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
   if (out.z <= 0) return {};
   const Shares s = shares(out.z);
-  BsdfSample result;
   if (lobe < s.coat + s.interface) {
-    result.alpha = lobe < s.coat ? coat_alpha_ : alpha_;
-    result.direction = glm::reflect(-out, sample_visible_normal(out, result.alpha, u));
-  } else {
-    result.direction = sample_cosine_hemisphere(u);
+    const float alpha = lobe < s.coat ? coat_alpha_ : alpha_;
+    const glm::vec3 facet = sample_visible_normal(out, alpha, u);
+    return weighed_sample(*this, out, glm::reflect(-out, facet), alpha);
   }
-  result.pdf = pdf(out, result.direction);
-  if (result.pdf > 0) result.weight = eval(out, result.direction) / result.pdf;
-  return result;
+  return weighed_sample(*this, out, sample_cosine_hemisphere(u), kDiffuseLobe);
 }
 
 }  // namespace solidtex::pathtracer
