@@ -1,6 +1,5 @@
 #include "plugins/pathtracer/checkpoint.h"
 
-#include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -9,6 +8,7 @@
 
 #include "plugins/pathtracer/sampling.h"
 #include "plugins/pathtracer/scene.h"
+#include "plugins/pathtracer/written_file.h"
 
 namespace solidtex::pathtracer {
 namespace {
@@ -119,9 +119,7 @@ void write_checkpoint(const std::filesystem::path& file, const json& identity,
     stream.write(reinterpret_cast<const char*>(bytes.data()),
                  static_cast<std::streamsize>(bytes.size()));
   }
-  stream.close();
-  if (!stream)
-    throw std::runtime_error(file.string() + ": cannot be written (" + std::strerror(errno) + ")");
+  close_written(stream, file);
 }
 
 RenderStatistics read_checkpoint(const std::filesystem::path& file, const json& identity,

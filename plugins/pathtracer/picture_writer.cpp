@@ -2,13 +2,13 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
 #include <solidtex/picture.hpp>
 #include <stdexcept>
+
+#include "plugins/pathtracer/written_file.h"
 
 namespace solidtex::pathtracer {
 namespace {
@@ -26,10 +26,7 @@ void write(const OIIO::ImageSpec& spec, const char* format, OIIO::TypeDesc type,
   std::ofstream stream(file, std::ios::binary);
   stream.write(reinterpret_cast<const char*>(encoded.buffer().data()),
                static_cast<std::streamsize>(encoded.buffer().size()));
-  stream.close();
-  if (!stream) {
-    throw std::runtime_error(file.string() + ": cannot be written (" + std::strerror(errno) + ")");
-  }
+  close_written(stream, file);
 }
 
 std::size_t channel_count(const Picture& picture) {

@@ -91,7 +91,7 @@ def read_outcomes(path: Path) -> Outcomes:
     return Outcomes(pairs, solids)
 
 
-def distances(judgement: dict[str, Any]) -> dict[str, Any]:
+def _distances(judgement: dict[str, Any]) -> dict[str, Any]:
     """Of the colours, or of the first group of channels."""
     overall: dict[str, Any] = next(iter(judgement["distances"].values()))["overall"]
     return overall
@@ -104,7 +104,7 @@ def _judged(cell: Cell) -> Outcome:
     return Outcome(
         seconds=training["seconds"],
         steps=training["step"],
-        multiples={name: found["multiple"] for name, found in distances(judgement).items()},
+        multiples={name: found["multiple"] for name, found in _distances(judgement).items()},
         copied=max(judgement["copying"]["views"].values()),
         repeats=any(found and found["repeats"] for found in tests),
         solid=_solid_errors(cell)["model"] if cell.entry.solid else None,
