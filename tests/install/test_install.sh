@@ -2,7 +2,7 @@
 # test_install.sh CMAKE BUILD HOST COMPILER REFERENCE LIBDIR SANITIZE
 # Installs BUILD, moves the installation, then builds the C program in HOST outside the source tree,
 # once with find_package(solidtex) and once with pkg-config. Both must print what REFERENCE, linked
-# to the build tree's library, prints for every installed model.
+# to the build tree's library, prints for every installed model. Then runs what else is installed.
 set -euo pipefail
 cmake=$1 build=$2 host=$3 compiler=$4 reference=$5 libdir=$6 sanitize=${7:-}
 unset SOLIDTEX_MODEL_PATH
@@ -48,4 +48,14 @@ for program in "$build"/bin/solidtex-*; do
 done
 ldd "$prefix"/bin/solidtex-* | grep libsolidtex | grep -vF "$prefix" &&
   fail "an installed program uses another libsolidtex"
+
+# A plugin with sanitizers cannot be loaded by a program without.
+plugins=$prefix/$libdir/openimageio
+if [ -z "$sanitize" ] && [ -f "$plugins/solidtex.imageio.so" ]; then
+  echo "-- OpenImageIO plugin"
+  described=$(OIIO_LIBRARY_PATH=$plugins iinfo -v "$name.solidtex?size=8")
+  grep -F "solidtex:model: \"$name\"" <<< "$described" || fail "iinfo says: $described"
+  ldd "$plugins/solidtex.imageio.so" | grep libsolidtex | grep -vF "$prefix" &&
+    fail "the installed plugin uses another libsolidtex"
+fi
 exit 0

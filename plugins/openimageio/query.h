@@ -1,0 +1,40 @@
+// What follows the question mark: model.solidtex?size=1024&seed=7&lod=2.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace solidtex::openimageio {
+
+// A query that cannot be answered: what() names the key, what was found and what is expected.
+class QueryError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+inline constexpr int kMaxSize = 1 << 16;  // texels along an axis
+inline constexpr int kMaxLod = 9;         // the engine sees only the mean from 2^9 texels on
+inline constexpr int kMinTile = 4, kMaxTile = 128;  // voxels
+
+// Which part of the material an image is, and how it is stored.
+struct Query {
+  std::string model;                          // what is before the question mark
+  std::array<int, 3> size = {256, 256, 256};  // texels
+  std::array<std::int64_t, 3> origin{};       // texel of the first corner
+  std::uint64_t seed = 0;
+  std::optional<int> lod;  // this level alone; all of them without
+  double scale = 1;        // texels per unit of the host's world
+  bool is_half = true;     // pixels are half, else float
+  int tile = 0;            // voxels along an edge at level 0; 0 where the query leaves it open
+};
+
+// Levels of detail that a volume has: 0 up to this one, the first that is a single voxel.
+int last_lod(const std::array<int, 3>& size);
+
+// Takes a file name apart. Throws QueryError on unknown or repeated keys and values out of range.
+Query parse_query(const std::string& name);
+
+}  // namespace solidtex::openimageio
