@@ -9,6 +9,7 @@
 #include "engine/api/find_model.h"
 #include "engine/api/target.h"
 #include "engine/model/error.h"
+#include "engine/texture/interrupt.h"
 #include "engine/texture/texture.h"
 
 using solidtex::engine::Error;
@@ -256,6 +257,10 @@ solidtex_status solidtex_eval_box(const solidtex_texture* texture, const int64_t
     if (!empty) require(values, "values is null");
     texture->texture.eval_box(origin, size, values);
   });
+}
+
+void solidtex_set_interrupt(solidtex_interrupt ask, void* user) {
+  solidtex::engine::question_of_this_thread() = {ask, user, {}};
 }
 
 solidtex_status solidtex_get_cache_stats(const solidtex_texture* texture,

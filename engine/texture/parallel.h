@@ -6,8 +6,11 @@
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
+#include <algorithm>
 #include <cfenv>
 #include <cstddef>
+
+#include "engine/texture/interrupt.h"
 
 namespace solidtex::engine {
 
@@ -27,22 +30,35 @@ class DefaultFloatMode {
   std::fenv_t saved_;
 };
 
-// Runs work(begin, end) over parts of [0, count) of about `grain` or more, in parallel.
+// How finely a loop is cut: `least` is worth a thread, and where the host may interrupt, it is
+// asked each time that `strip` are done.
+struct Grain {
+  constexpr Grain(std::size_t least_, std::size_t strip_ = 1) : least(least_), strip(strip_) {}
+  std::size_t least, strip;
+};
+
+// Runs work(begin, end) over parts of [0, count) of about `grain.least` or more, in parallel.
 // Isolated, so that a thread that waits here for the rest of a query never picks up one of the
 // host's own tasks, whose locks and scratch memory it may hold. The context of its own keeps a
 // cancelled host task from leaving values unwritten, and hands this thread's float mode on.
 template <class Work>
-void for_each_part(std::size_t count, std::size_t grain, const Work& work) {
+void for_each_part(std::size_t count, Grain grain, const Work& work) {
   if (count == 0) return;
-  if (count <= grain) return work(std::size_t{0}, count);
+  if (count <= grain.least) return work(std::size_t{0}, count);
+  Interrupt interrupt;
+  const auto work_on = [&](const tbb::blocked_range<std::size_t>& part) {
+    if (!interrupt.is_possible()) return work(part.begin(), part.end());
+    for (std::size_t begin = part.begin(); begin < part.end(); begin += grain.strip) {
+      interrupt.check();
+      work(begin, std::min(begin + grain.strip, part.end()));
+    }
+  };
   tbb::task_group_context context(
       tbb::task_group_context::isolated,
       tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings);
   tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, count, grain),
-        [&](const tbb::blocked_range<std::size_t>& part) { work(part.begin(), part.end()); },
-        tbb::auto_partitioner(), context);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain.least), work_on,
+                      tbb::auto_partitioner(), context);
   });
 }
 

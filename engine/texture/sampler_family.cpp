@@ -13,7 +13,8 @@ namespace solidtex::engine {
 namespace {
 
 constexpr std::size_t kStep = std::size_t{20} * kOctaveBlock;  // points evaluated at a time
-constexpr std::size_t kGrain = 4;  // blocks or cubes that are worth a thread
+// Blocks or cubes: four are worth a thread, 240 fill the steps of either.
+constexpr Grain kGrain(4, 240);
 
 // Voxels are evaluated cube by cube: near points share the cells of the coarse octaves.
 constexpr std::int64_t kCubeEdge = 4;

@@ -36,7 +36,8 @@ typedef enum solidtex_status {
   SOLIDTEX_IO_ERROR = 2,         /* the file cannot be found or read */
   SOLIDTEX_INVALID_MODEL = 3,    /* the file was read but is no valid model */
   SOLIDTEX_OUT_OF_MEMORY = 4,
-  SOLIDTEX_INTERNAL_ERROR = 5
+  SOLIDTEX_INTERNAL_ERROR = 5,
+  SOLIDTEX_CANCELLED = 6 /* the host's interrupt has stopped the query */
 } solidtex_status;
 
 /* An open model. Opaque. */
@@ -125,11 +126,11 @@ SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* textur
 
 /* The same, filtered for a footprint: the mean of the texture over a cube around each point, whose
  * edge is twice the point's radius in texels, from 0 (the point itself, the bits of
- * solidtex_eval_points) to infinity (the mean of the material). Albedo that is encoded as sRGB is averaged as light, and is
- * not below zero. It is an approximation, meant to keep
- * pictures from aliasing; docs/filtering.md says how near it comes. Field family: from a pyramid of
- * means in bricks of their own, edges of more than 8 texels predicted from those of 8. Sampler
- * family: octaves fade that are finer than the footprint, in full precision. The first call with a
+ * solidtex_eval_points) to infinity (the mean of the material). Albedo that is encoded as sRGB is
+ * averaged as light, and is not below zero. It is an approximation, meant to keep pictures from
+ * aliasing; docs/filtering.md says how near it comes. Field family: from a pyramid of means in
+ * bricks of their own, edges of more than 8 texels predicted from those of 8. Sampler family:
+ * octaves fade that are finer than the footprint, in full precision. The first call with a
  * footprint measures the material, some tenths of a second. */
 SOLIDTEX_API solidtex_status solidtex_eval_filtered(const solidtex_texture* texture,
                                                     const double* origin, const float* points,
@@ -142,6 +143,16 @@ SOLIDTEX_API solidtex_status solidtex_eval_filtered(const solidtex_texture* text
 SOLIDTEX_API solidtex_status solidtex_eval_box(const solidtex_texture* texture,
                                                const int64_t origin[3], const int64_t size[3],
                                                float* values);
+
+/* Asked whether to stop: not zero stops. `user` is what the host gave with it. */
+typedef int (*solidtex_interrupt)(void* user);
+
+/* Lets this thread's queries be stopped, until it is set again; NULL for none, which it is at
+ * first. A query of more than one block, brick or batch asks when it begins and then every 50 ms or
+ * so, between two of them, always on the thread that called it. When told to stop it ends with
+ * SOLIDTEX_CANCELLED; some of its values are written then, all bricks that were completed stay in
+ * the cache. `ask` makes no query itself and throws nothing. */
+SOLIDTEX_API void solidtex_set_interrupt(solidtex_interrupt ask, void* user);
 
 /* What the brick cache has done so far (zeros for the sampler family). */
 typedef struct solidtex_cache_stats {
