@@ -17,6 +17,7 @@ function(solidtex_add_python_tests)
              COMMAND ${SOLIDTEX_PYTHON} -B -m pytest -q -s
                      -c ${PROJECT_SOURCE_DIR}/python_export/pyproject.toml ${file})
     set_tests_properties(${folder}.${name} PROPERTIES ENVIRONMENT
-      "SOLIDTEX_BUILD=${PROJECT_BINARY_DIR};PYTHONPATH=${PROJECT_SOURCE_DIR}/python_export")
+      "SOLIDTEX_BUILD=${PROJECT_BINARY_DIR};\
+PYTHONPATH=${PROJECT_SOURCE_DIR}/python_export:${PROJECT_BINARY_DIR}/python")
   endforeach()
 endfunction()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-FOLDERS = ("python_export", "tests", "scenes", "docs/scenes")
+FOLDERS = ("python_export", "plugins", "tests", "scenes", "docs/scenes")
 
 
 @pytest.mark.parametrize("command", [["check"], ["format", "--check", "--diff"]])

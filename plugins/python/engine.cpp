@@ -1,0 +1,249 @@
+// solidtex._engine: solidtex.h for Python. It checks what C cannot know of an array, runs queries
+// without the interpreter's lock, and lets Ctrl-C stop them; solidtex/texture.py gives it a face.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+#include <solidtex/solidtex.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace nb = nanobind;
+using nb::literals::operator""_a;
+
+namespace {
+
+using AnyArray = nb::ndarray<>;
+using Floats = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
+
+// The exceptions of solidtex/errors.py, in the order of solidtex_status.
+constexpr const char* kExceptions[] = {nullptr,       "InvalidArgument", "FileError", "ModelError",
+                                       "OutOfMemory", "InternalError",   "Cancelled"};
+
+[[noreturn]] void raise(solidtex_status status, const std::string& message) {
+  const nb::object type = nb::module_::import_("solidtex.errors").attr(kExceptions[status]);
+  PyErr_SetString(type.ptr(), message.c_str());
+  throw nb::python_error();
+}
+
+void check(solidtex_status status) {
+  if (status != SOLIDTEX_OK) raise(status, solidtex_error_message());
+}
+
+void require(bool condition, const std::string& message) {
+  if (!condition) raise(SOLIDTEX_INVALID_ARGUMENT, message);
+}
+
+std::string text(const char* found) { return found ? found : ""; }
+
+// Asked by the library every now and then: is there a signal, and did its handler raise?
+int signal_has_raised(void*) {
+  const nb::gil_scoped_acquire lock;
+  return PyErr_CheckSignals();
+}
+
+// A query without the lock of the interpreter. Handlers of signals run on the main thread, as
+// always; what they raise, such as KeyboardInterrupt, ends the query.
+template <class Query>
+void run(const Query& query) {
+  solidtex_clear_error();
+  solidtex_status status;
+  {
+    const nb::gil_scoped_release unlocked;
+    solidtex_set_interrupt(signal_has_raised, nullptr);
+    status = query();
+    solidtex_set_interrupt(nullptr, nullptr);
+  }
+  if (PyErr_Occurred()) throw nb::python_error();
+  check(status);
+}
+
+std::string shape_of(const AnyArray& array) {
+  std::string result = "(";
+  for (std::size_t axis = 0; axis < array.ndim(); ++axis)
+    result += (axis ? ", " : "") + std::to_string(array.shape(axis));
+  return result + (array.ndim() == 1 ? ",)" : ")");
+}
+
+// Where the values go: the caller's array as it is, never a copy.
+float* target(const AnyArray& out, std::size_t size) {
+  require(out.device_type() == nb::device::cpu::value,
+          "out: found memory of another device, expected memory of the CPU");
+  require(out.dtype() == nb::dtype<float>(), "out: found another type, expected float32");
+  require(out.size() == size, "out: found shape " + shape_of(out) + ", expected room for " +
+                                  std::to_string(size) + " values");
+  std::int64_t stride = 1;
+  for (std::size_t axis = out.ndim(); axis-- > 0;) {
+    require(out.shape(axis) == 1 || size == 0 || out.stride(axis) == stride,
+            "out: found gaps between the values, expected a contiguous array in C order");
+    stride *= static_cast<std::int64_t>(out.shape(axis));
+  }
+  return static_cast<float*>(out.data());
+}
+
+void require_apart(const float* out, std::size_t size, const Floats& input, const char* name) {
+  const float* begin = input.data();
+  require(out + size <= begin || begin + input.size() <= out,
+          std::string("out: found the memory of ") + name + ", expected memory of its own");
+}
+
+class Texture {
+ public:
+  Texture(const nb::bytes& model, std::uint64_t seed, int precision, std::uint64_t cache_limit) {
+    const solidtex_options options = options_of(seed, precision, cache_limit);
+    const std::string name(model.c_str(), model.size());
+    open([&](solidtex_texture** opened) { return solidtex_open(name.c_str(), &options, opened); });
+  }
+
+  static Texture from_bytes(const nb::bytes& data, std::uint64_t seed, int precision,
+                            std::uint64_t cache_limit) {
+    const solidtex_options options = options_of(seed, precision, cache_limit);
+    Texture result;
+    result.open([&](solidtex_texture** opened) {
+      return solidtex_open_memory(data.c_str(), data.size(), &options, opened);
+    });
+    return result;
+  }
+
+  // Queries that still run keep the texture; the last of them frees it.
+  void close() { handle_.reset(); }
+
+  std::string family() const {
+    return solidtex_get_family(get()) == SOLIDTEX_FAMILY_SAMPLER ? "sampler" : "field";
+  }
+  std::string color_space() const { return text(solidtex_color_space(get())); }
+  std::string name() const { return text(solidtex_name(get())); }
+  nb::object path() const {
+    const std::string found = text(solidtex_path(get()));
+    PyObject* decoded =
+        PyUnicode_DecodeFSDefaultAndSize(found.data(), static_cast<Py_ssize_t>(found.size()));
+    if (!decoded) throw nb::python_error();
+    return nb::steal(decoded);
+  }
+  std::string metadata_json() const { return text(solidtex_metadata_json(get())); }
+  std::uint64_t parameter_count() const { return solidtex_parameter_count(get()); }
+  std::vector<std::string> channels() const {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < channel_count(); ++i)
+      names.push_back(text(solidtex_channel_name(get(), i)));
+    return names;
+  }
+  std::array<std::uint64_t, 5> cache_stats() const {
+    solidtex_cache_stats stats{};
+    stats.struct_size = sizeof stats;
+    solidtex_clear_error();
+    check(solidtex_get_cache_stats(get(), &stats));
+    return {stats.hit_count, stats.miss_count, stats.brick_count, stats.resident_bytes,
+            stats.peak_bytes};
+  }
+
+  void eval_points(const Floats& points, const std::array<double, 3>& origin,
+                   const std::optional<Floats>& radii, const AnyArray& out) const {
+    const Handle texture = held();
+    const std::size_t count = points.size() / 3, size = count * channel_count();
+    require(points.size() % 3 == 0, "points: found no multiple of three numbers");
+    require(!radii || radii->size() == count, "radii: found another count than that of points");
+    float* values = target(out, size);
+    require_apart(values, size, points, "points");
+    if (radii) require_apart(values, size, *radii, "radii");
+    const float* places = points.data();
+    const float* sizes = radii ? radii->data() : nullptr;
+    run([&] {
+      return sizes ? solidtex_eval_filtered(texture.get(), origin.data(), places, sizes, count,
+                                            values)
+                   : solidtex_eval_points(texture.get(), origin.data(), places, count, values);
+    });
+  }
+
+  void eval_box(const std::array<std::int64_t, 3>& origin, const std::array<std::int64_t, 3>& size,
+                const AnyArray& out) const {
+    const Handle texture = held();
+    std::size_t values = channel_count();
+    for (const std::int64_t extent : size) {
+      require(extent >= 0, "size: found a negative number, expected 0 or more");
+      values *= static_cast<std::size_t>(extent);
+    }
+    float* corner = target(out, values);
+    run([&] { return solidtex_eval_box(texture.get(), origin.data(), size.data(), corner); });
+  }
+
+ private:
+  using Handle = std::shared_ptr<solidtex_texture>;
+
+  Texture() = default;
+
+  static solidtex_options options_of(std::uint64_t seed, int precision, std::uint64_t cache_limit) {
+    solidtex_options options;
+    solidtex_options_init(&options);
+    options.seed = seed;
+    options.precision = static_cast<solidtex_precision>(precision);
+    options.cache_limit_bytes = cache_limit;
+    return options;
+  }
+
+  template <class Open>
+  void open(const Open& opened_by) {
+    solidtex_texture* opened = nullptr;
+    solidtex_clear_error();
+    solidtex_status status;
+    {
+      const nb::gil_scoped_release unlocked;
+      status = opened_by(&opened);
+    }
+    check(status);
+    handle_.reset(opened, solidtex_close);
+  }
+
+  const Handle& held() const {
+    require(handle_ != nullptr, "texture: found it closed, expected an open one");
+    return handle_;
+  }
+  const solidtex_texture* get() const { return held().get(); }
+  std::size_t channel_count() const { return solidtex_channel_count(get()); }
+
+  Handle handle_;
+};
+
+}  // namespace
+
+NB_MODULE(_engine, m) {
+  m.doc() = "libsolidtex as it is; use the package solidtex instead.";
+  m.def(
+      "version", [] { return std::string(solidtex_version()); }, "Version of libsolidtex.");
+  m.def(
+      "target",
+      [] {
+        solidtex_clear_error();
+        const char* name = solidtex_target();
+        if (!name) check(solidtex_error_status());
+        return std::string(name);
+      },
+      "The instruction set that values are computed with, by Highway's name.");
+  nb::class_<Texture>(m, "Texture", "An open model.")
+      .def(nb::init<const nb::bytes&, std::uint64_t, int, std::uint64_t>(), "model"_a, "seed"_a,
+           "precision"_a, "cache_limit"_a)
+      .def_static("from_bytes", &Texture::from_bytes, "data"_a, "seed"_a, "precision"_a,
+                  "cache_limit"_a)
+      .def("close", &Texture::close)
+      .def_prop_ro("family", &Texture::family)
+      .def_prop_ro("color_space", &Texture::color_space)
+      .def_prop_ro("name", &Texture::name)
+      .def_prop_ro("path", &Texture::path, nb::sig("def path(self) -> str"))
+      .def_prop_ro("metadata_json", &Texture::metadata_json)
+      .def_prop_ro("parameter_count", &Texture::parameter_count)
+      .def_prop_ro("channels", &Texture::channels)
+      .def("cache_stats", &Texture::cache_stats)
+      .def("eval_points", &Texture::eval_points, "points"_a, "origin"_a, "radii"_a.none(), "out"_a,
+           nb::sig("def eval_points(self, points: object, origin: tuple[float, float, float], "
+                   "radii: object | None, out: object) -> None"))
+      .def("eval_box", &Texture::eval_box, "origin"_a, "size"_a, "out"_a,
+           nb::sig("def eval_box(self, origin: tuple[int, int, int], size: tuple[int, int, int], "
+                   "out: object) -> None"));
+}
