@@ -21,6 +21,12 @@ glm::vec3 clamp_albedo(const glm::vec3& color) {
   return glm::clamp(color, 0.0f, kMaxTextureAlbedo);
 }
 
+// Of directions.
+glm::mat3 scene_to_texels(const SolidColor& solid, const Object& object) {
+  const glm::mat3 to_texels(solid.to_texels);
+  return solid.world_space ? to_texels : to_texels * glm::inverse(glm::mat3(object.to_world));
+}
+
 }  // namespace
 
 glm::vec3 bumped_normal(const glm::vec3& normal, const glm::vec2& slope, const glm::vec3& view) {
@@ -59,6 +65,13 @@ AppearanceLookup::Source::Source(const Scene& scene, const Material& material) {
 AppearanceLookup::AppearanceLookup(const Scene& scene, TextureFilter filter)
     : scene_(scene), filter_(filter) {
   for (const Material& material : scene.materials) sources_.emplace_back(scene, material);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    const Source& source = sources_[object.material];
+    if (!source.bump) continue;
+    scene_to_texels_.resize(scene.objects.size());
+    scene_to_texels_[i] = scene_to_texels(*source.solid, object);
+  }
 }
 
 std::size_t AppearanceLookup::operator()(std::span<const Surface> surfaces,
@@ -105,18 +118,15 @@ void AppearanceLookup::place_points(const Source& source, std::span<const Surfac
     if (filter_ == TextureFilter::stochastic) point.offset += radius * surface.jitter;
     points_.insert(points_.end(), {point.offset.x, point.offset.y, point.offset.z});
     radii_.push_back(radius);
-    if (source.bump) place_neighbours(source, surface, point.offset, radius);
+    if (source.bump) place_neighbours(surface, point.offset, radius);
   }
 }
 
 // To both sides along x and y of the normal's frame, as far as the footprint reaches: differences
 // along the normal would not change the slope.
-void AppearanceLookup::place_neighbours(const Source& source, const Surface& surface,
-                                        const glm::vec3& texels, float radius) {
-  glm::mat3 to_texels(source.solid->to_texels);
-  if (!source.solid->world_space) {
-    to_texels = to_texels * glm::inverse(glm::mat3(scene_.objects[surface.object].to_world));
-  }
+void AppearanceLookup::place_neighbours(const Surface& surface, const glm::vec3& texels,
+                                        float radius) {
+  const glm::mat3& to_texels = scene_to_texels_[surface.object];
   const Frame frame(surface.normal);
   for (const glm::vec3& axis : {frame.x, frame.y}) {
     const glm::vec3 texels_per_unit = to_texels * axis;

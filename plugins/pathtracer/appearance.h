@@ -58,8 +58,7 @@ class AppearanceLookup {
   void look_up_images(const Source& source, const Surface& surface, Appearance& found) const;
   void query(const Source& source, std::span<const Surface> surfaces, std::span<Appearance> found);
   void place_points(const Source& source, std::span<const Surface> surfaces);
-  void place_neighbours(const Source& source, const Surface& surface, const glm::vec3& texels,
-                        float radius);
+  void place_neighbours(const Surface& surface, const glm::vec3& texels, float radius);
   float filter_radius(float footprint) const;
 
   const Scene& scene_;
@@ -67,6 +66,8 @@ class AppearanceLookup {
   std::vector<Source> sources_;                 // per material
   std::vector<float> points_, radii_, values_;  // kept to save allocations
   std::vector<float> steps_;                    // to a bump's neighbours, in the scene's units
+  // Per object with a bump: from directions in the scene to texels. Empty where none has one.
+  std::vector<glm::mat3> scene_to_texels_;
 };
 
 }  // namespace solidtex::pathtracer
