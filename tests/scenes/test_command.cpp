@@ -11,6 +11,7 @@
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;
+using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
@@ -96,6 +97,24 @@ TEST_CASE("solidtex-render refuses what it cannot do, without leaving files") {
   CHECK(run_render("--help", folder) == 0);
   CHECK(read_text(folder / "out.txt").find("Examples:") != std::string::npos);
   CHECK(run_render("--version", folder) == 0);
+}
+
+TEST_CASE("The scene's noise target holds unless the command has another") {
+  const TemporaryFolder folder;
+  write_scene(folder);
+  json scene = json::parse(read_text(folder / "scene.json"));
+  scene["render"]["spp"] = 64;
+  write_text(folder / "scene.json", scene.dump());
+  CHECK(run_render("scene.json --layers all --noise 0.5 -o option.exr", folder) == 0);
+  CHECK(run_render("scene.json --layers all -o none.exr", folder) == 0);
+  scene["render"]["noise"] = 0.5;
+  write_text(folder / "scene.json", scene.dump());
+  CHECK(run_render("scene.json --layers all -o key.exr", folder) == 0);
+  CHECK(read_text(folder / "out.txt").find("at most 64 samples") != std::string::npos);
+  CHECK(run_render("scene.json --layers all --noise 0 -o off.exr", folder) == 0);
+  CHECK(read_text(folder / "key.exr") == read_text(folder / "option.exr"));
+  CHECK(read_text(folder / "off.exr") == read_text(folder / "none.exr"));
+  CHECK(read_text(folder / "key.exr") != read_text(folder / "none.exr"));
 }
 
 TEST_CASE("solidtex-render shows layers, crops, and renders sequences") {

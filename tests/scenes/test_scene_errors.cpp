@@ -77,6 +77,7 @@ const std::vector<BadScene>& bad_scenes() {
       {"/render/spp", 2000000000, "/render/spp", "found 2000000000"},
       {"/render/size", {16, 0}, "/render/size/1", "found 0, expected a whole number"},
       {"/render/size", {16, 12, 3}, "/render/size", "[width, height]"},
+      {"/render/noise", -0.1, "/render/noise", "found -0.1, expected the relative error"},
       {"/render/seed", -1, "/render/seed", "found -1"},
       {"/objects/0/cuts", {{"clip", 1}}, "/objects/0/cuts", "expected an array of cuts"},
       {"/objects/0/cuts", json::array({{{"drill", 1}}}), "/objects/0/cuts/0/drill", "unknown key"},

@@ -66,9 +66,11 @@ void add_picture_options(CLI::App& app, Options& options) {
       ->delimiter(',')
       ->expected(4)
       ->option_text("X0,Y0,X1,Y1");
-  app.add_option("--noise", options.noise,
-                 "Relative error, 0.01 say, at which a part of the picture gets no more samples")
-      ->check(CLI::Range(1e-6, 1e3));
+  app.add_option(
+         "--noise", options.noise,
+         "Relative error, 0.01 say, at which a part of the picture gets no more samples; 0: "
+         "all get as many")
+      ->check(CLI::Range(0.0, 1e3));
   app.add_option("--seed", options.seed, "Which noise the picture has");
   app.add_option("--texture-filter", options.texture_filter,
                  "What a sample takes of a solid texture: footprint, stochastic or none")
@@ -150,11 +152,11 @@ pt::RenderSettings settings_for(const pt::Scene& scene, const Options& options) 
     settings.height = options.size[1];
   }
   if (options.samples) settings.samples = *options.samples;
+  if (options.noise) settings.noise = *options.noise;
   if (options.seed) settings.seed = *options.seed;
   if (options.texture_filter) settings.texture_filter = *options.texture_filter;
   settings.threads = options.threads;
   settings.crop = crop_window(options.crop, settings);
-  settings.noise = options.noise;
   settings.layers = layer_set(options);
   settings.progressive = options.preview_every > 0;
   return settings;

@@ -15,6 +15,7 @@ struct Options {
   // These win over the scene's own settings.
   std::vector<int> size;
   std::optional<int> samples;
+  std::optional<double> noise;
   std::optional<std::uint64_t> seed;
   std::optional<pathtracer::TextureFilter> texture_filter;
   std::optional<pathtracer::ViewTransform> view_transform;
@@ -22,7 +23,6 @@ struct Options {
 
   int threads = 0;
   std::vector<int> crop;
-  double noise = 0;
   std::vector<std::string> layers;
   std::optional<pathtracer::Layer> view;
 

@@ -24,6 +24,7 @@ void read_settings(const SceneFile& file, Scene& scene) {
     settings.height = render["size"][1];
   }
   settings.samples = render.value("spp", settings.samples);
+  settings.noise = render.value("noise", settings.noise);
   settings.seed = render.value("seed", settings.seed);
   settings.max_depth = render.value("max_depth", settings.max_depth);
   if (render.contains("texture_filter")) {
