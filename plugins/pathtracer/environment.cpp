@@ -104,6 +104,10 @@ float Environment::density(int x, int y) const {
          (static_cast<float>(rows_.total()) * glm::two_pi<float>());
 }
 
+double Environment::luminance_of_all() const {
+  return rows_.total() * glm::two_pi<double>() / image_.width;
+}
+
 DirectionSample Environment::sample(const glm::vec2& u) const {
   const CumulativeTable::Interval row = rows_.find(u.y);
   const CumulativeTable::Interval column = pixels_[static_cast<std::size_t>(row.index)].find(u.x);

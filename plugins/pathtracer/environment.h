@@ -52,6 +52,9 @@ class Environment {
   float pdf(const glm::vec3& direction) const { return density_at(to_uv(direction)); }
   DirectionSample sample(const glm::vec2& u) const;
 
+  // Of all directions together: luminance times solid angle.
+  double luminance_of_all() const;
+
  private:
   glm::vec2 to_uv(const glm::vec3& direction) const;
   glm::vec3 lookup(float u, float v) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "plugins/pathtracer/sampling.h"
 
@@ -70,18 +71,43 @@ LightSample choose_on(const SphereLight& light, const glm::vec3& from, const glm
           distance * cosine - half_chord - 2e-3f * light.radius, light.radiance, cone_pdf(cone)};
 }
 
+// Where a uniform number falls among sums: which one, and how far (0 to 1) towards it.
+struct Interval {
+  std::size_t index;
+  float fraction;
+};
+Interval find(const std::vector<double>& sums, float u) {
+  const double target = u * sums.back();
+  const auto found = std::upper_bound(sums.begin(), sums.end() - 1, target);
+  const double start = found == sums.begin() ? 0 : *(found - 1);
+  const auto fraction = static_cast<float>((target - start) / (*found - start));
+  return {static_cast<std::size_t>(found - sums.begin()), fraction};
+}
+
 LightSample choose_on(const MeshLight& light, const std::vector<double>& area_sums,
                       const glm::vec3& from, const glm::vec2& u) {
-  const double target = u.x * area_sums.back();
-  const auto found = std::upper_bound(area_sums.begin(), area_sums.end() - 1, target);
-  const auto triangle = static_cast<std::size_t>(found - area_sums.begin());
-  const double start = triangle == 0 ? 0 : area_sums[triangle - 1];
-  const auto inner = static_cast<float>((target - start) / (*found - start));
+  const auto [triangle, inner] = find(area_sums, u.x);
   const float root = std::sqrt(std::clamp(inner, 0.0f, 1.0f));
   const auto p = corners_of(light.mesh, triangle);
   const glm::vec3 point = (1 - root) * p[0] + root * (1 - u.y) * p[1] + root * u.y * p[2];
   return flat_light_at(point, from, normal_of(p), static_cast<float>(area_sums.back()),
                        light.radiance);
+}
+
+// Of picks that do not depend on power: a dim light may be the only one that reaches a place.
+constexpr double kEvenShare = 0.25;
+
+// Luminance that leaves a surface of one color, in all directions together.
+double flux(const glm::vec3& radiance, double area) {
+  return static_cast<double>(luminance(radiance)) * glm::pi<double>() * area;
+}
+
+double squared_length(const glm::vec3& v) { return static_cast<double>(glm::dot(v, v)); }
+
+glm::vec3 middle_of(const Mesh& mesh) {
+  glm::vec3 sum(0);
+  for (const glm::vec3& position : mesh.positions) sum += position;
+  return sum / static_cast<float>(mesh.positions.size());
 }
 
 }  // namespace
@@ -96,15 +122,58 @@ Lights::Lights(const Scene& scene) : scene_(scene) {
     }
   }
   if (scene.environment) environment_.emplace(*scene.environment);
+  choose_shares(powers());
+}
+
+// Flux of every light. What the environment sends does not come from anywhere: it counts as a light
+// at the others' distance that is as bright where the camera looks at. A light of power P lights a
+// place at a distance d with up to P / (pi d^2), the environment on average with a quarter of all
+// its radiance.
+std::vector<double> Lights::powers() const {
+  std::vector<double> result;
+  double weighted_distances = 0;
+  const auto add = [&](const glm::vec3& radiance, double area, const glm::vec3& middle) {
+    result.push_back(flux(radiance, area));
+    weighted_distances += result.back() * squared_length(middle - scene_.camera.look_at);
+  };
+  for (const RectangleLight& light : scene_.lights) {
+    add(light.radiance, plane_of(light).area,
+        light.corner + 0.5f * light.edge_u + 0.5f * light.edge_v);
+  }
+  for (const SphereLight& light : scene_.sphere_lights) {
+    const double area = 4 * glm::pi<double>() * light.radius * light.radius;
+    add(light.radiance, area, light.center);
+  }
+  for (std::size_t i = 0; i < scene_.mesh_lights.size(); ++i) {
+    const MeshLight& light = scene_.mesh_lights[i];
+    add(light.radiance, area_sums_[i].back(), middle_of(light.mesh));
+  }
+  if (environment_) {
+    const double total = std::accumulate(result.begin(), result.end(), 0.0);
+    const double squared_distance = total > 0 ? weighted_distances / total : 1;
+    result.push_back(environment_->luminance_of_all() * 0.25 * glm::pi<double>() *
+                     squared_distance);
+  }
+  return result;
+}
+
+void Lights::choose_shares(const std::vector<double>& powers) {
+  const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
+  const double even = 1 / static_cast<double>(powers.size());
+  // Lights without a sum, or with an infinite one, are equal.
+  const double even_share = total > 0 && std::isfinite(total) ? kEvenShare : 1;
+  for (const double power : powers) {
+    double share = even_share * even;
+    if (even_share < 1) share += (1 - even_share) * power / total;
+    shares_.push_back(static_cast<float>(share));
+    share_sums_.push_back((share_sums_.empty() ? 0 : share_sums_.back()) + share);
+  }
 }
 
 LightSample Lights::sample(const glm::vec3& from, const glm::vec2& u) const {
-  const std::size_t count = light_count();
-  const float place = u.x * static_cast<float>(count);
-  const auto light = std::min(static_cast<std::size_t>(place), count - 1);
-  const float rest = std::min(place - static_cast<float>(light), 0x1.fffffep-1f);
-  LightSample result = sample_light(light, from, {rest, u.y});
-  result.pdf /= static_cast<float>(count);
+  const auto [light, rest] = find(share_sums_, u.x);
+  LightSample result = sample_light(light, from, {std::clamp(rest, 0.0f, 0x1.fffffep-1f), u.y});
+  result.pdf *= shares_[light];
   return result;
 }
 
@@ -131,7 +200,7 @@ LightSample Lights::environment_seen(const glm::vec3& direction) const {
   if (!environment_) return {};
   const Environment::Seen seen = environment_->seen(direction);
   return {direction, std::numeric_limits<float>::infinity(), seen.radiance,
-          seen.pdf / static_cast<float>(light_count())};
+          seen.pdf * shares_.back()};
 }
 
 LightSample Lights::light_seen(const LightHit& hit) const {
@@ -150,7 +219,7 @@ LightSample Lights::light_seen(const LightHit& hit) const {
     result = flat_light(hit.direction, hit.distance, normal_of(corners_of(mesh.mesh, hit.triangle)),
                         static_cast<float>(area_sums_[light].back()), mesh.radiance);
   }
-  result.pdf /= static_cast<float>(light_count());
+  result.pdf *= shares_[hit.light];
   return result;
 }
 

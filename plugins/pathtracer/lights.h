@@ -1,5 +1,5 @@
-// All that emits by design: the environment and the lights, picked with equal probability. Lights
-// are numbered: rectangles, then spheres, then meshes.
+// All that emits by design: the environment and the lights, the brighter ones picked more often.
+// Lights are numbered: rectangles, then spheres, then meshes, then the environment.
 #pragma once
 
 #include <cstddef>
@@ -49,10 +49,15 @@ class Lights {
   }
   std::size_t light_count() const { return shape_count() + (environment_ ? 1 : 0); }
   LightSample sample_light(std::size_t light, const glm::vec3& from, const glm::vec2& u) const;
+  std::vector<double> powers() const;
+  void choose_shares(const std::vector<double>& powers);
 
   const Scene& scene_;
   std::vector<std::vector<double>> area_sums_;  // per mesh: areas of the triangles up to each
   std::optional<Environment> environment_;
+  // With which probability each light is picked, and the sums of these up to each.
+  std::vector<float> shares_;
+  std::vector<double> share_sums_;
 };
 
 }  // namespace solidtex::pathtracer

@@ -38,6 +38,47 @@ pt::EnvironmentImage spotted_sky() {
   return sky;
 }
 
+// Lamps of all kinds above the origin, most of them dim, in a twilight.
+std::vector<pt::Scene> lamps() {
+  std::vector<pt::Scene> alone;
+  for (int i = 0; i < 36; ++i) {
+    pt::Scene& scene = alone.emplace_back();
+    const auto x = static_cast<float>(i % 6 - 3), z = static_cast<float>(i / 6 - 3);
+    const float brightness = i == 20 ? 300.0f : 1.0f;
+    if (i % 3 == 0) {
+      scene.sphere_lights.push_back({{x, 3, z}, 0.1f, glm::vec3(brightness)});
+    } else if (i % 3 == 1) {
+      scene.lights.push_back({{x, 3, z}, {0.3f, 0, 0}, {0, 0, 0.3f}, glm::vec3(brightness)});
+    } else {
+      pt::Mesh mesh = make_quad(0.15f);
+      for (glm::vec3& p : mesh.positions) p += glm::vec3(x, 3, z);
+      mesh.triangles = {{0, 2, 1}, {0, 3, 2}};  // looking down
+      scene.mesh_lights.push_back({mesh, glm::vec3(brightness)});
+    }
+  }
+  alone.emplace_back().environment = uniform_light({0.05f, 0.1f, 0.2f});
+  return alone;
+}
+
+// Unshadowed light on a horizontal place at the origin: mean and variance of one sample.
+struct Estimate {
+  double mean = 0, variance = 0;
+};
+template <class Sample>
+Estimate estimate_irradiance(const Sample& sample) {
+  double sum = 0, squares = 0;
+  constexpr std::uint32_t kSamples = 200000;
+  for (std::uint32_t i = 0; i < kSamples; ++i) {
+    const pt::LightSample light = sample(pt::Sampler(7, 0, i));
+    if (light.pdf <= 0) continue;
+    const double value = light.radiance.y * std::max(light.direction.y, 0.0f) / light.pdf;
+    sum += value;
+    squares += value * value;
+  }
+  const double mean = sum / kSamples;
+  return {mean, squares / kSamples - mean * mean};
+}
+
 glm::vec3 sphere_direction(float longitude, float polar) {
   return {std::sin(polar) * std::sin(longitude), std::cos(polar),
           std::sin(polar) * std::cos(longitude)};
@@ -151,6 +192,33 @@ TEST_CASE("What lights claim of a sample is what a ray finds there") {
     }
   }
   CHECK(checked > 2000);
+}
+
+TEST_CASE("Bright lights among many are picked more often, and all keep their light") {
+  const std::vector<pt::Scene> alone = lamps();
+  pt::Scene all;
+  std::vector<pt::Lights> each;
+  for (const pt::Scene& scene : alone) {
+    each.emplace_back(scene);
+    for (const auto& light : scene.lights) all.lights.push_back(light);
+    for (const auto& light : scene.sphere_lights) all.sphere_lights.push_back(light);
+    for (const auto& light : scene.mesh_lights) all.mesh_lights.push_back(light);
+    if (scene.environment) all.environment = scene.environment;
+  }
+  const pt::Lights lights(all);
+  const glm::vec3 origin(0);
+  const Estimate found = estimate_irradiance(
+      [&](const pt::Sampler& sampler) { return lights.sample(origin, sampler.get_2d(1)); });
+  const auto count = static_cast<float>(each.size());
+  const Estimate even = estimate_irradiance([&](const pt::Sampler& sampler) {
+    const auto chosen = static_cast<std::size_t>(sampler.get_1d(0) * count);
+    pt::LightSample light = each[chosen].sample(origin, sampler.get_2d(1));
+    light.pdf /= count;
+    return light;
+  });
+  CAPTURE(found.mean, found.variance, even.mean, even.variance);
+  CHECK(found.mean == Approx(even.mean).epsilon(0.01));
+  CHECK(found.variance < 0.1 * even.variance);
 }
 
 TEST_CASE("The environment's density integrates to one and is that of its samples") {
