@@ -16,8 +16,6 @@ import numpy as np
 from scipy import stats
 
 BLOCK = 6  # pixels
-EXACT = 2e-3
-"""Relative: sky that is seen directly has less noise than the pixel filters differ."""
 
 
 @dataclass
@@ -47,9 +45,7 @@ def deviations(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Welch's t for each column of [renders, values], as standard normal deviates."""
     difference = second.mean(0) - first.mean(0)
     parts = [group.var(0, ddof=1) / len(group) for group in (first, second)]
-    scale = 0.5 * (first.mean(0) + second.mean(0))
-    # Where nothing is black, EXACT keeps the error above zero; black must be black.
-    error = np.sqrt(sum(parts) + (EXACT * scale) ** 2)
+    error = np.sqrt(sum(parts))  # black must be black
     freedom = sum(parts) ** 2 / sum(
         np.maximum(part**2, 1e-300) / (len(group) - 1)
         for part, group in zip(parts, (first, second), strict=True)
