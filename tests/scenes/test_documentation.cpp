@@ -125,7 +125,8 @@ TEST_CASE("The scenes of the repository render") {
 
 TEST_CASE("The scenes of the gallery render") {
   if (!built_with_cgal()) return;
-  for (const std::string name : {"ball", "block", "bowl", "chess", "column", "rust", "teapot"}) {
+  for (const std::string name :
+       {"ball", "block", "bowl", "chess", "column", "rust", "sawn", "teapot"}) {
     const auto scene = pt::load_scene(SOLIDTEX_SOURCE "/docs/scenes/" + name + ".json");
     pt::RenderSettings settings = pt::settings_of(*scene);
     CHECK(settings.samples >= 64);
