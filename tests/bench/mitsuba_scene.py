@@ -1,4 +1,4 @@
-"""The scene of compare_mitsuba.py for both renderers: a million triangles in a studio's light."""
+"""The scene of the renderer's measurements: a million triangles in a studio's light."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ def write_image(path: Path, size: int = 1024) -> None:
     Image.fromarray((255 * np.clip(grain, 0, 1)).astype(np.uint8)).save(path)
 
 
-def scene_file(folder: Path, color: object, kind: str = "diffuse") -> Path:
-    """Ours, with any color of the scene format."""
-    document = {
+def scene_file(folder: Path, color: object, kind: str = "diffuse", frames: int = 1) -> Path:
+    """Ours, with any color of the scene format; frames beyond one are all the same."""
+    document: dict[str, object] = {
         "version": 1,
         "render": {"max_depth": MAX_DEPTH},
         "camera": {"position": EYE, "look_at": TARGET, "fov": FOV},
@@ -71,6 +71,8 @@ def scene_file(folder: Path, color: object, kind: str = "diffuse") -> Path:
         "objects": [{"mesh": "mesh.ply", "material": "surface"}],
         "environment": {"file": str(ENVIRONMENT)},
     }
+    if frames > 1:
+        document["animation"] = {"frames": frames, "tracks": {"/camera/fov": {"0": FOV}}}
     path = folder / "scene.json"
     path.write_text(json.dumps(document))
     return path
