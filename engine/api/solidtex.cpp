@@ -247,6 +247,20 @@ solidtex_status solidtex_eval_filtered(const solidtex_texture* texture, const do
   });
 }
 
+solidtex_status solidtex_eval_footprints(const solidtex_texture* texture, const double* origin,
+                                         const float* points, const float* axes, size_t count,
+                                         float* values) {
+  return guarded([&] {
+    require(texture, "texture is null");
+    if (count == 0) return;
+    require(points, "points is null");
+    require(axes, "axes is null");
+    require(values, "values is null");
+    const double zero[3] = {0, 0, 0};
+    texture->texture.eval_footprints(origin ? origin : zero, points, axes, count, values);
+  });
+}
+
 solidtex_status solidtex_eval_box(const solidtex_texture* texture, const int64_t origin[3],
                                   const int64_t size[3], float* values) {
   return guarded([&] {

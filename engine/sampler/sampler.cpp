@@ -87,13 +87,15 @@ struct Sampler::BlockBuffers {
   hwy::AlignedFreeUniquePtr<float[]> storage;
   float *current, *next;
   Lookup lookup;
+  PlanarSpreads footprints;
 };
 
 Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed,
                  Precision precision)
     : width_(model.width),
       octaves_per_layer_(model.octaves / static_cast<int>(model.hidden.size() - 1)),
-      octaves_(model.transforms, seed) {
+      octaves_(model.transforms, seed),
+      fade_(octaves_) {
   require_normal(scheme);
   const auto& hidden = model.hidden;
   for (std::size_t l = 0; l < hidden.size(); ++l)
@@ -127,18 +129,20 @@ void Sampler::evaluate(const double* positions, std::size_t count, float* values
     evaluate_point(positions + 3 * point, values + point * channels());
 }
 
-void Sampler::evaluate_faded(const double* positions, const float* edges, std::size_t count,
+void Sampler::evaluate_faded(const double* positions, const Spread* footprints, std::size_t count,
                              float* values) const {
   BlockBuffers buffers(activation_rows());
   for (std::size_t done = 0; done < count; done += kOctaveBlock) {
     const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
-    evaluate_block(positions + 3 * done, edges + done, block, buffers, values + done * channels());
+    evaluate_block(positions + 3 * done, footprints + done, block, buffers,
+                   values + done * channels());
   }
 }
 
-void Sampler::evaluate_block(const double* positions, const float* edges, int count,
+void Sampler::evaluate_block(const double* positions, const Spread* footprints, int count,
                              BlockBuffers& buffers, float* values) const {
   buffers.lookup.positions.assign(positions, count);
+  if (footprints) buffers.footprints.assign(footprints, count);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const LinearLayer& layer = layers_[l];
     const int inputs = l == 0 ? 0 : width_;
@@ -146,7 +150,7 @@ void Sampler::evaluate_block(const double* positions, const float* edges, int co
       const int octave = static_cast<int>(l) * octaves_per_layer_ + (t - inputs);
       float* noise = buffers.current + t * kOctaveBlock;
       octave_noise(octave, count, buffers.lookup, noise);
-      if (edges) fade(octave, edges, count, noise);
+      if (footprints) fade_.apply(octave, buffers.footprints, count, noise);
     }
     kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
     std::swap(buffers.current, buffers.next);
@@ -157,24 +161,6 @@ void Sampler::evaluate_block(const double* positions, const float* edges, int co
 void Sampler::octave_noise(int octave, int count, Lookup& lookup, float* values) const {
   find_octave_cells(octaves_.transform_of(octave).data(), lookup.positions, count, lookup.cells);
   solidtex_1::trilinear_normal(octaves_.key_of(octave), lookup.cells.view(), count, values);
-}
-
-// An edge of e texels covers e |t| cells of the lattice along an axis whose row of the transform is
-// t. Less than one cell hardly matters, several average out: 1 / (1 + (e |t|)^2 / 8) for each axis.
-// With 1/4 instead of 1/8 averages over 2 and 4 texels of grey stone were missed by a quarter more.
-void Sampler::fade(int octave, const float* edges, int count, float* values) const {
-  const std::array<double, 9> transform = octaves_.transform_of(octave);
-  float rates[3];
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double* row = &transform[3 * axis];
-    const double x = row[0], y = row[1], z = row[2];
-    rates[axis] = static_cast<float>(0.125 * (x * x + y * y + z * z));
-  }
-  for (int p = 0; p < count; ++p) {
-    const float square = edges[p] * edges[p];
-    const float cells = (1 + square * rates[0]) * (1 + square * rates[1]) * (1 + square * rates[2]);
-    values[p] /= cells;
-  }
 }
 
 void Sampler::evaluate_fast(const double* positions, std::size_t count, float* values) const {

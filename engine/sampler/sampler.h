@@ -10,6 +10,7 @@
 #include "engine/model/model.h"
 #include "engine/sampler/matrix_network.h"
 #include "engine/sampler/octave.h"
+#include "engine/sampler/octave_fade.h"
 
 namespace solidtex::engine {
 
@@ -28,19 +29,20 @@ class Sampler {
   // Most efficient in multiples of kOctaveBlock points.
   void evaluate(const double* positions, std::size_t count, float* values) const;
 
-  // The same with octaves faded: each point has a footprint of an edge in texels, and an octave
-  // counts the less the more of its cells that edge covers; none does at infinity. In full
-  // precision. An edge of 0 gives the bits of evaluate.
-  void evaluate_faded(const double* positions, const float* edges, std::size_t count,
+  // The same with octaves faded: each point has a footprint, and an octave counts the less the more
+  // of its cells that covers. In full precision. An empty one gives the bits of evaluate.
+  void evaluate_faded(const double* positions, const Spread* footprints, std::size_t count,
                       float* values) const;
+
+  // How much fading leaves of the octaves' variance: 1 of an empty footprint, 0 of a vast one.
+  float kept(const Spread& footprint) const { return fade_.kept(footprint); }
 
  private:
   struct Lookup;
   struct BlockBuffers;
 
-  void evaluate_block(const double* positions, const float* edges, int count, BlockBuffers& buffers,
-                      float* values) const;
-  void fade(int octave, const float* edges, int count, float* values) const;
+  void evaluate_block(const double* positions, const Spread* footprints, int count,
+                      BlockBuffers& buffers, float* values) const;
   void evaluate_fast(const double* positions, std::size_t count, float* values) const;
   void octave_noise(int octave, int count, Lookup& lookup, float* values) const;
   void block_noise(const double* positions, int count, MatrixNetwork::Block& block) const;
@@ -50,6 +52,7 @@ class Sampler {
 
   int width_, octaves_per_layer_;
   OctaveBank octaves_;
+  OctaveFade fade_;
   // The hidden layers read [previous layer, octave noise]; layer 0 reads noise only, since its
   // constant input is part of its bias. The last one is the linear output.
   std::vector<LinearLayer> layers_;

@@ -15,14 +15,14 @@ struct PlacedPoint {
   friend auto operator<=>(const PlacedPoint&, const PlacedPoint&) = default;
 };
 
-std::array<AxisCell, 3> cells_of(const PointBatch& batch, std::size_t point,
-                                 const BrickGrid& grid) {
+template <class Batch>
+std::array<AxisCell, 3> cells_of(const Batch& batch, std::size_t point, const BrickGrid& grid) {
   return {AxisCell(batch.coordinate(point, 0), grid), AxisCell(batch.coordinate(point, 1), grid),
           AxisCell(batch.coordinate(point, 2), grid)};
 }
 
-std::vector<PlacedPoint> sorted_by_brick(const PointBatch& batch,
-                                         std::span<const std::uint32_t> which,
+template <class Batch>
+std::vector<PlacedPoint> sorted_by_brick(const Batch& batch, std::span<const std::uint32_t> which,
                                          const BrickGrid& grid) {
   std::vector<PlacedPoint> placed(which.size());
   for (std::size_t i = 0; i < which.size(); ++i) {
@@ -44,9 +44,9 @@ std::vector<std::size_t> run_starts(const std::vector<PlacedPoint>& placed) {
 }
 
 // Inlined, so that the grid of level 0 is a constant: 5 to 10 % less time for cached points.
+template <class Batch>
 [[gnu::always_inline]] inline void look_up(const float* brick, const BrickGrid grid,
-                                           const PointBatch& batch,
-                                           std::span<const std::uint32_t> which,
+                                           const Batch& batch, std::span<const std::uint32_t> which,
                                            std::span<const PlacedPoint> points,
                                            std::size_t channels, float* values) {
   for (const PlacedPoint& point : points) {
@@ -66,7 +66,8 @@ BrickLevel::BrickLevel(const Field& field, const LightChannels& light, BrickGrid
       cache_(channels_ * grid.voxel_count(), cache_limit_bytes,
              [this](const BrickKey& key, std::span<float> values) { build(key, values); }) {}
 
-void BrickLevel::evaluate(const PointBatch& batch, std::span<const std::uint32_t> which,
+template <class Batch>
+void BrickLevel::evaluate(const Batch& batch, std::span<const std::uint32_t> which,
                           float* values) const {
   const std::vector<PlacedPoint> placed = sorted_by_brick(batch, which, grid_);
   const std::vector<std::size_t> starts = run_starts(placed);
@@ -82,6 +83,10 @@ void BrickLevel::evaluate(const PointBatch& batch, std::span<const std::uint32_t
     }
   });
 }
+
+template void BrickLevel::evaluate(const PointBatch&, std::span<const std::uint32_t>, float*) const;
+template void BrickLevel::evaluate(const PositionBatch&, std::span<const std::uint32_t>,
+                                   float*) const;
 
 void BrickLevel::build(const BrickKey& key, std::span<float> values) const {
   const Box box = grid_.box(key);

@@ -22,8 +22,10 @@ class BrickLevel {
   BrickLevel(const Field& field, const LightChannels& light, BrickGrid grid,
              std::uint64_t cache_limit_bytes);
 
-  // The points `which` of a batch, interpolated between voxels: values[i] belong to which[i].
-  void evaluate(const PointBatch& batch, std::span<const std::uint32_t> which, float* values) const;
+  // The points `which` of a batch (PointBatch or PositionBatch), interpolated between voxels:
+  // values[i] belong to which[i].
+  template <class Batch>
+  void evaluate(const Batch& batch, std::span<const std::uint32_t> which, float* values) const;
 
   CacheStats cache_stats() const { return cache_.stats(); }
 

@@ -59,6 +59,15 @@ void check_radii(const float* radii, std::size_t count) {
   }
 }
 
+void check_axes(const float* axes, std::size_t count) {
+  for (std::size_t i = 0; i < 9 * count; ++i) {
+    if (std::isnan(axes[i])) {
+      refuse("axis ", i % 9 / 3, " of point ", i / 9, ": ", kAxisNames[i % 3],
+             " is no number, expected one or infinity");
+    }
+  }
+}
+
 Box checked_box(const std::int64_t origin[3], const std::int64_t size[3], std::size_t channels) {
   for (int axis = 0; axis < 3; ++axis) {
     if (size[axis] < 0) {

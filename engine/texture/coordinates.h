@@ -24,11 +24,22 @@ struct PointBatch {
   }
 };
 
+// Positions in texels, as (x, y, z).
+struct PositionBatch {
+  const double* positions = nullptr;
+  std::size_t count = 0;
+
+  double coordinate(std::size_t point, int axis) const { return positions[3 * point + axis]; }
+};
+
 // Throws Error with the first point that is not finite or too far away.
 void check_points(const PointBatch& batch, std::size_t channels);
 
 // Throws Error with the first radius that is negative or no number; infinity is a radius.
 void check_radii(const float* radii, std::size_t count);
+
+// Throws Error with the first axis that is no number; nine numbers a point, infinity among them.
+void check_axes(const float* axes, std::size_t count);
 
 // The box [origin, origin + size); throws Error for a negative size, a box too far away, or one
 // with more values than memory can hold.

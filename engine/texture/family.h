@@ -18,6 +18,8 @@ class Family {
   virtual void eval_points(const PointBatch& batch, float* values) const = 0;
   // The mean around each point, over cubes whose edge is twice the radius.
   virtual void eval_filtered(const PointBatch& batch, const float* radii, float* values) const = 0;
+  // The same over parallelepipeds, nine numbers for each.
+  virtual void eval_footprints(const PointBatch& batch, const float* axes, float* values) const = 0;
   virtual void eval_box(const Box& box, float* values) const = 0;
   virtual CacheStats cache_stats() const { return {}; }
 };

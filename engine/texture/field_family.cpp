@@ -5,6 +5,7 @@
 #include <numeric>
 #include <vector>
 
+#include "engine/texture/axes.h"
 #include "engine/texture/blocks.h"
 #include "engine/texture/brick_level.h"
 #include "engine/texture/family.h"
@@ -41,6 +42,10 @@ constexpr BrickGrid kGrids[] = {{0, 4}, {1, 4}, {2, 3}, {3, 2}};
 // Interpolation between voxels blurs once more, so that finer ones come nearer to the mean: with
 // 0.75 means over 2 to 12 texels of granite and rust are missed by half of what they are with 1.
 constexpr float kFinerEdge = 0.75f;
+// A footprint that is longer than wide is looked up in parts, so many at most; parts of half a
+// texel and less are points as good as any.
+constexpr int kMostParts = 16;
+constexpr double kLeastReach = 0.5;
 constexpr int kLevels = static_cast<int>(std::size(kGrids));
 
 class FieldFamily : public Family {
@@ -66,6 +71,17 @@ class FieldFamily : public Family {
     for_each_chunk(batch, [&](const PointBatch& part, std::size_t begin) {
       filter(part, radii + begin, values + begin * channels_);
     });
+  }
+
+  void eval_footprints(const PointBatch& batch, const float* axes, float* values) const override {
+    const std::size_t step = kSortedPoints / kMostParts;
+    for (std::size_t begin = 0; begin < batch.count; begin += step) {
+      Lookups lookups;
+      for (std::size_t p = begin; p < std::min(begin + step, batch.count); ++p)
+        lookups.add({batch.coordinate(p, 0), batch.coordinate(p, 1), batch.coordinate(p, 2)},
+                    Axes::of(axes + 9 * p));
+      average(lookups, values + begin * channels_);
+    }
   }
 
   void eval_box(const Box& box, float* values) const override {
@@ -104,8 +120,46 @@ class FieldFamily : public Family {
     return which;
   }
 
-  // Every point takes part of one or two levels, the finer first.
+  // The parts that some footprints are looked up in.
+  struct Lookups {
+    std::vector<double> positions;
+    std::vector<float> radii;
+    std::vector<int> counts;  // of parts, per footprint
+
+    void add(const Axes::Axis& middle, const Axes& axes) {
+      const Parts parts = cut(axes, kMostParts, kLeastReach);
+      for_each_middle(parts, [&](const Axes::Axis& step) {
+        for (std::size_t k = 0; k < 3; ++k) positions.push_back(middle[k] + step[k]);
+        radii.push_back(static_cast<float>(parts.reach));
+      });
+      counts.push_back(parts.total());
+    }
+  };
+
+  // Each footprint's value is the mean of its parts'.
+  void average(const Lookups& lookups, float* values) const {
+    const std::size_t count = lookups.radii.size();
+    std::vector<float> found(count * channels_);
+    look_up(PositionBatch{lookups.positions.data(), count}, lookups.radii.data(), found.data());
+    std::size_t part = 0;
+    for (const int parts : lookups.counts) {
+      mean_of(&found[part * channels_], static_cast<std::size_t>(parts), channels_, values);
+      if (lookups.radii[part] > 0) light_.from_light(values, 1);
+      part += static_cast<std::size_t>(parts);
+      values += channels_;
+    }
+  }
+
   void filter(const PointBatch& batch, const float* radii, float* values) const {
+    look_up(batch, radii, values);
+    for (std::size_t point = 0; point < batch.count; ++point)
+      if (radii[point] > 0) light_.from_light(values + point * channels_, 1);
+  }
+
+  // In light, but as stored where there is no footprint: those are the bits of a point. Every point
+  // takes part of one or two levels, the finer first.
+  template <class Batch>
+  void look_up(const Batch& batch, const float* radii, float* values) const {
     std::fill_n(values, batch.count * channels_, 0.0f);
     for (int level = 0; level < kLevels; ++level) {
       std::vector<std::uint32_t> which;
@@ -123,14 +177,10 @@ class FieldFamily : public Family {
       }
     }
     for (std::size_t point = 0; point < batch.count; ++point) {
-      if (radii[point] == 0) continue;  // the bits of a point
-      float* value = values + point * channels_;
       const FootprintScale scale(kFinerEdge * radii[point]);
-      if (scale.level >= kLevels - 1) {
-        const auto step = static_cast<std::size_t>(scale.level - (kLevels - 1));
-        fade(fade_steps(), step, scale.fraction, value);
-      }
-      light_.from_light(value, 1);
+      if (scale.level < kLevels - 1) continue;
+      const auto step = static_cast<std::size_t>(scale.level - (kLevels - 1));
+      fade(fade_steps(), step, scale.fraction, values + point * channels_);
     }
   }
 

@@ -32,6 +32,12 @@ void LightChannels::from_light(float* values, std::size_t points) const {
       if (encoded_[c]) values[c] = values[c] > 0 ? std::sqrt(values[c]) : 0;
 }
 
+void mean_of(const float* values, std::size_t points, std::size_t channels, float* mean) {
+  std::copy_n(values, channels, mean);
+  for (std::size_t i = channels; i < points * channels; ++i) mean[i % channels] += values[i];
+  for (std::size_t c = 0; c < channels; ++c) mean[c] /= static_cast<float>(points);
+}
+
 void fade(const std::vector<FadeStep>& steps, std::size_t finer, float fraction, float* values) {
   const auto last = steps.size() - 1;
   const FadeStep &fine = steps[std::min(finer, last)], &coarse = steps[std::min(finer + 1, last)];

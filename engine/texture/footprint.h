@@ -48,6 +48,9 @@ class LightChannels {
   std::vector<bool> encoded_;
 };
 
+// The mean of some points' channels, in their order; that of one has its bits.
+void mean_of(const float* values, std::size_t points, std::size_t channels, float* mean);
+
 // filtered = offset + gain * value, one of each per channel, for edges of one size.
 struct FadeStep {
   std::vector<float> gain, offset;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 
+#include "engine/texture/axes.h"
 #include "engine/texture/parallel.h"
 
 namespace solidtex::engine {
@@ -45,11 +46,21 @@ std::vector<float> faded_values(const Sampler& sampler, const LightChannels& lig
   std::vector<double> positions;
   for (std::size_t cube = 0; cube < kCubes; ++cube)
     for (const double coordinate : middle_of(cube)) positions.push_back(coordinate);
-  const std::vector<float> edges(kCubes, edge);
+  const std::vector<Spread> footprints(kCubes, Spread::of(Axes::cube(edge / 2).axis));
   std::vector<float> values(kCubes * static_cast<std::size_t>(sampler.channels()));
-  sampler.evaluate_faded(positions.data(), edges.data(), kCubes, values.data());
+  sampler.evaluate_faded(positions.data(), footprints.data(), kCubes, values.data());
   light.to_light(values.data(), kCubes);
   return values;
+}
+
+constexpr std::size_t kRadiiPerOctave = 8;
+
+// Radii of none, then evenly from one power of two to the next, up to that of the largest edge.
+float radius_at(std::size_t i) {
+  if (i <= kRadiiPerOctave) return 0.5f * static_cast<float>(i) / kRadiiPerOctave;
+  const std::size_t octave = (i - 1) / kRadiiPerOctave, step = (i - 1) % kRadiiPerOctave + 1;
+  const auto first = static_cast<float>(1 << octave) / 4;
+  return first + first * static_cast<float>(step) / kRadiiPerOctave;
 }
 
 }  // namespace
@@ -65,6 +76,20 @@ std::vector<FadeStep> fade_steps_of(const Sampler& sampler, const LightChannels&
                         : only_mean(truths, channels));
   }
   return steps;
+}
+
+EqualCube::EqualCube(const Sampler& sampler) {
+  for (std::size_t i = 0; i <= (kCoarsest + 1) * kRadiiPerOctave; ++i)
+    kept_.push_back(sampler.kept(Spread::of(Axes::cube(radius_at(i)).axis)));
+}
+
+float EqualCube::radius(float kept) const {
+  const auto after = std::ranges::upper_bound(kept_, kept, std::ranges::greater());
+  if (after == kept_.begin()) return 0;
+  const auto i = static_cast<std::size_t>(after - kept_.begin());
+  if (after == kept_.end()) return radius_at(i - 1);
+  const float fraction = (kept_[i - 1] - kept) / (kept_[i - 1] - kept_[i]);
+  return radius_at(i - 1) + fraction * (radius_at(i) - radius_at(i - 1));
 }
 
 }  // namespace solidtex::engine

@@ -13,4 +13,15 @@ namespace solidtex::engine {
 // Fitted to cubes far from each other, whose means are those of points at random inside.
 std::vector<FadeStep> fade_steps_of(const Sampler& sampler, const LightChannels& light);
 
+// Which cube leaves as much of the octaves as a footprint does: the correction is that of its edge.
+class EqualCube {
+ public:
+  explicit EqualCube(const Sampler& sampler);
+
+  float radius(float kept) const;
+
+ private:
+  std::vector<float> kept_;  // of cubes with the radii radius_at(i), descending
+};
+
 }  // namespace solidtex::engine

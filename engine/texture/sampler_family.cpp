@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <array>
-#include <mutex>
 #include <span>
 #include <vector>
 
+#include "engine/texture/axes.h"
 #include "engine/texture/blocks.h"
 #include "engine/texture/family.h"
 #include "engine/texture/parallel.h"
-#include "engine/texture/sampler_fade.h"
+#include "engine/texture/sampler_filter.h"
 
 namespace solidtex::engine {
 namespace {
@@ -41,22 +41,13 @@ class SamplerFamily : public Family {
   }
 
   void eval_filtered(const PointBatch& batch, const float* radii, float* values) const override {
-    // Apart, because points without a footprint are cheaper, and may be in fast precision.
-    std::vector<std::size_t> plain, wide;
-    for (std::size_t point = 0; point < batch.count; ++point)
-      (radii[point] == 0 ? plain : wide).push_back(point);
-    for_each_block(plain, [&](std::span<const std::size_t> points) {
-      Block block(batch, points, channels());
-      sampler_.evaluate(block.positions.data(), points.size(), block.values.data());
-      block.scatter(points, values);
-    });
-    if (wide.empty()) return;
-    const std::vector<FadeStep>& steps = fade_steps();
-    for_each_block(wide, [&](std::span<const std::size_t> points) {
-      Block block(batch, points, channels());
-      filter(points, radii, steps, block);
-      block.scatter(points, values);
-    });
+    filter(
+        batch, [&](std::size_t point) { return Axes::cube(radii[point]); }, values);
+  }
+
+  void eval_footprints(const PointBatch& batch, const float* axes, float* values) const override {
+    filter(
+        batch, [&](std::size_t point) { return Axes::of(axes + 9 * point); }, values);
   }
 
   void eval_box(const Box& box, float* values) const override {
@@ -110,24 +101,6 @@ class SamplerFamily : public Family {
     std::vector<float> results_;
   };
 
-  // Some points of a batch, side by side.
-  struct Block {
-    Block(const PointBatch& batch, std::span<const std::size_t> points, std::size_t channels_)
-        : channels(channels_), positions(3 * points.size()), values(channels_ * points.size()) {
-      for (std::size_t i = 0; i < points.size(); ++i)
-        for (int axis = 0; axis < 3; ++axis)
-          positions[3 * i + axis] = batch.coordinate(points[i], axis);
-    }
-    void scatter(std::span<const std::size_t> points, float* all) const {
-      for (std::size_t i = 0; i < points.size(); ++i)
-        std::copy_n(&values[i * channels], channels, all + points[i] * channels);
-    }
-
-    std::size_t channels;
-    std::vector<double> positions;
-    std::vector<float> values;
-  };
-
   // work(points) for the parts of a list, in parallel, whole blocks at a time.
   template <class Work>
   static void for_each_block(const std::vector<std::size_t>& points, const Work& work) {
@@ -140,36 +113,39 @@ class SamplerFamily : public Family {
     });
   }
 
-  // Faded octaves alone would shift the tones, since the network is not linear: what they give is
-  // corrected by what was measured.
-  void filter(std::span<const std::size_t> points, const float* radii,
-              const std::vector<FadeStep>& steps, Block& block) const {
-    std::vector<float> edges;
-    for (const std::size_t point : points)
-      edges.push_back(std::min(2 * radii[point], static_cast<float>(1 << kCoarsest)));
-    sampler_.evaluate_faded(block.positions.data(), edges.data(), points.size(),
-                            block.values.data());
-    light_.to_light(block.values.data(), points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const FootprintScale scale(radii[points[i]]);
-      const auto step = static_cast<std::size_t>(scale.level + 1);
-      fade(steps, step, scale.fraction, &block.values[i * channels()]);
-    }
-    light_.from_light(block.values.data(), points.size());
-  }
-
-  // Measured when first asked for: tenths of a second.
-  const std::vector<FadeStep>& fade_steps() const {
-    std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(sampler_, light_); });
-    return fade_steps_;
+  template <class AxesOf>
+  void filter(const PointBatch& batch, const AxesOf& axes_of, float* values) const {
+    // Apart, because points without a footprint are cheaper, and may be in fast precision.
+    std::vector<std::size_t> plain, wide;
+    for (std::size_t point = 0; point < batch.count; ++point)
+      (axes_of(point).is_point() ? plain : wide).push_back(point);
+    for_each_block(plain, [&](std::span<const std::size_t> points) {
+      std::vector<double> positions;
+      for (const std::size_t point : points)
+        for (int axis = 0; axis < 3; ++axis) positions.push_back(batch.coordinate(point, axis));
+      std::vector<float> found(points.size() * channels());
+      sampler_.evaluate(positions.data(), points.size(), found.data());
+      for (std::size_t i = 0; i < points.size(); ++i)
+        std::copy_n(&found[i * channels()], channels(), values + points[i] * channels());
+    });
+    if (wide.empty()) return;
+    filter_.prepare();
+    for_each_block(wide, [&](std::span<const std::size_t> points) {
+      std::vector<PlacedFootprint> footprints;
+      for (const std::size_t point : points)
+        footprints.push_back(
+            {point,
+             {batch.coordinate(point, 0), batch.coordinate(point, 1), batch.coordinate(point, 2)},
+             axes_of(point)});
+      filter_.evaluate(footprints, values);
+    });
   }
 
   std::size_t channels() const { return static_cast<std::size_t>(sampler_.channels()); }
 
   Sampler sampler_;
   LightChannels light_;
-  mutable std::once_flag measured_;
-  mutable std::vector<FadeStep> fade_steps_;
+  SamplerFilter filter_{sampler_, light_};
 };
 
 }  // namespace

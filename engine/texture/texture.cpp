@@ -63,6 +63,15 @@ void Texture::eval_filtered(const double origin[3], const float* points, const f
   impl_->family->eval_filtered(batch, radii, values);
 }
 
+void Texture::eval_footprints(const double origin[3], const float* points, const float* axes,
+                              std::size_t count, float* values) const {
+  const DefaultFloatMode mode;
+  const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
+  check_points(batch, impl_->channels());
+  check_axes(axes, count);
+  impl_->family->eval_footprints(batch, axes, values);
+}
+
 void Texture::eval_box(const std::int64_t origin[3], const std::int64_t size[3],
                        float* values) const {
   const DefaultFloatMode mode;

@@ -30,6 +30,9 @@ class Texture {
   // Means over cubes of twice the radius around each point.
   void eval_filtered(const double origin[3], const float* points, const float* radii,
                      std::size_t count, float* values) const;
+  // Means over the parallelepipeds around each point whose half-edges are axes[9p .. 9p+8].
+  void eval_footprints(const double origin[3], const float* points, const float* axes,
+                       std::size_t count, float* values) const;
   // Voxels [origin, origin + size); values in [x][y][z][channel] order.
   void eval_box(const std::int64_t origin[3], const std::int64_t size[3], float* values) const;
 

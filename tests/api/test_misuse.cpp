@@ -56,6 +56,16 @@ TEST_CASE("misuse: null arguments are named", "[misuse]") {
   CHECK(refused(solidtex_eval_points(nullptr, nullptr, point, 1, values), "texture is null"));
   CHECK(refused(solidtex_eval_points(texture, nullptr, nullptr, 1, values), "points is null"));
   CHECK(refused(solidtex_eval_points(texture, nullptr, point, 1, nullptr), "values is null"));
+  const float axes[9] = {1, 0, 0, 0, NAN, 0, 0, 0, 1};
+  const auto footprints = [&](solidtex_texture* on, const float* at, const float* of, float* to) {
+    return solidtex_eval_footprints(on, nullptr, at, of, 1, to);
+  };
+  CHECK(refused(footprints(nullptr, point, axes, values), "texture is null"));
+  CHECK(refused(footprints(texture, nullptr, axes, values), "points is null"));
+  CHECK(refused(footprints(texture, point, nullptr, values), "axes is null"));
+  CHECK(refused(footprints(texture, point, axes, nullptr), "values is null"));
+  CHECK(refused(footprints(texture, point, axes, values), "axis 1 of point 0: y is no number"));
+  CHECK(solidtex_eval_footprints(texture, nullptr, nullptr, nullptr, 0, nullptr) == SOLIDTEX_OK);
   CHECK(refused(solidtex_eval_box(nullptr, origin, size, values), "texture is null"));
   CHECK(refused(solidtex_eval_box(texture, nullptr, size, values), "origin is null"));
   CHECK(refused(solidtex_eval_box(texture, origin, nullptr, values), "size is null"));

@@ -92,6 +92,9 @@ TEST_CASE("wrapper: errors are exceptions with the engine's message", "[api]") {
     CHECK(std::string(error.what()).find("point 0: y is nan") != std::string::npos);
   }
   CHECK_THROWS_AS(texture.eval_points({0, 0, 0}, std::vector<float>(4), values), solidtex::error);
+  CHECK_THROWS_AS(
+      texture.eval_footprints({0, 0, 0}, std::vector<float>(3), std::vector<float>(8), values),
+      solidtex::error);
   CHECK_THROWS_AS(texture.eval_box({0, 0, 0}, {1, 1, 2}, values), solidtex::error);
   CHECK_THROWS_AS(texture.eval_box({0, 0, 0}, {-1, 1, -2}, values), solidtex::error);
   CHECK_THROWS_AS(solidtex::texture("no/such.solidtex"), solidtex::error);

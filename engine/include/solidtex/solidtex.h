@@ -137,6 +137,22 @@ SOLIDTEX_API solidtex_status solidtex_eval_filtered(const solidtex_texture* text
                                                     const float* radii, size_t count,
                                                     float* values);
 
+/* The same for footprints that are longer than wide, as a pixel's is on a surface seen at a slant:
+ * the mean of the texture over the points point + u a + v b + w c, u, v and w uniform in [-1, 1].
+ * axes: nine floats for each point, a, b and c as x, y, z in texels. They are half the edges of a
+ * parallelepiped, of any directions; with one axis of zeros it is a parallelogram, with two a line,
+ * with three the point itself (the bits of solidtex_eval_points). The axes (r,0,0), (0,r,0),
+ * (0,0,r) give the bits of solidtex_eval_filtered with the radius r; the order and the signs of
+ * axes do not matter, but for rounding. An axis of 4096 texels or more, infinity included, gives
+ * the mean of the material; a NaN is refused.
+ * What is longer than wide is cut into parts, whose values are averaged. Field family: 16 at most,
+ * each looked up as a cube. Sampler family: 8 evaluations at most, each with octaves that fade
+ * along the axes. docs/filtering.md says how near it comes. */
+SOLIDTEX_API solidtex_status solidtex_eval_footprints(const solidtex_texture* texture,
+                                                      const double* origin, const float* points,
+                                                      const float* axes, size_t count,
+                                                      float* values);
+
 /* Evaluates the voxels [origin, origin + size) at their centres: size[0] x size[1] x size[2] x
  * channels floats, index order [x][y][z][channel], the channel fastest. Large boxes are evaluated
  * in parallel blocks. */

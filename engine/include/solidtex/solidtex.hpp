@@ -96,6 +96,19 @@ class texture {
     });
   }
 
+  // The same over parallelepipeds: n x 9 floats, three half-edges for each point.
+  void eval_footprints(const std::array<double, 3>& origin, std::span<const float> points,
+                       std::span<const float> axes, std::span<float> values) const {
+    const std::size_t count = points.size() / 3;
+    require(points.size() == 3 * count && axes.size() == 9 * count &&
+                values.size() == count * channel_count(),
+            "eval_footprints: points must hold n x 3 floats, axes n x 9 and values n x channels");
+    check([&] {
+      return solidtex_eval_footprints(handle_.get(), origin.data(), points.data(), axes.data(),
+                                      count, values.data());
+    });
+  }
+
   // Voxels [origin, origin + size), index order [x][y][z][channel].
   void eval_box(const std::array<std::int64_t, 3>& origin, const std::array<std::int64_t, 3>& size,
                 std::span<float> values) const {

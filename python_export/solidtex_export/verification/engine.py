@@ -98,6 +98,29 @@ class Texture:
         )
         return values
 
+    def eval_footprints(
+        self, points: ArrayLike, axes: ArrayLike, origin: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> np.ndarray:
+        """The same, each the mean over a parallelepiped: half-edges [point, 3, 3], in texels."""
+        offsets = np.ascontiguousarray(points, dtype=np.float32)
+        edges = np.ascontiguousarray(axes, dtype=np.float32)
+        if offsets.ndim != 2 or edges.shape != (len(offsets), 3, 3) or offsets.shape[1] != 3:
+            raise EngineError(
+                f"points, axes: found shapes {offsets.shape}, {edges.shape},"
+                " expected (count, 3), (count, 3, 3)"
+            )
+        values = np.empty((len(offsets), self.channels), dtype=np.float32)
+        self._call(
+            "eval_footprints",
+            self._handle,
+            (ctypes.c_double * 3)(*origin),
+            _floats(offsets),
+            _floats(edges),
+            ctypes.c_size_t(len(offsets)),
+            _floats(values),
+        )
+        return values
+
     def close(self) -> None:
         """Frees the model; the texture cannot be used any more."""
         self._library.solidtex_close(self._handle)

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""How near footprints with three axes come to true means of colours (docs/filtering.md).
+
+For parallelograms at random angles, one half-axis `width` texels and the other `aspect` times as
+long: how far their means deviate from the mean of all, the error of a cube of the same area, of
+eight points at random in the parallelogram, and of the three axes, as root mean squares over the
+deviation of the texture; then the processor time of a cube's and of a parallelogram's lookup, in
+microseconds, when the bricks are there. From the repository:
+python tests/bench/measure_footprints.py granite-grey ...
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+import numpy as np
+from measure_filtering import REPOSITORY, from_light, light_mean, model_path, to_light
+
+sys.path.insert(0, str(REPOSITORY / "python_export"))
+
+from solidtex_export.verification.engine import Texture
+
+WIDTHS = (0.5, 1.0, 2.0, 4.0)
+ASPECTS = (1, 4, 16)
+PLACES = 80
+SPREAD = 200.0  # texels: side of the cube that the places are in
+RANDOM = 8
+TIMED = 64  # times that the places are looked up
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("model", nargs="+", help="a file, or the name of a shipped model")
+    names = parser.parse_args().model
+    print("| model | width | aspect | deviation | cube | 8 random | axes | cube µs | axes µs |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for name in names:
+        with Texture(model_path(name)) as texture:
+            for width in WIDTHS:
+                for aspect in ASPECTS:
+                    print(f"| {name} | {width:g} | {aspect} | {row(texture, width, aspect)} |")
+
+
+def row(texture: Texture, width: float, aspect: int) -> str:
+    rng = np.random.default_rng(round(100 * width) + aspect)
+    far = rng.uniform(0, SPREAD, (1024, 3))
+    deviation = np.sqrt(np.var(texture.eval_points(far), axis=0).mean())
+    places = rng.uniform(0, SPREAD, (PLACES, 3)).astype(np.float32)
+    axes = np.stack([random_axes(width, aspect, rng) for _ in range(PLACES)])
+    radii = np.full(PLACES, width * np.sqrt(aspect))
+    true = np.stack([true_mean(texture, *each, rng) for each in zip(places, axes, strict=True)])
+    found = [
+        texture.eval_filtered(places, radii),
+        mean_of_random(texture, places, axes, rng),
+        texture.eval_footprints(places, axes),
+    ]
+    errors = [np.sqrt(np.square(values - true).mean()) / deviation for values in found]
+    own = np.sqrt(np.var(true, axis=0).mean()) / deviation
+    times = [
+        time_of(texture.eval_filtered, places, radii),
+        time_of(texture.eval_footprints, places, axes),
+    ]
+    return " | ".join([f"{value:.2f}" for value in (own, *errors)] + [f"{t:.2g}" for t in times])
+
+
+def random_axes(width: float, aspect: int, rng: np.random.Generator) -> np.ndarray:
+    directions, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    return directions * np.array([[width * aspect], [width], [0.0]])
+
+
+def true_mean(
+    texture: Texture, place: np.ndarray, axes: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
+    """From points on a jittered grid, at most two thirds of a texel apart on small footprints."""
+    lengths = np.linalg.norm(axes, axis=1)
+    counts = np.clip(np.ceil(3 * lengths), 4, 96).astype(int) * (lengths > 0) + (lengths == 0)
+    cells = np.stack(np.meshgrid(*[np.arange(n) for n in counts], indexing="ij"), -1)
+    places = (cells.reshape(-1, 3) + rng.random((counts.prod(), 3))) / counts * 2 - 1
+    return light_mean(texture.eval_points(places @ axes, place))
+
+
+def mean_of_random(
+    texture: Texture, places: np.ndarray, axes: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
+    values = []
+    for _ in range(RANDOM):
+        steps = np.einsum("pi,pik->pk", rng.uniform(-1, 1, places.shape), axes)
+        values.append(to_light(texture.eval_points(places + steps)))
+    return from_light(np.mean(values, axis=0))
+
+
+def time_of(lookup, places: np.ndarray, footprints: np.ndarray) -> float:
+    many = np.tile(places, (TIMED, 1))
+    all_of_them = np.tile(footprints, (TIMED,) + (1,) * (footprints.ndim - 1))
+    started = time.process_time()
+    lookup(many, all_of_them)
+    return 1e6 * (time.process_time() - started) / len(many)
+
+
+if __name__ == "__main__":
+    main()
