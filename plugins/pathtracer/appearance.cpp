@@ -1,5 +1,6 @@
 #include "plugins/pathtracer/appearance.h"
 
+#include <array>
 #include <iterator>
 
 #include "plugins/pathtracer/sampling.h"
@@ -9,7 +10,7 @@
 namespace solidtex::pathtracer {
 namespace {
 
-constexpr float kLeastRadius = 0.25f;  // texels
+constexpr float kLeastRadius = 0.25f, kLeastAxis = 0.5f;  // texels
 constexpr float kLeastStep = 0.5f;  // texels to a bump's neighbours; their values are a texel wide
 
 constexpr float Appearance::*kTargets[] = {&Appearance::roughness, &Appearance::metallic,
@@ -68,7 +69,8 @@ AppearanceLookup::AppearanceLookup(const Scene& scene, TextureFilter filter)
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
     const Source& source = sources_[object.material];
-    if (!source.bump) continue;
+    const bool has_axes = source.solid && filter == TextureFilter::anisotropic;
+    if (!source.bump && !has_axes) continue;
     scene_to_texels_.resize(scene.objects.size());
     scene_to_texels_[i] = scene_to_texels(*source.solid, object);
   }
@@ -110,6 +112,7 @@ void AppearanceLookup::place_points(const Source& source, std::span<const Surfac
   const TexelSpace space(*source.solid);
   points_.clear();
   radii_.clear();
+  axes_.clear();
   steps_.clear();
   for (const std::uint32_t i : source.waiting) {
     const Surface& surface = surfaces[i];
@@ -119,7 +122,16 @@ void AppearanceLookup::place_points(const Source& source, std::span<const Surfac
     points_.insert(points_.end(), {point.offset.x, point.offset.y, point.offset.z});
     radii_.push_back(radius);
     if (source.bump) place_neighbours(surface, point.offset, radius);
+    if (filter_ == TextureFilter::anisotropic) append_axes(source, surface);
   }
+}
+
+// Of a point and of a bump's neighbours.
+void AppearanceLookup::append_axes(const Source& source, const Surface& surface) {
+  auto [a, b] = footprint_axes(surface, scene_to_texels_[surface.object]);
+  if (glm::length(a) < kLeastAxis) a = b = glm::vec3(0);
+  for (int point = 0; point < (source.bump ? 5 : 1); ++point)
+    axes_.insert(axes_.end(), {a.x, a.y, a.z, b.x, b.y, b.z, 0, 0, 0});
 }
 
 // To both sides along x and y of the normal's frame, as far as the footprint reaches: differences
@@ -145,11 +157,19 @@ void AppearanceLookup::query(const Source& source, std::span<const Surface> surf
   place_points(source, surfaces);
   const std::size_t channel_count = source.texture->channel_count();
   values_.resize(radii_.size() * channel_count);
-  const glm::dvec3 origin = TexelSpace(*source.solid).origin();
-  if (filter_ == TextureFilter::footprint) {
-    source.texture->eval_filtered({origin.x, origin.y, origin.z}, points_, radii_, values_);
-  } else {
-    source.texture->eval_points({origin.x, origin.y, origin.z}, points_, values_);
+  const glm::dvec3 place = TexelSpace(*source.solid).origin();
+  const std::array<double, 3> origin = {place.x, place.y, place.z};
+  switch (filter_) {
+    case TextureFilter::footprint:
+      source.texture->eval_filtered(origin, points_, radii_, values_);
+      break;
+    case TextureFilter::anisotropic:
+      source.texture->eval_footprints(origin, points_, axes_, values_);
+      break;
+    case TextureFilter::stochastic:
+    case TextureFilter::none:
+      source.texture->eval_points(origin, points_, values_);
+      break;
   }
 
   const float* value = values_.data();

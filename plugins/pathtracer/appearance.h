@@ -59,14 +59,17 @@ class AppearanceLookup {
   void query(const Source& source, std::span<const Surface> surfaces, std::span<Appearance> found);
   void place_points(const Source& source, std::span<const Surface> surfaces);
   void place_neighbours(const Surface& surface, const glm::vec3& texels, float radius);
+  void append_axes(const Source& source, const Surface& surface);
   float filter_radius(float footprint) const;
 
   const Scene& scene_;
   TextureFilter filter_;
   std::vector<Source> sources_;                 // per material
   std::vector<float> points_, radii_, values_;  // kept to save allocations
+  std::vector<float> axes_;                     // the same, where the filter takes them
   std::vector<float> steps_;                    // to a bump's neighbours, in the scene's units
-  // Per object with a bump: from directions in the scene to texels. Empty where none has one.
+  // Per object that needs it, for its bump or its axes: from directions in the scene to texels.
+  // Empty where none does.
   std::vector<glm::mat3> scene_to_texels_;
 };
 

@@ -171,7 +171,8 @@ Surface EmbreeScene::surface(const Ray& ray, const Hit& hit) const {
   }
   // Seen at a slant the cone's ellipse is longer: a circle of the same area.
   const float cosine = -glm::dot(surface.geometric_normal, ray.direction);
-  surface.footprint = ray.radius_at(hit.distance) / std::sqrt(std::max(cosine, 0.01f));
+  surface.view = ray.direction;
+  surface.footprint = ray.radius_at(hit.distance) / std::sqrt(std::max(cosine, kLeastCosine));
   surface.object_scale = object_scales_[hit.index];
   if (!mesh.uvs.empty()) surface.uv = interpolate(mesh.uvs, corner, hit.barycentric);
   return surface;

@@ -43,10 +43,14 @@ struct Surface {
   glm::vec2 uv{0};
   std::uint32_t object = 0, material = 0;
   bool inside = false;     // the ray came from where the geometric normal does not point
+  glm::vec3 view{0};       // direction of the ray, of unit length
   float footprint = 0;     // radius that the ray's cone sees of it, in the scene's units
   float object_scale = 1;  // units of the object's space in one of the scene's
   glm::vec3 jitter{0};     // place in the footprint, for stochastic filtering
 };
+
+// Footprints grow no further where a ray meets a surface at a flatter angle.
+inline constexpr float kLeastCosine = 0.01f;
 
 class EmbreeScene {
  public:

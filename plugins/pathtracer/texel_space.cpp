@@ -1,6 +1,9 @@
 #include "plugins/pathtracer/texel_space.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "plugins/pathtracer/sampling.h"
 
 namespace solidtex::pathtracer {
 
@@ -15,6 +18,18 @@ TexelSpace::Point TexelSpace::operator()(const Surface& surface) const {
   const double units = world_space_ ? 1.0 : surface.object_scale;
   return {glm::vec3(linear_ * glm::dvec3(p)),
           static_cast<float>(surface.footprint * units * scale_)};
+}
+
+std::array<glm::vec3, 2> footprint_axes(const Surface& surface, const glm::mat3& scene_to_texels) {
+  const glm::vec3& normal = surface.geometric_normal;
+  const float cosine = std::max(-glm::dot(normal, surface.view), kLeastCosine);
+  const float radius = surface.footprint * std::sqrt(cosine);  // of the cone
+  const glm::vec3 along = surface.view - glm::dot(normal, surface.view) * normal;
+  const float sine = glm::length(along);
+  // Seen from right above any direction will do.
+  const glm::vec3 slant = sine > 1e-4f ? along / sine : Frame(normal).x;
+  return {scene_to_texels * (radius / cosine * slant),
+          scene_to_texels * (radius * glm::cross(normal, slant))};
 }
 
 const SolidColor* solid_texture_of(const Material& material) {

@@ -1,6 +1,7 @@
 // Where surface points are in a solid texture.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 
@@ -28,6 +29,10 @@ class TexelSpace {
   glm::dvec3 origin_;
   double scale_;  // texels in one unit
 };
+
+// Half the edges of what the cone of a surface's ray sees of it, in texels; the first one, in the
+// direction of the ray, is the longer one. `scene_to_texels`: of directions.
+std::array<glm::vec3, 2> footprint_axes(const Surface& surface, const glm::mat3& scene_to_texels);
 
 // The solid texture that a material asks, or null: that of its color, or that of its channels.
 const SolidColor* solid_texture_of(const Material& material);

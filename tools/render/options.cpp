@@ -72,8 +72,9 @@ void add_picture_options(CLI::App& app, Options& options) {
          "all get as many")
       ->check(CLI::Range(0.0, 1e3));
   app.add_option("--seed", options.seed, "Which noise the picture has");
-  app.add_option("--texture-filter", options.texture_filter,
-                 "What a sample takes of a solid texture: footprint, stochastic or none")
+  app.add_option(
+         "--texture-filter", options.texture_filter,
+         "What a sample takes of a solid texture: footprint, anisotropic, stochastic or none")
       ->transform(CLI::CheckedTransformer(pt::texture_filters()));
 }
 

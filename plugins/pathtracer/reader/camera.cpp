@@ -11,7 +11,8 @@ const std::map<std::string, TextureFilter>& texture_filters() {
   static const std::map<std::string, TextureFilter> names = {
       {"footprint", TextureFilter::footprint},
       {"stochastic", TextureFilter::stochastic},
-      {"none", TextureFilter::none}};
+      {"none", TextureFilter::none},
+      {"anisotropic", TextureFilter::anisotropic}};
   return names;
 }
 

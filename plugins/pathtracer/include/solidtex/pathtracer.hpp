@@ -28,10 +28,10 @@ struct Stopped : std::runtime_error {
 // How direct light is found. All three converge to the same picture.
 enum class LightSampling { mis, lights, bsdf };
 
-// What a sample takes of a solid texture: its mean over what the sample sees of the surface, one
-// point of that by chance, or the point that the ray hits. The pixel converges to the same colour
-// where it has many samples.
-enum class TextureFilter { footprint, stochastic, none };
+// What a sample takes of a solid texture: the mean over a cube as large as what it sees of the
+// surface, one point of that by chance, the point that the ray hits, or the mean over what it sees,
+// long where it looks at a slant. The pixel converges to the same colour where samples are many.
+enum class TextureFilter { footprint, stochastic, none, anisotropic };
 
 // Their names in scene files and options.
 const std::map<std::string, TextureFilter>& texture_filters();
