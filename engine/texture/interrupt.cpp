@@ -16,7 +16,7 @@ InterruptQuestion& question_of_this_thread() {
 }
 
 void Interrupt::check() {
-  if (std::this_thread::get_id() == asker_ && !stopped_) {
+  if (std::this_thread::get_id() == asker_ && !stopped_ && is_possible()) {
     const auto now = std::chrono::steady_clock::now();
     if (now - question_.asked >= kPause) {
       stopped_ = question_.ask(question_.user) != 0;

@@ -49,6 +49,23 @@ int signal_has_raised(void*) {
   return PyErr_CheckSignals();
 }
 
+// Ctrl-C for the queries of one thread. A handler that the query calls may make one itself.
+class Interruptible {
+ public:
+  Interruptible() {
+    if (depth_++ == 0) solidtex_set_interrupt(signal_has_raised, nullptr);
+  }
+  ~Interruptible() {
+    if (--depth_ == 0) solidtex_set_interrupt(nullptr, nullptr);
+  }
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+
+ private:
+  static thread_local int depth_;
+};
+thread_local int Interruptible::depth_ = 0;
+
 // A query without the lock of the interpreter. Handlers of signals run on the main thread, as
 // always; what they raise, such as KeyboardInterrupt, ends the query.
 template <class Query>
@@ -57,9 +74,8 @@ void run(const Query& query) {
   solidtex_status status;
   {
     const nb::gil_scoped_release unlocked;
-    solidtex_set_interrupt(signal_has_raised, nullptr);
+    const Interruptible interruptible;
     status = query();
-    solidtex_set_interrupt(nullptr, nullptr);
   }
   if (PyErr_Occurred()) throw nb::python_error();
   check(status);

@@ -156,6 +156,30 @@ def test_ctrl_c_stops_a_query_that_does_not_hold_the_lock() -> None:
     assert np.isnan(seen).any() and not np.isnan(seen).all()
 
 
+def test_a_handler_may_query_and_the_query_goes_on() -> None:
+    texture = Texture(SAMPLER)
+    size = (96, 96, 96)
+    expected, seen = texture.eval_box((0, 0, 0), size), []
+    room = np.full_like(expected, np.nan)
+
+    def handler(*_: object) -> None:
+        seen.append(texture.eval_box((0, 0, 0), (24, 24, 24)))
+
+    def ring() -> None:
+        while np.isnan(room[::8, ::8, ::8]).all():
+            time.sleep(0.001)
+        os.kill(os.getpid(), signal.SIGUSR1)
+
+    before = signal.signal(signal.SIGUSR1, handler)
+    thread = threading.Thread(target=ring)
+    thread.start()
+    texture.eval_box((0, 0, 0), size, out=room)
+    thread.join()
+    signal.signal(signal.SIGUSR1, before)
+    assert same_bits(room, expected)
+    assert len(seen) == 1 and same_bits(seen[0], expected[:24, :24, :24].copy())
+
+
 def test_closing_waits_for_the_queries() -> None:
     texture = Texture(SAMPLER)
     expected = texture.eval_box((0, 0, 0), (40, 40, 40))
