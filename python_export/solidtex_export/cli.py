@@ -51,7 +51,7 @@ def optional_packages(program: str, extra: str) -> Iterator[None]:
     except ModuleNotFoundError as error:
         raise OutputError(
             f"{program}: found no Python package {error.name!r}, expected it"
-            f" (pip install 'solidtex[{extra}]')"
+            f" (pip install 'solidtex-export[{extra}]')"
         ) from error
 
 

@@ -19,7 +19,7 @@ def test_package_has_the_version_of_the_cmake_project() -> None:
 
 def test_installed_package_has_the_same_version() -> None:
     try:
-        installed = version("solidtex")
+        installed = version("solidtex-export")
     except PackageNotFoundError:
         pytest.skip("the package is not installed, only on PYTHONPATH")
     assert installed == solidtex_export.__version__

@@ -1,0 +1,69 @@
+"""`pip wheel .`: a wheel that carries library and models, and gives the values of the build."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import solidtex
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ["SOLIDTEX_BUILD"])
+PROGRAM = """
+import solidtex
+assert solidtex.__file__.startswith({site!r}), solidtex.__file__
+texture = solidtex.Texture("granite-grey", seed=2)
+assert texture.path.startswith({site!r}), texture.path
+print(texture.eval_box((5, -6, 7), (2, 3, 4)).tobytes().hex())
+"""
+
+
+def run(*command: object, **options: object) -> str:
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Without isolation, so that nothing is downloaded; objects are kept for the next time."""
+    pytest.importorskip("scikit_build_core", reason="scikit-build-core is not installed")
+    folder = tmp_path_factory.mktemp("wheel")
+    options = ["--no-index", "--no-deps", "--no-build-isolation"]
+    kept = ["--config-settings", f"build-dir={BUILD / 'wheel'}"]
+    run(sys.executable, "-m", "pip", "wheel", REPOSITORY, "-w", folder, *options, *kept)
+    (file,) = folder.iterdir()
+    return file
+
+
+def test_content(wheel: Path) -> None:
+    version = solidtex.__version__
+    assert wheel.name.startswith(f"solidtex-{version}-cp")
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        metadata = archive.read(f"solidtex-{version}.dist-info/METADATA").decode()
+    for name in ("__init__.py", "texture.py", "mitsuba.py", "py.typed", "_engine.pyi"):
+        assert f"solidtex/{name}" in names
+    models = {f"solidtex/share/solidtex/{p.relative_to(REPOSITORY)}"
+              for p in (REPOSITORY / "models").glob("*.solidtex")}  # fmt: skip
+    assert models and models <= names
+    libraries = [n for n in names if n.startswith("solidtex/lib/")]
+    assert libraries == [f"solidtex/lib/libsolidtex.so.{version.split('.')[0]}"]
+    assert any(n.endswith("licenses/LICENSE") for n in names)
+    extra = {n for n in names if not n.startswith(("solidtex/", f"solidtex-{version}.dist-info/"))}
+    assert not extra
+    assert "Requires-Dist: numpy" in metadata and "License-Expression: Apache-2.0" in metadata
+
+
+def test_installed_it_gives_the_values_of_the_build(wheel: Path, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    run(sys.executable, "-m", "pip", "install", wheel, "--target", site, "--no-index", "--no-deps")
+    environment = {**os.environ, "PYTHONPATH": str(site)}
+    environment.pop("SOLIDTEX_MODEL_PATH", None)
+    program = PROGRAM.format(site=str(site))
+    found = run(sys.executable, "-B", "-c", program, env=environment, cwd=tmp_path)
+    texture = solidtex.Texture("granite-grey", seed=2)
+    assert found.strip() == texture.eval_box((5, -6, 7), (2, 3, 4)).tobytes().hex()
