@@ -25,6 +25,8 @@ class CameraRays {
     focus_ = camera.focus_distance > 0 ? camera.focus_distance : glm::length(view);
   }
 
+  bool has_lens() const { return aperture_ > 0; }
+
   // (x, y) in pixels, (0, 0) the upper left corner of the picture; `lens`: a place on the lens, as
   // two numbers from [0, 1).
   Ray ray(float x, float y, const glm::vec2& lens) const {
@@ -32,7 +34,7 @@ class CameraRays {
                                 right_ * (pixel_ * (x - 0.5f * static_cast<float>(width_))) -
                                 up_ * (pixel_ * (y - 0.5f * static_cast<float>(height_)));
     Ray ray{.origin = origin_, .direction = direction, .spread = 0.5f * pixel_ * share_};
-    if (aperture_ > 0) start_on_lens(ray, lens);
+    if (has_lens()) start_on_lens(ray, lens);
     ray.direction = glm::normalize(ray.direction);
     return ray;
   }

@@ -30,4 +30,58 @@ inline void embree_occluded(RTCScene scene, RTCRay& ray) {
 #endif
 }
 
+// Embree's packets of several rays, by their width.
+template <int kWidth>
+struct EmbreePacket;
+template <>
+struct EmbreePacket<4> {
+  using Ray = RTCRay4;
+  using RayHit = RTCRayHit4;
+  static constexpr auto* intersect = rtcIntersect4;
+  static constexpr auto* occluded = rtcOccluded4;
+};
+template <>
+struct EmbreePacket<8> {
+  using Ray = RTCRay8;
+  using RayHit = RTCRayHit8;
+  static constexpr auto* intersect = rtcIntersect8;
+  static constexpr auto* occluded = rtcOccluded8;
+};
+template <>
+struct EmbreePacket<16> {
+  using Ray = RTCRay16;
+  using RayHit = RTCRayHit16;
+  static constexpr auto* intersect = rtcIntersect16;
+  static constexpr auto* occluded = rtcOccluded16;
+};
+
+// valid[i]: -1 for rays to trace, 0 for others. `coherent`: the rays are much alike.
+template <int kWidth>
+void embree_intersect(RTCScene scene, const int* valid, bool coherent,
+                      typename EmbreePacket<kWidth>::RayHit& query) {
+#if RTC_VERSION_MAJOR >= 4
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  if (coherent) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  EmbreePacket<kWidth>::intersect(valid, scene, &query, &arguments);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  EmbreePacket<kWidth>::intersect(valid, scene, &context, &query);
+#endif
+}
+
+// Never "coherent": with instances Embree 3.13 then does not come back.
+template <int kWidth>
+void embree_occluded(RTCScene scene, const int* valid, typename EmbreePacket<kWidth>::Ray& query) {
+#if RTC_VERSION_MAJOR >= 4
+  EmbreePacket<kWidth>::occluded(valid, scene, &query, nullptr);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  EmbreePacket<kWidth>::occluded(valid, scene, &context, &query);
+#endif
+}
+
 }  // namespace solidtex::pathtracer

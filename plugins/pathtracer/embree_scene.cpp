@@ -40,13 +40,48 @@ RTCGeometry triangles(RTCDevice device, const Mesh& mesh) {
   return geometry;
 }
 
-RTCRay to_embree(const Ray& ray, float distance) {
+RTCRay to_embree(const glm::vec3& origin, const glm::vec3& direction, float distance) {
   RTCRay result{};
-  result.org_x = ray.origin.x, result.org_y = ray.origin.y, result.org_z = ray.origin.z;
-  result.dir_x = ray.direction.x, result.dir_y = ray.direction.y, result.dir_z = ray.direction.z;
+  result.org_x = origin.x, result.org_y = origin.y, result.org_z = origin.z;
+  result.dir_x = direction.x, result.dir_y = direction.y, result.dir_z = direction.z;
   result.tfar = distance;
   result.mask = 0xffffffffu;
   return result;
+}
+
+template <class Packet>
+void set_lane(Packet& packet, int lane, const glm::vec3& origin, const glm::vec3& direction,
+              float distance) {
+  packet.org_x[lane] = origin.x, packet.org_y[lane] = origin.y, packet.org_z[lane] = origin.z;
+  packet.dir_x[lane] = direction.x, packet.dir_y[lane] = direction.y;
+  packet.dir_z[lane] = direction.z;
+  packet.tnear[lane] = 0, packet.tfar[lane] = distance;
+  packet.time[lane] = 0, packet.mask[lane] = 0xffffffffu;
+  packet.id[lane] = packet.flags[lane] = 0;
+}
+
+// Calls visit(first, count) for each packet of some of `total` rays.
+template <int kWidth, class Visit>
+void for_each_packet(std::size_t total, const Visit& visit) {
+  for (std::size_t first = 0; first < total; first += kWidth) {
+    visit(first, static_cast<int>(std::min<std::size_t>(kWidth, total - first)));
+  }
+}
+
+template <int kWidth>
+struct alignas(64) Lanes {
+  int valid[kWidth];
+  explicit Lanes(int count) {
+    for (int i = 0; i < kWidth; ++i) valid[i] = i < count ? -1 : 0;
+  }
+};
+
+int native_packet_width(RTCDevice device) {
+  const auto has = [&](RTCDeviceProperty property) {
+    return rtcGetDeviceProperty(device, property) != 0;
+  };
+  if (has(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return 16;
+  return has(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8 : 4;
 }
 
 template <class T>
@@ -62,6 +97,8 @@ glm::vec3 on_side_of(const glm::vec3& normal, const glm::vec3& reference) {
 
 EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevice(nullptr)) {
   if (!device_) throw std::runtime_error("Embree cannot start on this machine");
+  // The distance of a sphere is rounded otherwise in packets than alone.
+  packet_width_ = scene.sphere_lights.empty() ? native_packet_width(device_.get()) : 1;
   for (const Mesh& mesh : scene.meshes) meshes_.push_back(build_mesh(mesh));
   root_.reset(rtcNewScene(device_.get()));
   rtcSetSceneFlags(root_.get(), RTC_SCENE_FLAG_ROBUST);
@@ -117,31 +154,102 @@ void EmbreeScene::attach_light(const MeshLight& light, unsigned id) {
   commit_and_attach(root_.get(), triangles(device_.get(), light.mesh), id);
 }
 
-Hit EmbreeScene::intersect(const Ray& ray) const {
-  RTCRayHit query{};
-  query.ray = to_embree(ray, std::numeric_limits<float>::infinity());
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  embree_intersect(root_.get(), query);
+// What was hit, without where.
+Hit EmbreeScene::to_hit(unsigned instance, unsigned geometry) const {
   Hit hit;
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
-  hit.distance = query.ray.tfar;
-  hit.triangle = query.hit.primID;
-  if (query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID) {
+  if (geometry == RTC_INVALID_GEOMETRY_ID) return hit;
+  if (instance != RTC_INVALID_GEOMETRY_ID) {
     hit.kind = Hit::Kind::object;
-    hit.index = query.hit.instID[0];
-    hit.barycentric = {query.hit.u, query.hit.v};
+    hit.index = instance;
   } else {
     hit.kind = Hit::Kind::light;
-    hit.index = query.hit.geomID - static_cast<std::uint32_t>(scene_.objects.size());
+    hit.index = geometry - static_cast<std::uint32_t>(scene_.objects.size());
   }
   return hit;
 }
 
-bool EmbreeScene::occluded(const Ray& ray, float distance) const {
-  RTCRay query = to_embree(ray, distance);
+Hit EmbreeScene::intersect(const Ray& ray) const {
+  RTCRayHit query{};
+  query.ray = to_embree(ray.origin, ray.direction, std::numeric_limits<float>::infinity());
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree_intersect(root_.get(), query);
+  Hit hit = to_hit(query.hit.instID[0], query.hit.geomID);
+  if (hit.kind == Hit::Kind::nothing) return hit;
+  hit.triangle = query.hit.primID;
+  hit.barycentric = {query.hit.u, query.hit.v};
+  hit.distance = query.ray.tfar;
+  return hit;
+}
+
+bool EmbreeScene::occluded(const ShadowRay& ray) const {
+  RTCRay query = to_embree(ray.origin, ray.direction, ray.distance);
   embree_occluded(root_.get(), query);
   return query.tfar < 0;
+}
+
+template <int kWidth>
+void EmbreeScene::intersect_packets(std::span<const Ray> rays, bool coherent,
+                                    std::span<Hit> hits) const {
+  typename EmbreePacket<kWidth>::RayHit query;
+  for_each_packet<kWidth>(rays.size(), [&](std::size_t first, int count) {
+    for (int i = 0; i < count; ++i) {
+      const Ray& ray = rays[first + static_cast<std::size_t>(i)];
+      set_lane(query.ray, i, ray.origin, ray.direction, std::numeric_limits<float>::infinity());
+      query.hit.geomID[i] = query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    embree_intersect<kWidth>(root_.get(), Lanes<kWidth>(count).valid, coherent, query);
+    for (int i = 0; i < count; ++i) {
+      Hit& hit = hits[first + static_cast<std::size_t>(i)];
+      hit = to_hit(query.hit.instID[0][i], query.hit.geomID[i]);
+      if (hit.kind == Hit::Kind::nothing) continue;
+      hit.triangle = query.hit.primID[i];
+      hit.barycentric = {query.hit.u[i], query.hit.v[i]};
+      hit.distance = query.ray.tfar[i];
+    }
+  });
+}
+
+template <int kWidth>
+void EmbreeScene::occluded_packets(std::span<const ShadowRay> rays,
+                                   std::span<std::uint8_t> results) const {
+  typename EmbreePacket<kWidth>::Ray query;
+  for_each_packet<kWidth>(rays.size(), [&](std::size_t first, int count) {
+    for (int i = 0; i < count; ++i) {
+      const ShadowRay& ray = rays[first + static_cast<std::size_t>(i)];
+      set_lane(query, i, ray.origin, ray.direction, ray.distance);
+    }
+    embree_occluded<kWidth>(root_.get(), Lanes<kWidth>(count).valid, query);
+    for (int i = 0; i < count; ++i) {
+      results[first + static_cast<std::size_t>(i)] = query.tfar[i] < 0;
+    }
+  });
+}
+
+void EmbreeScene::intersect(std::span<const Ray> rays, bool coherent, std::span<Hit> hits) const {
+  switch (packet_width_) {
+    case 16:
+      return intersect_packets<16>(rays, coherent, hits);
+    case 8:
+      return intersect_packets<8>(rays, coherent, hits);
+    case 4:
+      return intersect_packets<4>(rays, coherent, hits);
+    default:
+      for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect(rays[i]);
+  }
+}
+
+void EmbreeScene::occluded(std::span<const ShadowRay> rays, std::span<std::uint8_t> results) const {
+  switch (packet_width_) {
+    case 16:
+      return occluded_packets<16>(rays, results);
+    case 8:
+      return occluded_packets<8>(rays, results);
+    case 4:
+      return occluded_packets<4>(rays, results);
+    default:
+      for (std::size_t i = 0; i < rays.size(); ++i) results[i] = occluded(rays[i]);
+  }
 }
 
 Surface EmbreeScene::surface(const Ray& ray, const Hit& hit) const {

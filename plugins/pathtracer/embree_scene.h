@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <memory>
+#include <span>
 #include <type_traits>
 #include <vector>
 
@@ -24,6 +25,12 @@ struct Ray {
   float radius_at(float distance) const {
     return radius * std::abs(1 - distance * inverse_focus) + spread * distance;
   }
+};
+
+// Asks whether there is anything between a point and another.
+struct ShadowRay {
+  glm::vec3 origin{0}, direction{0, 0, 1};  // direction has unit length
+  float distance = std::numeric_limits<float>::infinity();
 };
 
 struct Hit {
@@ -58,7 +65,15 @@ class EmbreeScene {
   explicit EmbreeScene(const Scene& scene);
 
   Hit intersect(const Ray& ray) const;
-  bool occluded(const Ray& ray, float distance) const;
+  bool occluded(const ShadowRay& ray) const;
+
+  // The same for many rays, in packets of neighbours: the more alike they are, the faster. Embree
+  // finds the same bits for a ray in any company (tests/scenes/test_packets.cpp). `coherent`: as
+  // the rays of a pixel are. Of a million triangles, on a processor with AVX-512, intersection took
+  // 0.57 of the time that ray by ray it does (coherent rays alone: 0.8 without saying so).
+  void intersect(std::span<const Ray> rays, bool coherent, std::span<Hit> hits) const;
+  void occluded(std::span<const ShadowRay> rays, std::span<std::uint8_t> results) const;
+
   Surface surface(const Ray& ray, const Hit& hit) const;
 
   // A point just above the surface, on the side of `direction`, from which rays can start.
@@ -72,6 +87,11 @@ class EmbreeScene {
   template <class Handle>
   using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
 
+  template <int kWidth>
+  void intersect_packets(std::span<const Ray> rays, bool coherent, std::span<Hit> hits) const;
+  template <int kWidth>
+  void occluded_packets(std::span<const ShadowRay> rays, std::span<std::uint8_t> results) const;
+  Hit to_hit(unsigned instance, unsigned geometry) const;
   Owned<RTCScene> build_mesh(const Mesh& mesh) const;
   void attach_instance(const Object& object, unsigned id);
   void attach_light(const RectangleLight& light, unsigned id);
@@ -80,6 +100,7 @@ class EmbreeScene {
 
   const Scene& scene_;
   Owned<RTCDevice> device_;
+  int packet_width_;  // what the machine's vectors hold; 1: ray by ray
   std::vector<Owned<RTCScene>> meshes_;
   Owned<RTCScene> root_;
   std::vector<glm::mat3> normal_matrices_;  // per object

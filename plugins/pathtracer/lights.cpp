@@ -170,14 +170,35 @@ void Lights::choose_shares(const std::vector<double>& powers) {
   }
 }
 
-LightSample Lights::sample(const glm::vec3& from, const glm::vec2& u) const {
-  const auto [light, rest] = find(share_sums_, u.x);
-  LightSample result = sample_light(light, from, {std::clamp(rest, 0.0f, 0x1.fffffep-1f), u.y});
-  result.pdf *= shares_[light];
-  return result;
+void Lights::sample(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
+                    std::span<LightSample> samples) const {
+  std::vector<std::uint32_t> sky;  // those that chose the environment
+  std::vector<glm::vec2> sky_u;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const auto [light, rest] = find(share_sums_, u[i].x);
+    const glm::vec2 own(std::clamp(rest, 0.0f, 0x1.fffffep-1f), u[i].y);
+    if (light < shape_count()) {
+      samples[i] = sample_shape(light, from[i], own);
+      samples[i].pdf *= shares_[light];
+    } else {
+      sky.push_back(static_cast<std::uint32_t>(i));
+      sky_u.push_back(own);
+    }
+  }
+  if (environment_) sample_environment(sky, sky_u, samples);
 }
 
-LightSample Lights::sample_light(std::size_t light, const glm::vec3& from,
+void Lights::sample_environment(std::span<const std::uint32_t> chosen, std::span<const glm::vec2> u,
+                                std::span<LightSample> samples) const {
+  std::vector<Environment::Sample> found(u.size());
+  environment_->sample(u, found);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    samples[chosen[i]] = {found[i].direction, std::numeric_limits<float>::infinity(),
+                          found[i].seen.radiance, found[i].seen.pdf * shares_.back()};
+  }
+}
+
+LightSample Lights::sample_shape(std::size_t light, const glm::vec3& from,
                                  const glm::vec2& u) const {
   if (light < scene_.lights.size()) {
     const RectangleLight& rectangle = scene_.lights[light];
@@ -188,12 +209,7 @@ LightSample Lights::sample_light(std::size_t light, const glm::vec3& from,
   light -= scene_.lights.size();
   if (light < scene_.sphere_lights.size()) return choose_on(scene_.sphere_lights[light], from, u);
   light -= scene_.sphere_lights.size();
-  if (light < scene_.mesh_lights.size()) {
-    return choose_on(scene_.mesh_lights[light], area_sums_[light], from, u);
-  }
-  const DirectionSample chosen = environment_->sample(u);
-  return {chosen.direction, std::numeric_limits<float>::infinity(),
-          environment_->radiance(chosen.direction), chosen.pdf};
+  return choose_on(scene_.mesh_lights[light], area_sums_[light], from, u);
 }
 
 LightSample Lights::environment_seen(const glm::vec3& direction) const {

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "plugins/pathtracer/environment.h"
@@ -33,10 +34,11 @@ class Lights {
   // Keeps a reference to `scene`.
   explicit Lights(const Scene& scene);
 
-  bool empty() const { return light_count() == 0; }
-  // One pair of numbers chooses the light and the place on it: so each light's share of well
-  // distributed pairs is well distributed, too.
-  LightSample sample(const glm::vec3& from, const glm::vec2& u) const;
+  bool empty() const { return shares_.empty(); }
+  // A light for each point. One pair of numbers chooses the light and the place on it: so each
+  // light's share of well distributed pairs is well distributed, too.
+  void sample(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
+              std::span<LightSample> samples) const;
 
   // Radiance that a ray finds when it leaves the scene, or hits a light, and the density with which
   // `sample` would have chosen that direction.
@@ -47,8 +49,9 @@ class Lights {
   std::size_t shape_count() const {
     return scene_.lights.size() + scene_.sphere_lights.size() + scene_.mesh_lights.size();
   }
-  std::size_t light_count() const { return shape_count() + (environment_ ? 1 : 0); }
-  LightSample sample_light(std::size_t light, const glm::vec3& from, const glm::vec2& u) const;
+  LightSample sample_shape(std::size_t light, const glm::vec3& from, const glm::vec2& u) const;
+  void sample_environment(std::span<const std::uint32_t> chosen, std::span<const glm::vec2> u,
+                          std::span<LightSample> samples) const;
   std::vector<double> powers() const;
   void choose_shares(const std::vector<double>& powers);
 

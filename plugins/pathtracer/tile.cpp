@@ -115,17 +115,19 @@ std::uint32_t TileRenderer::batch_size(std::uint32_t target) const {
 void TileRenderer::start_paths(std::uint32_t sample_count) {
   const RenderSettings& settings = context_.settings;
   paths_.clear();
+  rays_.clear();
   for (const glm::ivec2& p : pixels_) {
     const auto pixel = static_cast<std::uint32_t>(p.y * settings.width + p.x);
     for (std::uint32_t s = 0; s < sample_count; ++s) {
       const Sampler sampler(settings.seed, pixel, first_sample_ + s);
       // A tent filter of two pixels' width, by placing the samples with its density.
       const glm::vec2 u = sampler.get_2d(kPixel);
-      const Ray ray = context_.camera.ray(static_cast<float>(p.x) + 0.5f + sample_tent(u.x),
-                                          static_cast<float>(p.y) + 0.5f + sample_tent(u.y),
-                                          sampler.get_2d(kLens));
-      paths_.push_back(
-          {.ray = ray, .slot = static_cast<std::uint32_t>(paths_.size()), .sampler = sampler});
+      const Ray ray =
+          context_.camera.ray(static_cast<float>(p.x) + 0.5f + sample_tent(u.x),
+                              static_cast<float>(p.y) + 0.5f + sample_tent(u.y),
+                              context_.camera.has_lens() ? sampler.get_2d(kLens) : glm::vec2(0));
+      paths_.push_back({.slot = static_cast<std::uint32_t>(paths_.size()), .sampler = sampler});
+      rays_.push_back(ray);
     }
   }
   radiance_.assign(paths_.size(), glm::vec3(0));
@@ -137,7 +139,7 @@ void TileRenderer::start_paths(std::uint32_t sample_count) {
 void TileRenderer::trace() {
   const int last = context_.needs_paths ? context_.settings.max_depth : 1;
   for (int depth = 1; depth <= last && !paths_.empty(); ++depth) {
-    intersect();
+    intersect(depth);
     watch_.lap(statistics_.intersection_seconds);
     arrive(depth);
     watch_.lap(statistics_.shading_seconds);
@@ -158,10 +160,16 @@ void TileRenderer::trace() {
   }
 }
 
-void TileRenderer::intersect() {
-  statistics_.ray_count += paths_.size();
-  hits_.clear();
-  for (const Path& path : paths_) hits_.push_back(context_.geometry.intersect(path.ray));
+void TileRenderer::intersect(int depth) {
+  statistics_.ray_count += rays_.size();
+  hits_.resize(rays_.size());
+  context_.geometry.intersect(rays_, depth == 1, hits_);
+}
+
+// Forgets all paths but the first ones.
+void TileRenderer::keep(std::size_t count) {
+  paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(count), paths_.end());
+  rays_.resize(count);
 }
 
 // Adds what the rays found glowing and keeps the paths that arrived at an object.
@@ -170,25 +178,27 @@ void TileRenderer::arrive(int depth) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     const Path& path = paths_[i];
+    const Ray& ray = rays_[i];
     const Hit& hit = hits_[i];
     if (hit.kind == Hit::Kind::nothing) {
-      add_emitted(path, context_.lights.environment_seen(path.ray.direction), depth);
+      add_emitted(path, context_.lights.environment_seen(ray.direction), depth);
     } else if (hit.kind == Hit::Kind::light) {
       add_emitted(path,
                   context_.lights.light_seen(
-                      {hit.index, hit.triangle, path.ray.origin, path.ray.direction, hit.distance}),
+                      {hit.index, hit.triangle, ray.origin, ray.direction, hit.distance}),
                   depth);
     } else {
-      surfaces_.push_back(context_.geometry.surface(path.ray, hit));
+      surfaces_.push_back(context_.geometry.surface(ray, hit));
       if (context_.settings.texture_filter == TextureFilter::stochastic) {
         surfaces_.back().jitter = jitter(path.sampler, depth);
       }
       radiance_[path.slot] +=
           path.throughput * context_.scene.materials[surfaces_.back().material].emission;
+      rays_[kept] = ray;
       paths_[kept++] = path;
     }
   }
-  paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(kept), paths_.end());
+  keep(kept);
 }
 
 void TileRenderer::add_emitted(const Path& path, const LightSample& seen, int depth) {
@@ -220,61 +230,75 @@ void TileRenderer::record(int depth) {
   if (depth > 1 || !context_.needs_first_hits) return;
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     first_hits_[paths_[i].slot] =
-        first_hit(context_.scene, context_.camera, paths_[i].ray, surfaces_[i], found_[i]);
+        first_hit(context_.scene, context_.camera, rays_[i], surfaces_[i], found_[i]);
   }
 }
 
-// Chooses a light for each path and sends it on.
+// A light for each path, all at once because that is faster.
+void TileRenderer::choose_lights(int depth) {
+  lights_.assign(paths_.size(), {});
+  if (context_.settings.light_sampling == LightSampling::bsdf || context_.lights.empty()) return;
+  above_.clear();
+  light_numbers_.clear();
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    above_.push_back(context_.geometry.leave(surfaces_[i], surfaces_[i].geometric_normal));
+    light_numbers_.push_back(paths_[i].sampler.get_2d(dimension(depth) + kLight));
+  }
+  context_.lights.sample(above_, light_numbers_, lights_);
+}
+
+// Lights each path and sends it on.
 void TileRenderer::scatter(int depth) {
+  choose_lights(depth);
   shadow_rays_.clear();
+  direct_light_.clear();
   std::size_t kept = 0;
   std::optional<Coat> coat;
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     Path path = paths_[i];
+    Ray ray = rays_[i];
     const Surface& surface = surfaces_[i];
     const Bsdf bsdf = context_.bsdfs[surface.material].at(found_[i], surface.inside, coat);
-    const Frame frame(bumped_normal(surface.normal, found_[i].slope, -path.ray.direction));
-    const glm::vec3 out = frame.to_local(-path.ray.direction);
-    if (context_.settings.light_sampling != LightSampling::bsdf && !context_.lights.empty()) {
-      choose_light(path, surface, bsdf, frame, out, dimension(depth));
-    }
-    if (bounce(path, surface, bsdf, frame, out, dimension(depth), depth)) paths_[kept++] = path;
+    const Frame frame(bumped_normal(surface.normal, found_[i].slope, -ray.direction));
+    const glm::vec3 out = frame.to_local(-ray.direction);
+    if (lights_[i].pdf > 0) aim_at(lights_[i], path, surface, bsdf, frame, out);
+    if (!bounce(path, ray, surface, bsdf, frame, out, dimension(depth), depth)) continue;
+    rays_[kept] = ray;
+    paths_[kept++] = path;
   }
-  paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(kept), paths_.end());
+  keep(kept);
 }
 
-void TileRenderer::choose_light(const Path& path, const Surface& surface, const Bsdf& bsdf,
-                                const Frame& frame, const glm::vec3& out, std::uint32_t dimension) {
-  const glm::vec3 above = context_.geometry.leave(surface, surface.geometric_normal);
-  const LightSample light = context_.lights.sample(above, path.sampler.get_2d(dimension + kLight));
-  if (light.pdf <= 0) return;
+void TileRenderer::aim_at(const LightSample& light, const Path& path, const Surface& surface,
+                          const Bsdf& bsdf, const Frame& frame, const glm::vec3& out) {
   const glm::vec3 in = frame.to_local(light.direction);
   const float cosine = glm::dot(light.direction, surface.geometric_normal);
   if (cosine * in.z <= 0) return;
   const glm::vec3 reflected = bsdf.eval(out, in);
   if (reflected == glm::vec3(0)) return;
-  const glm::vec3 origin = cosine > 0 ? above : context_.geometry.leave(surface, light.direction);
+  const glm::vec3 origin = context_.geometry.leave(surface, light.direction);
   const float weight = context_.settings.light_sampling == LightSampling::mis
                            ? power_heuristic(light.pdf, bsdf.pdf(out, in))
                            : 1.0f;
   // Just short of the light itself.
-  shadow_rays_.push_back({{origin, light.direction},
-                          light.distance * 0.9999f,
-                          path.slot,
-                          path.throughput * reflected * light.radiance * (weight / light.pdf)});
+  shadow_rays_.push_back({origin, light.direction, light.distance * 0.9999f});
+  direct_light_.push_back(
+      {path.slot, path.throughput * reflected * light.radiance * (weight / light.pdf)});
 }
 
 void TileRenderer::add_unshadowed_light() {
   statistics_.ray_count += shadow_rays_.size();
-  for (const ShadowRay& shadow : shadow_rays_) {
-    if (!context_.geometry.occluded(shadow.ray, shadow.distance))
-      radiance_[shadow.slot] += shadow.light;
+  is_shadowed_.resize(shadow_rays_.size());
+  context_.geometry.occluded(shadow_rays_, is_shadowed_);
+  for (std::size_t i = 0; i < shadow_rays_.size(); ++i) {
+    if (!is_shadowed_[i]) radiance_[direct_light_[i].slot] += direct_light_[i].light;
   }
 }
 
 // Chooses the next ray; false when the path ends.
-bool TileRenderer::bounce(Path& path, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
-                          const glm::vec3& out, std::uint32_t dimension, int depth) {
+bool TileRenderer::bounce(Path& path, Ray& ray, const Surface& surface, const Bsdf& bsdf,
+                          const Frame& frame, const glm::vec3& out, std::uint32_t dimension,
+                          int depth) {
   const BsdfSample next = bsdf.sample(out, path.sampler.get_1d(dimension + kLobe),
                                       path.sampler.get_2d(dimension + kDirection));
   if (next.pdf <= 0) return false;
@@ -289,14 +313,14 @@ bool TileRenderer::bounce(Path& path, const Surface& surface, const Bsdf& bsdf, 
     if (path.sampler.get_1d(dimension + kRoulette) >= survival) return false;
     path.throughput /= survival;
   }
-  const float spread = path.ray.spread;
-  path.ray = {.origin = context_.geometry.leave(surface, direction), .direction = direction};
+  const float spread = ray.spread;
+  ray = {.origin = context_.geometry.leave(surface, direction), .direction = direction};
   if (next.alpha >= 0) {
     // A reflected or refracted cone, wider by this sample's share of what the surface scatters.
     // After a diffuse bounce there is none: many directions average what they find.
     const float share = 1 / std::sqrt(static_cast<float>(context_.settings.samples));
-    path.ray.radius = surface.footprint;
-    path.ray.spread = spread / next.ior + 0.5f * next.alpha * share;
+    ray.radius = surface.footprint;
+    ray.spread = spread / next.ior + 0.5f * next.alpha * share;
   }
   path.bsdf_pdf = next.pdf;
   return true;

@@ -45,7 +45,6 @@ class TileRenderer {
 
  private:
   struct Path {
-    Ray ray;
     glm::vec3 throughput{1};
     float bsdf_pdf = 0;      // density with which the last bounce chose the ray
     float compression = 1;   // of radiance by refraction, which throughput is divided by
@@ -53,10 +52,8 @@ class TileRenderer {
     Sampler sampler;
   };
 
-  // Light that arrives at a path's surface, unless something stands in between.
-  struct ShadowRay {
-    Ray ray;
-    float distance;
+  // What a shadow ray brings to a path's radiance, unless something stands in between.
+  struct DirectLight {
     std::uint32_t slot;
     glm::vec3 light;
   };
@@ -65,16 +62,18 @@ class TileRenderer {
   std::uint32_t batch_size(std::uint32_t target) const;
   void start_paths(std::uint32_t sample_count);
   void trace();
-  void intersect();
+  void intersect(int depth);
   void arrive(int depth);
   void record(int depth);
   void scatter(int depth);
-  void choose_light(const Path& path, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
-                    const glm::vec3& out, std::uint32_t dimension);
+  void choose_lights(int depth);
+  void aim_at(const LightSample& light, const Path& path, const Surface& surface, const Bsdf& bsdf,
+              const Frame& frame, const glm::vec3& out);
   void add_unshadowed_light();
-  bool bounce(Path& path, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
+  bool bounce(Path& path, Ray& ray, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
               const glm::vec3& out, std::uint32_t dimension, int depth);
   void add_emitted(const Path& path, const LightSample& seen, int depth);
+  void keep(std::size_t count);
   void accumulate(std::uint32_t sample_count);
 
   const RenderContext& context_;
@@ -85,14 +84,20 @@ class TileRenderer {
   Stopwatch watch_;
   std::vector<glm::ivec2> pixels_;  // that this batch is for; all have this many samples:
   std::uint32_t first_sample_ = 0;
-  std::vector<Path> paths_;        // still under way
-  std::vector<Hit> hits_;          // what paths_[i] has met
-  std::vector<Surface> surfaces_;  // where paths_[i] has arrived
-  std::vector<Appearance> found_;  // what is there
+  std::vector<Path> paths_;               // still under way
+  std::vector<Ray> rays_;                 // of paths_[i]
+  std::vector<Hit> hits_;                 // what it has met
+  std::vector<Surface> surfaces_;         // where paths_[i] has arrived
+  std::vector<Appearance> found_;         // what is there
+  std::vector<glm::vec3> above_;          // points just above surfaces_[i]
+  std::vector<glm::vec2> light_numbers_;  // random ones, the same
+  std::vector<LightSample> lights_;       // that they chose
   std::vector<ShadowRay> shadow_rays_;
-  std::vector<glm::vec3> radiance_;   // per pixel and sample of this batch
-  std::vector<FirstHit> first_hits_;  // the same, where layers need it
-  std::vector<std::uint32_t> costs_;  // the same
+  std::vector<DirectLight> direct_light_;  // of shadow_rays_[i]
+  std::vector<std::uint8_t> is_shadowed_;  // the same
+  std::vector<glm::vec3> radiance_;        // per pixel and sample of this batch
+  std::vector<FirstHit> first_hits_;       // the same, where layers need it
+  std::vector<std::uint32_t> costs_;       // the same
 };
 
 }  // namespace solidtex::pathtracer

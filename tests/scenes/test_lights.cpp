@@ -176,7 +176,9 @@ TEST_CASE("What lights claim of a sample is what a ray finds there") {
   int checked = 0;
   for (std::uint32_t i = 0; i < 3000; ++i) {
     const pt::Sampler sampler(5, 0, i);
-    const pt::LightSample sample = lights.sample(from, sampler.get_2d(1));
+    const glm::vec2 u = sampler.get_2d(1);
+    pt::LightSample sample;
+    lights.sample({&from, 1}, {&u, 1}, {&sample, 1});
     if (sample.pdf <= 0) continue;  // of the back of the cube
     const pt::Ray ray{.origin = from, .direction = sample.direction};
     const pt::Hit hit = geometry.intersect(ray);
@@ -187,7 +189,7 @@ TEST_CASE("What lights claim of a sample is what a ray finds there") {
     if (seen.pdf > 0 && seen.radiance == sample.radiance) {
       CHECK(seen.pdf == Approx(sample.pdf).epsilon(0.01));
       CHECK(std::abs(seen.distance - sample.distance) < 0.01f);
-      CHECK(!geometry.occluded(ray, sample.distance * 0.9999f));
+      CHECK(!geometry.occluded({ray.origin, ray.direction, sample.distance * 0.9999f}));
       ++checked;
     }
   }
@@ -240,14 +242,21 @@ TEST_CASE("The environment's density integrates to one and is that of its sample
 
   double estimate = 0;
   int different = 0;
-  constexpr std::uint32_t kSamples = 40000;
+  constexpr std::size_t kSamples = 40000;
+  std::vector<glm::vec2> numbers;
   for (std::uint32_t i = 0; i < kSamples; ++i) {
-    const pt::DirectionSample s = sky.sample(pt::Sampler(1, 0, i).get_2d(0));
-    REQUIRE(s.pdf > 0);
-    REQUIRE(glm::length(s.direction) == Approx(1).margin(1e-5));
+    numbers.push_back(pt::Sampler(1, 0, i).get_2d(0));
+  }
+  std::vector<pt::Environment::Sample> samples(kSamples);
+  sky.sample(numbers, samples);
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const auto& [direction, found] = samples[i];
+    REQUIRE(found.pdf > 0);
+    REQUIRE(glm::length(direction) == Approx(1).margin(1e-5));
     // A sample on the border of a pixel may round into its neighbour.
-    if (std::abs(sky.pdf(s.direction) - s.pdf) > 1e-3f * s.pdf) ++different;
-    estimate += sky.radiance(s.direction).x / s.pdf;
+    if (std::abs(sky.pdf(direction) - found.pdf) > 1e-3f * found.pdf) ++different;
+    CHECK(found.radiance.x == Approx(sky.radiance(direction).x).margin(1e-3));
+    estimate += found.radiance.x / found.pdf;
   }
   CHECK(different < 20);
   CHECK(estimate / kSamples == Approx(power * cell).epsilon(5e-3));
