@@ -84,6 +84,12 @@ glm::vec3 sphere_direction(float longitude, float polar) {
           std::sin(polar) * std::cos(longitude)};
 }
 
+pt::LightSample sample_one(const pt::Lights& lights, const glm::vec3& from, const glm::vec2& u) {
+  pt::LightSample sample;
+  lights.sample({&from, 1}, {&u, 1}, {&sample, 1});
+  return sample;
+}
+
 }  // namespace
 
 TEST_CASE("A rectangle lights a parallel plane by its form factor") {
@@ -176,9 +182,7 @@ TEST_CASE("What lights claim of a sample is what a ray finds there") {
   int checked = 0;
   for (std::uint32_t i = 0; i < 3000; ++i) {
     const pt::Sampler sampler(5, 0, i);
-    const glm::vec2 u = sampler.get_2d(1);
-    pt::LightSample sample;
-    lights.sample({&from, 1}, {&u, 1}, {&sample, 1});
+    const pt::LightSample sample = sample_one(lights, from, sampler.get_2d(1));
     if (sample.pdf <= 0) continue;  // of the back of the cube
     const pt::Ray ray{.origin = from, .direction = sample.direction};
     const pt::Hit hit = geometry.intersect(ray);
@@ -210,11 +214,11 @@ TEST_CASE("Bright lights among many are picked more often, and all keep their li
   const pt::Lights lights(all);
   const glm::vec3 origin(0);
   const Estimate found = estimate_irradiance(
-      [&](const pt::Sampler& sampler) { return lights.sample(origin, sampler.get_2d(1)); });
+      [&](const pt::Sampler& sampler) { return sample_one(lights, origin, sampler.get_2d(1)); });
   const auto count = static_cast<float>(each.size());
   const Estimate even = estimate_irradiance([&](const pt::Sampler& sampler) {
     const auto chosen = static_cast<std::size_t>(sampler.get_1d(0) * count);
-    pt::LightSample light = each[chosen].sample(origin, sampler.get_2d(1));
+    pt::LightSample light = sample_one(each[chosen], origin, sampler.get_2d(1));
     light.pdf /= count;
     return light;
   });
