@@ -259,7 +259,7 @@ TEST_CASE("A plane to the horizon does not alias") {
 TEST_CASE("A footprint is measured in the texture's texels, however the object is scaled") {
   const TemporaryFolder folder;
   write_noise_model(folder / "noise.solidtex", 0);
-  const auto render = [&](float scale, bool world) {
+  const auto render = [&](pt::TextureFilter filter, float scale, bool world) {
     pt::Scene scene = make_scene(make_quad(1 / scale), {}, {0, 3, 0.1f}, 30);
     scene.textures.emplace_back((folder / "noise.solidtex").string());
     scene.objects[0].to_world = glm::scale(glm::mat4(1), glm::vec3(scale));
@@ -270,8 +270,12 @@ TEST_CASE("A footprint is measured in the texture's texels, however the object i
     pt::RenderSettings settings = small_settings(16, 1);
     settings.max_depth = 2;
     settings.light_sampling = pt::LightSampling::bsdf;
+    settings.texture_filter = filter;
     return pt::render(scene, settings);
   };
-  CHECK(rms_difference(render(1, false), render(4, false)) < 1e-4);
-  CHECK(rms_difference(render(1, false), render(4, true)) < 1e-4);
+  for (const auto filter : {pt::TextureFilter::footprint, pt::TextureFilter::anisotropic}) {
+    const pt::Image expected = render(filter, 1, false);
+    CHECK(rms_difference(expected, render(filter, 4, false)) < 1e-4);
+    CHECK(rms_difference(expected, render(filter, 4, true)) < 1e-4);
+  }
 }
