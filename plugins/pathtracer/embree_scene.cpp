@@ -33,9 +33,9 @@ void commit_and_attach(RTCScene scene, RTCGeometry geometry, unsigned id) {
   rtcReleaseGeometry(geometry);
 }
 
-RTCGeometry triangles(RTCDevice device, const Mesh& mesh) {
+RTCGeometry triangles(RTCDevice device, const Mesh& mesh, const std::vector<glm::vec3>& positions) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions);
+  fill_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, positions);
   fill_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles);
   return geometry;
 }
@@ -99,11 +99,15 @@ EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevi
   if (!device_) throw std::runtime_error("Embree cannot start on this machine");
   // The distance of a sphere is rounded otherwise in packets than alone.
   packet_width_ = scene.sphere_lights.empty() ? native_packet_width(device_.get()) : 1;
-  for (const Mesh& mesh : scene.meshes) meshes_.push_back(build_mesh(mesh));
+  std::vector<int> uses(scene.meshes.size());
+  for (const Object& object : scene.objects) ++uses[object.mesh];
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+    meshes_.push_back(uses[i] > 1 ? build_mesh(scene.meshes[i]) : nullptr);
+  }
   root_.reset(rtcNewScene(device_.get()));
   rtcSetSceneFlags(root_.get(), RTC_SCENE_FLAG_ROBUST);
   unsigned id = 0;
-  for (const Object& object : scene.objects) attach_instance(object, id++);
+  for (const Object& object : scene.objects) attach_object(object, id++);
   for (const RectangleLight& light : scene.lights) attach_light(light, id++);
   for (const SphereLight& light : scene.sphere_lights) attach_light(light, id++);
   for (const MeshLight& light : scene.mesh_lights) attach_light(light, id++);
@@ -112,7 +116,7 @@ EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevi
 }
 
 EmbreeScene::Owned<RTCScene> EmbreeScene::build_mesh(const Mesh& mesh) const {
-  RTCGeometry geometry = triangles(device_.get(), mesh);
+  RTCGeometry geometry = triangles(device_.get(), mesh, mesh.positions);
   Owned<RTCScene> result(rtcNewScene(device_.get()));
   rtcSetSceneFlags(result.get(), RTC_SCENE_FLAG_ROBUST);
   commit_and_attach(result.get(), geometry, 0);
@@ -121,15 +125,33 @@ EmbreeScene::Owned<RTCScene> EmbreeScene::build_mesh(const Mesh& mesh) const {
   return result;
 }
 
+void EmbreeScene::attach_object(const Object& object, unsigned id) {
+  if (meshes_[object.mesh]) {
+    attach_instance(object, id);
+  } else {
+    attach_alone(object, id);
+  }
+  normal_matrices_.push_back(glm::inverseTranspose(glm::mat3(object.to_world)));
+  const glm::mat3 linear(object.to_world);
+  object_scales_.push_back(1 / std::cbrt(std::abs(glm::determinant(linear))));
+}
+
 void EmbreeScene::attach_instance(const Object& object, unsigned id) {
   RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(geometry, meshes_[object.mesh].get());
   rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                           glm::value_ptr(object.to_world));
   commit_and_attach(root_.get(), geometry, id);
-  normal_matrices_.push_back(glm::inverseTranspose(glm::mat3(object.to_world)));
-  const glm::mat3 linear(object.to_world);
-  object_scales_.push_back(1 / std::cbrt(std::abs(glm::determinant(linear))));
+}
+
+// Of a mesh that no other object uses the triangles stand in the scene itself: rays need not be
+// transformed for them, which is about 5 % of the intersection of one large mesh.
+void EmbreeScene::attach_alone(const Object& object, unsigned id) {
+  const Mesh& mesh = scene_.meshes[object.mesh];
+  std::vector<glm::vec3> positions = mesh.positions;
+  for (glm::vec3& p : positions) p = glm::vec3(object.to_world * glm::vec4(p, 1));
+  commit_and_attach(root_.get(), triangles(device_.get(), mesh, positions), id);
+  check(device_.get(), ("build " + mesh.file).c_str());
 }
 
 void EmbreeScene::attach_light(const RectangleLight& light, unsigned id) {
@@ -151,19 +173,21 @@ void EmbreeScene::attach_light(const SphereLight& light, unsigned id) {
 }
 
 void EmbreeScene::attach_light(const MeshLight& light, unsigned id) {
-  commit_and_attach(root_.get(), triangles(device_.get(), light.mesh), id);
+  commit_and_attach(root_.get(), triangles(device_.get(), light.mesh, light.mesh.positions), id);
 }
 
 // What was hit, without where.
 Hit EmbreeScene::to_hit(unsigned instance, unsigned geometry) const {
   Hit hit;
   if (geometry == RTC_INVALID_GEOMETRY_ID) return hit;
-  if (instance != RTC_INVALID_GEOMETRY_ID) {
+  const unsigned id = instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry;
+  const auto object_count = static_cast<std::uint32_t>(scene_.objects.size());
+  if (id < object_count) {
     hit.kind = Hit::Kind::object;
-    hit.index = instance;
+    hit.index = id;
   } else {
     hit.kind = Hit::Kind::light;
-    hit.index = geometry - static_cast<std::uint32_t>(scene_.objects.size());
+    hit.index = id - object_count;
   }
   return hit;
 }

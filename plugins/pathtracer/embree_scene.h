@@ -1,4 +1,5 @@
-// Ray queries on a scene: one Embree scene per mesh, instanced once per object.
+// Ray queries on a scene. A mesh that several objects share is an Embree scene of its own,
+// instanced once per object.
 #pragma once
 
 #include <cmath>
@@ -93,15 +94,17 @@ class EmbreeScene {
   void occluded_packets(std::span<const ShadowRay> rays, std::span<std::uint8_t> results) const;
   Hit to_hit(unsigned instance, unsigned geometry) const;
   Owned<RTCScene> build_mesh(const Mesh& mesh) const;
+  void attach_object(const Object& object, unsigned id);
   void attach_instance(const Object& object, unsigned id);
+  void attach_alone(const Object& object, unsigned id);
   void attach_light(const RectangleLight& light, unsigned id);
   void attach_light(const SphereLight& light, unsigned id);
   void attach_light(const MeshLight& light, unsigned id);
 
   const Scene& scene_;
   Owned<RTCDevice> device_;
-  int packet_width_;  // what the machine's vectors hold; 1: ray by ray
-  std::vector<Owned<RTCScene>> meshes_;
+  int packet_width_;                     // what the machine's vectors hold; 1: ray by ray
+  std::vector<Owned<RTCScene>> meshes_;  // null for those of one object
   Owned<RTCScene> root_;
   std::vector<glm::mat3> normal_matrices_;  // per object
   std::vector<float> object_scales_;        // per object: units of its space in one of the scene's

@@ -15,6 +15,15 @@ bool same_bits(const pt::Image& a, const pt::Image& b) {
          std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
 }
 
+// Values that rounding alone does not explain.
+std::size_t count_different(const pt::Image& a, const pt::Image& b) {
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); ++i) {
+    if (std::abs(a.rgb[i] - b.rgb[i]) > 1e-3f) ++different;
+  }
+  return different;
+}
+
 // Two balls of a solid texture between coloured lights.
 pt::Scene textured_scene(const TemporaryFolder& folder) {
   write_noise_model(folder / "noise.solidtex", 3);
@@ -63,6 +72,8 @@ TEST_CASE("An instance equals a mesh that was transformed beforehand") {
 
   pt::Scene instanced = lit_cube(), baked = lit_cube();
   instanced.objects[0].to_world = transform;
+  // Only a mesh of several objects is instanced: another, too far away to be seen.
+  instanced.objects.push_back({0, 0, glm::translate(glm::mat4(1), glm::vec3(0, 0, 1e6f))});
   const glm::mat3 normal_matrix = glm::transpose(glm::inverse(glm::mat3(transform)));
   for (auto& p : baked.meshes[0].positions) p = glm::vec3(transform * glm::vec4(p, 1));
   for (auto& n : baked.meshes[0].normals) n = normal_matrix * n;
@@ -70,13 +81,20 @@ TEST_CASE("An instance equals a mesh that was transformed beforehand") {
   const pt::Image a = pt::render(instanced, small_settings(48, 16));
   const pt::Image b = pt::render(baked, small_settings(48, 16));
   // Rounding moves a few paths over an edge; all others are the same path.
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < a.rgb.size(); ++i) {
-    if (std::abs(a.rgb[i] - b.rgb[i]) > 1e-3f) ++different;
-  }
+  const std::size_t different = count_different(a, b);
   CAPTURE(different, a.rgb.size());
   CHECK(mean_color(a).x > 0.3f);
   CHECK(save_unless(different < a.rgb.size() / 100, a, "instance"));
+}
+
+TEST_CASE("An object is the same whether its mesh is shared or not") {
+  pt::Scene alone = lit_cube(), shared = lit_cube();
+  shared.objects.push_back({0, 0, glm::translate(glm::mat4(1), glm::vec3(0, 0, 1e6f))});
+  const pt::Image a = pt::render(alone, small_settings(48, 16));
+  const pt::Image b = pt::render(shared, small_settings(48, 16));
+  const std::size_t different = count_different(a, b);
+  CAPTURE(different, a.rgb.size());
+  CHECK(save_unless(different < a.rgb.size() / 100, a, "shared"));
 }
 
 TEST_CASE("A render that is told to stop stops") {
