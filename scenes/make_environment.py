@@ -62,7 +62,18 @@ def write_exr(path: Path, pixels: Array) -> None:
         pfm = Path(folder) / "image.pfm"
         header = f"PF\n{WIDTH} {HEIGHT}\n-1.0\n".encode()
         pfm.write_bytes(header + pixels[::-1].astype("<f4").tobytes())
-        command = ["oiiotool", str(pfm), "-d", "half", "--compression", "zip", "-o", str(path)]
+        # Without the command line as its history, which would tell this machine's folders.
+        command = [
+            "oiiotool",
+            "--nosoftwareattrib",
+            str(pfm),
+            "-d",
+            "half",
+            "--compression",
+            "zip",
+            "-o",
+            str(path),
+        ]
         subprocess.run(command, check=True)
     print(f"{path.name}: {path.stat().st_size // 1000} kB")
 
