@@ -130,7 +130,10 @@ struct Environment::Place {
 
 Environment::Place Environment::place_in(const CumulativeTable::Interval& row, float u) const {
   const Place found{row, pixels_[static_cast<std::size_t>(row.index)].find(u)};
+  const int other_row = row.index + (row.fraction < 0.5f ? -1 : 1);
   __builtin_prefetch(&texels_[texel_index(found.column.index, row.index, width_)]);
+  __builtin_prefetch(
+      &texels_[texel_index(found.column.index, std::clamp(other_row, 0, height_ - 1), width_)]);
   return found;
 }
 
