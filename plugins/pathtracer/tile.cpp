@@ -73,7 +73,9 @@ RenderContext::RenderContext(const Scene& scene_, const RenderSettings& settings
   }
 }
 
-bool TileRenderer::render(std::uint32_t target, const Hooks& hooks) {
+bool TileRenderer::render(const Window& tile, std::uint32_t target, const Hooks& hooks) {
+  tile_ = tile;
+  watch_ = {};
   std::uint64_t left = samples_left(framebuffer_, context_.settings, tile_);
   while (choose_pixels(target)) {
     if (hooks.should_stop && hooks.should_stop()) return false;

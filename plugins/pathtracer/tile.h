@@ -1,5 +1,5 @@
-// Wavefront path tracing of one tile: all its paths advance one segment together, so that each
-// solid texture is asked once per segment for many points.
+// Wavefront path tracing of one tile after another: all paths of a tile advance one segment
+// together, so that each solid texture is asked once per segment for many points.
 #pragma once
 
 #include <cstdint>
@@ -32,15 +32,15 @@ struct RenderContext {
 
 class TileRenderer {
  public:
-  TileRenderer(const RenderContext& context, const Window& tile, Framebuffer& framebuffer)
+  TileRenderer(const RenderContext& context, Framebuffer& framebuffer)
       : context_(context),
-        tile_(tile),
         framebuffer_(framebuffer),
         lookup_(context.scene, context.settings.texture_filter) {}
 
-  // Takes samples until each pixel has `target` of them, or as many as it needs. False when asked
-  // to stop; what is done until then is in the framebuffer.
-  bool render(std::uint32_t target, const Hooks& hooks);
+  // Takes samples until each pixel of the tile has `target` of them, or as many as it needs. False
+  // when asked to stop; what is done until then is in the framebuffer.
+  bool render(const Window& tile, std::uint32_t target, const Hooks& hooks);
+  // Of all tiles until now.
   const RenderStatistics& statistics() const { return statistics_; }
 
  private:
@@ -77,7 +77,7 @@ class TileRenderer {
   void accumulate(std::uint32_t sample_count);
 
   const RenderContext& context_;
-  const Window tile_;
+  Window tile_;
   Framebuffer& framebuffer_;
   AppearanceLookup lookup_;
   RenderStatistics statistics_;
