@@ -49,9 +49,13 @@ build_solidtex() {
   cmake --build build --parallel "$(build_jobs)"
 }
 
-# The environment holds the Python package itself (editable) and what its tests need.
+# The environment holds the Python package itself (editable) and what its tests need; the module
+# solidtex it finds in build/, once that is built.
 prepare_venv() {
   [ -x .venv/bin/python ] || python3 -m venv .venv
+  local packages
+  packages=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+  echo "$PWD/build/python" > "$packages/solidtex-build.pth"
   local stamp=.venv/installed-from
   if cmp -s python_export/pyproject.toml "$stamp"; then
     echo "up to date"

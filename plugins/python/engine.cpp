@@ -160,21 +160,29 @@ class Texture {
             stats.peak_bytes};
   }
 
+  // At most one of radii and axes.
   void eval_points(const Floats& points, const std::array<double, 3>& origin,
-                   const std::optional<Floats>& radii, const AnyArray& out) const {
+                   const std::optional<Floats>& radii, const std::optional<Floats>& axes,
+                   const AnyArray& out) const {
     const Handle texture = held();
     const std::size_t count = points.size() / 3, size = count * channel_count();
     require(points.size() % 3 == 0, "points: found no multiple of three numbers");
     require(!radii || radii->size() == count, "radii: found another count than that of points");
+    require(!axes || axes->size() == 9 * count, "axes: found another count than nine a point");
+    require(!radii || !axes, "radii, axes: found both, expected one of them");
     float* values = target(out, size);
     require_apart(values, size, points, "points");
     if (radii) require_apart(values, size, *radii, "radii");
+    if (axes) require_apart(values, size, *axes, "axes");
     const float* places = points.data();
     const float* sizes = radii ? radii->data() : nullptr;
+    const float* edges = axes ? axes->data() : nullptr;
     run([&] {
-      return sizes ? solidtex_eval_filtered(texture.get(), origin.data(), places, sizes, count,
-                                            values)
-                   : solidtex_eval_points(texture.get(), origin.data(), places, count, values);
+      const auto* opened = texture.get();
+      if (sizes) return solidtex_eval_filtered(opened, origin.data(), places, sizes, count, values);
+      if (edges)
+        return solidtex_eval_footprints(opened, origin.data(), places, edges, count, values);
+      return solidtex_eval_points(opened, origin.data(), places, count, values);
     });
   }
 
@@ -256,9 +264,10 @@ NB_MODULE(_engine, m) {
       .def_prop_ro("parameter_count", &Texture::parameter_count)
       .def_prop_ro("channels", &Texture::channels)
       .def("cache_stats", &Texture::cache_stats)
-      .def("eval_points", &Texture::eval_points, "points"_a, "origin"_a, "radii"_a.none(), "out"_a,
+      .def("eval_points", &Texture::eval_points, "points"_a, "origin"_a, "radii"_a.none(),
+           "axes"_a.none(), "out"_a,
            nb::sig("def eval_points(self, points: object, origin: tuple[float, float, float], "
-                   "radii: object | None, out: object) -> None"))
+                   "radii: object | None, axes: object | None, out: object) -> None"))
       .def("eval_box", &Texture::eval_box, "origin"_a, "size"_a, "out"_a,
            nb::sig("def eval_box(self, origin: tuple[int, int, int], size: tuple[int, int, int], "
                    "out: object) -> None"));

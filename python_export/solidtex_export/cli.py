@@ -11,10 +11,10 @@ from pathlib import Path
 from solidtex_export import __version__
 from solidtex_export.file_format.checks import ModelFileError
 from solidtex_export.generators.lattice_state import StateError
-from solidtex_export.verification.engine import EngineError
+from solidtex_export.verification import engine
 from solidtex_export.verification.model_output import OutputError
 
-FAILURES = (EngineError, ModelFileError, OutputError, StateError, OSError)
+FAILURES = (ModelFileError, OutputError, StateError, OSError)
 
 
 def parser(program: str, description: str, examples: str) -> argparse.ArgumentParser:
@@ -65,7 +65,7 @@ def run(
     args = p.parse_args(arguments)
     try:
         work(args)
-    except failures as error:
+    except (*failures, *engine.errors()) as error:
         print(f"{p.prog}: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

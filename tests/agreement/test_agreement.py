@@ -21,7 +21,7 @@ from scene_pairs import (
     write_files,
 )
 
-from solidtex_export.verification.engine import Texture
+from solidtex import Texture
 
 mitsuba = pytest.importorskip("mitsuba", reason="the Python package mitsuba is not installed")
 

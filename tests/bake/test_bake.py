@@ -1,6 +1,5 @@
 """solidtex-bake as a program: what it writes, bit for bit, and what it refuses."""
 
-import ctypes
 import json
 import os
 import resource
@@ -11,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+import solidtex
 
 BUILD = Path(os.environ["SOLIDTEX_BUILD"])
 BAKE = BUILD / "bin" / "solidtex-bake"
@@ -36,27 +37,7 @@ def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
 
 def eval_box(origin: tuple, size: tuple, seed: int) -> np.ndarray:
     """The same voxels through the C API."""
-
-    class Options(ctypes.Structure):
-        _fields_ = [
-            ("struct_size", ctypes.c_size_t),
-            ("seed", ctypes.c_uint64),
-            ("cache_limit_bytes", ctypes.c_uint64),
-            ("precision", ctypes.c_int),
-        ]
-
-    library = ctypes.CDLL(str(BUILD / "lib" / "libsolidtex.so"))
-    library.solidtex_channel_count.restype = ctypes.c_size_t
-    options = Options()
-    library.solidtex_options_init(ctypes.byref(options))
-    options.seed = seed
-    texture = ctypes.c_void_p()
-    assert library.solidtex_open(MODEL.encode(), ctypes.byref(options), ctypes.byref(texture)) == 0
-    values = np.empty((*size, library.solidtex_channel_count(texture)), np.float32)
-    box = (ctypes.c_int64 * 3)(*origin), (ctypes.c_int64 * 3)(*size)
-    assert library.solidtex_eval_box(texture, *box, values.ctypes.data_as(ctypes.c_void_p)) == 0
-    library.solidtex_close(texture)
-    return values
+    return solidtex.Texture(MODEL, seed).eval_box(origin, size)
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,8 @@
 For cubes of several edges in each model: how far their means deviate from the mean of all, the
 error of one plain lookup in the middle, of one and of four at random in the cube, and of the
 filtered one, as root mean squares over the deviation of the texture. Means are those of light; what
-is compared is sRGB. From the repository: python tests/bench/measure_filtering.py granite-grey ...
+is compared is sRGB. From the repository, built:
+.venv/bin/python tests/bench/measure_filtering.py granite-grey ...
 """
 
 from __future__ import annotations
@@ -16,11 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
+from solidtex import Texture
+
 REPOSITORY = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(REPOSITORY / "python_export"))
-
-from solidtex_export.verification.engine import Texture  # noqa: E402
-
 RADII = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 PLACES = 160
 SPREAD = 4000.0  # texels: side of the cube that the places are in
@@ -49,7 +48,7 @@ def row(name: str, radius: float) -> str:
             "plain": texture.eval_points(places),
             "random": means_of(texture, places, radius, 1, rng),
             "4 random": means_of(texture, places, radius, SAMPLES, rng),
-            "filtered": texture.eval_filtered(places, np.full(PLACES, radius)),
+            "filtered": texture.eval_points(places, radii=radius),
         }
     errors = [np.sqrt(np.square(v - true).mean()) / deviation for v in found.values()]
     own = np.sqrt(np.var(true, axis=0).mean()) / deviation

@@ -5,22 +5,19 @@ For parallelograms at random angles, one half-axis `width` texels and the other 
 long: how far their means deviate from the mean of all, the error of a cube of the same area, of
 eight points at random in the parallelogram, and of the three axes, as root mean squares over the
 deviation of the texture; then the processor time of a cube's and of a parallelogram's lookup, in
-microseconds, when the bricks are there. From the repository:
-python tests/bench/measure_footprints.py granite-grey ...
+microseconds, when the bricks are there. From the repository, built:
+.venv/bin/python tests/bench/measure_footprints.py granite-grey ...
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 
 import numpy as np
-from measure_filtering import REPOSITORY, from_light, light_mean, model_path, to_light
+from measure_filtering import from_light, light_mean, model_path, to_light
 
-sys.path.insert(0, str(REPOSITORY / "python_export"))
-
-from solidtex_export.verification.engine import Texture
+from solidtex import Texture
 
 WIDTHS = (0.5, 1.0, 2.0, 4.0)
 ASPECTS = (1, 4, 16)
@@ -52,15 +49,15 @@ def row(texture: Texture, width: float, aspect: int) -> str:
     radii = np.full(PLACES, width * np.sqrt(aspect))
     true = np.stack([true_mean(texture, *each, rng) for each in zip(places, axes, strict=True)])
     found = [
-        texture.eval_filtered(places, radii),
+        texture.eval_points(places, radii=radii),
         mean_of_random(texture, places, axes, rng),
-        texture.eval_footprints(places, axes),
+        texture.eval_points(places, axes=axes),
     ]
     errors = [np.sqrt(np.square(values - true).mean()) / deviation for values in found]
     own = np.sqrt(np.var(true, axis=0).mean()) / deviation
     times = [
-        time_of(texture.eval_filtered, places, radii),
-        time_of(texture.eval_footprints, places, axes),
+        time_of(texture, places, radii=radii),
+        time_of(texture, places, axes=axes),
     ]
     return " | ".join([f"{value:.2f}" for value in (own, *errors)] + [f"{t:.2g}" for t in times])
 
@@ -91,11 +88,11 @@ def mean_of_random(
     return from_light(np.mean(values, axis=0))
 
 
-def time_of(lookup, places: np.ndarray, footprints: np.ndarray) -> float:
+def time_of(texture: Texture, places: np.ndarray, **footprints: np.ndarray) -> float:
     many = np.tile(places, (TIMED, 1))
-    all_of_them = np.tile(footprints, (TIMED,) + (1,) * (footprints.ndim - 1))
+    all_of_them = {name: np.concatenate([each] * TIMED) for name, each in footprints.items()}
     started = time.process_time()
-    lookup(many, all_of_them)
+    texture.eval_points(many, **all_of_them)
     return 1e6 * (time.process_time() - started) / len(many)
 
 

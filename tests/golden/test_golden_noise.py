@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solidtex import Texture
 from solidtex_export.file_format import model_file
 from solidtex_export.file_format.model_file import ModelFile
 from solidtex_export.generators import random_models
-from solidtex_export.verification import engine, noise
+from solidtex_export.verification import noise
 
 ORIGINS = [(0, 0, 0), (-40, 7, -3), (65530, -65540, 131070), (2**30, -(2**30), 2**30 - 9)]
 SIZE = (5, 6, 70)  # longer along z than a vector
@@ -43,7 +44,7 @@ def test_noise(scheme: str, distribution: str, bound: float, level: int, tmp_pat
     model_file.write(path, noise_model(scheme, distribution, level, channels))
     worst = 0.0
     for seed in SEEDS:
-        with engine.Texture(path, seed) as texture:
+        with Texture(path, seed) as texture:
             for origin in ORIGINS:
                 found = texture.eval_box(origin, SIZE)
                 axes = [np.arange(o, o + s) >> level for o, s in zip(origin, SIZE, strict=True)]

@@ -123,6 +123,24 @@ def test_footprints(texture: Texture) -> None:
     assert np.abs(np.sqrt(np.square(box).mean(axis=0)) - texture.mean()).max() < 0.05
 
 
+def test_footprints_with_axes(texture: Texture) -> None:
+    points = places(20)
+    radii = np.linspace(0, 6, 20, dtype=np.float32)
+    cubes = radii[:, None, None] * np.eye(3, dtype=np.float32)
+    filtered = texture.eval_points(points, radii=radii)
+    assert same_bits(texture.eval_points(points, axes=cubes), filtered)
+    assert same_bits(texture.eval_points(points, axes=torch.from_numpy(cubes)), filtered)
+    assert same_bits(texture.eval_points(points[9], axes=cubes[9]), filtered[9])
+    line = np.float32([[0, 9, 0], [0, 0, 0], [0, 0, 0]])
+    along = texture.eval_points(points, axes=line)
+    assert same_bits(along, texture.eval_points(points, axes=np.stack([line] * 20)))
+    assert not same_bits(along, texture.eval_points(points, axes=np.roll(line, 1, axis=1)))
+    # Rows are the half-edges: nothing is averaged across this one.
+    steps = points[:, None] + np.linspace(-9, 9, 64)[None, :, None] * np.float32([0, 1, 0])
+    mean = np.square(texture.eval_points(steps)).mean(axis=1)
+    assert np.abs(np.square(along) - mean).mean() < 0.25 * np.sqrt(mean.var(axis=0)).mean() + 0.02
+
+
 def test_threads_share_a_texture(texture: Texture) -> None:
     points = [places(500)[i::4].copy() for i in range(4)]
     expected = [texture.eval_points(part) for part in points]
@@ -242,6 +260,9 @@ def test_refusals_name_what_is_wrong(tmp_path: Path) -> None:
         (lambda: texture.eval_points([[0, 0, 0]], (1, 2)), "origin: found"),
         (lambda: texture.eval_points(points, radii=np.ones(3)), r"radii: found shape \(3,\)"),
         (lambda: texture.eval_points(points, radii=-1), "radi"),
+        (lambda: texture.eval_points(points, axes=np.ones((4, 3))), r"axes: found shape \(4, 3\)"),
+        (lambda: texture.eval_points(points, axes=np.full((3, 3), np.nan)), "axis 0 of point 0"),
+        (lambda: texture.eval_points(points, radii=1, axes=np.eye(3)), "found both"),
         (lambda: texture.eval_points(points, out=writable(4, 4)), r"out: found shape \(4, 4\)"),
         (lambda: texture.eval_points(points, out=np.zeros((4, 3))), "out: found another type"),
         (lambda: texture.eval_points(points, out=writable(3, 4).T), "out: found gaps"),

@@ -12,13 +12,13 @@ import torch
 from PIL import Image
 from textures_2d import blobs, shuffled, tiled
 
+from solidtex import Texture
 from solidtex_export.commands import evaluate as command
 from solidtex_export.evaluation import subjects
 from solidtex_export.evaluation.comparison import Settings
 from solidtex_export.evaluation.evaluate import evaluate
 from solidtex_export.evaluation.subjects import Subject, SubjectError, View, judged_views
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.verification.engine import Texture
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 METRICS = {"binary_patterns", "autocorrelation", "fdmse", "sliced_wasserstein"}

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import torch
 
+from solidtex import Texture
 from solidtex_export.commands import export
 from solidtex_export.file_format import model_file
 from solidtex_export.generators import fold
 from solidtex_export.generators.networks import lattice_network
 from solidtex_export.training.training_result import read_result
 from solidtex_export.verification import verify
-from solidtex_export.verification.engine import Texture
 
 FAMILIES = ["field", "sampler"]
 

@@ -148,6 +148,7 @@ class Texture:
         origin: Sequence[float] | NDArray[Any] = ...,
         *,
         radii: ArrayLike | SupportsDLPack | None = ...,
+        axes: ArrayLike | SupportsDLPack | None = ...,
         out: None = ...,
     ) -> Floats: ...
 
@@ -158,6 +159,7 @@ class Texture:
         origin: Sequence[float] | NDArray[Any] = ...,
         *,
         radii: ArrayLike | SupportsDLPack | None = ...,
+        axes: ArrayLike | SupportsDLPack | None = ...,
         out: Out,
     ) -> Out: ...
 
@@ -167,6 +169,7 @@ class Texture:
         origin: Sequence[float] | NDArray[Any] = (0.0, 0.0, 0.0),
         *,
         radii: ArrayLike | SupportsDLPack | None = None,
+        axes: ArrayLike | SupportsDLPack | None = None,
         out: Any = None,
     ) -> Any:
         """The values at origin + points.
@@ -178,6 +181,9 @@ class Texture:
         radii: None for points; else footprints, in texels: for each point the mean over a cube
             whose edge is twice its radius, from 0 (the point) to infinity (the mean of the
             material). One number, or [...] as many as there are points.
+        axes: instead of radii, footprints that are longer one way than another: [..., 3, 3] for
+            each point, or [3, 3] for all, the three half-edges of a parallelepiped in texels, each
+            of them a row (x, y, z). Zeros make it flat, a line or a point.
         out: where to write, an array [..., channel] of NumPy or of anything with DLPack (a tensor
             of PyTorch): float32, contiguous, in the memory of the CPU. None for a new array.
 
@@ -188,9 +194,12 @@ class Texture:
         if places.ndim == 0 or places.shape[-1] != 3:
             raise InvalidArgument(f"points: found shape {places.shape}, expected (..., 3)")
         shape = places.shape[:-1]
-        sizes = None if radii is None else _radii(radii, shape)
+        if radii is not None and axes is not None:
+            raise InvalidArgument("radii, axes: found both, expected one of them")
+        sizes = None if radii is None else _footprints("radii", radii, shape, ())
+        edges = None if axes is None else _footprints("axes", axes, shape, (3, 3))
         values = _target(out, (*shape, len(self.channels)))
-        self._engine.eval_points(places, _triple("origin", origin, float), sizes, values)
+        self._engine.eval_points(places, _triple("origin", origin, float), sizes, edges, values)
         return values
 
     @overload
@@ -288,12 +297,16 @@ def _floats(name: str, values: Any) -> Floats:
         raise InvalidArgument(f"{name}: found {type(values).__name__}: {error}") from error
 
 
-def _radii(radii: Any, shape: tuple[int, ...]) -> Floats:
-    sizes = _floats("radii", radii)
-    if sizes.ndim == 0:
-        return np.full(shape, sizes, np.float32)
-    if sizes.shape != shape:
-        raise InvalidArgument(f"radii: found shape {sizes.shape}, expected one number or {shape}")
+def _footprints(name: str, found: Any, shape: tuple[int, ...], each: tuple[int, ...]) -> Floats:
+    """Of the shape `each` for every point of `shape`; one for all is repeated."""
+    sizes = _floats(name, found)
+    if sizes.shape == each and shape:
+        return np.ascontiguousarray(np.broadcast_to(sizes, (*shape, *each)))
+    if sizes.shape != (*shape, *each):
+        one = each or "one number"
+        raise InvalidArgument(
+            f"{name}: found shape {sizes.shape}, expected {one} or {(*shape, *each)}"
+        )
     return sizes
 
 

@@ -51,7 +51,7 @@ def shift(model: Path) -> Shift:
 
 
 def _box(model: Path, seed: int, precision: str) -> np.ndarray:
-    with engine.Texture(model, seed, precision) as texture:
+    with engine.open_model(model, seed, precision) as texture:
         return texture.eval_box(*BOX).ravel()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,10 @@ from solidtex_export.file_format import model_file
 from solidtex_export.training.channels import COLOR, srgb_encode
 from solidtex_export.training.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.training.slices import SLICE_AXES
-from solidtex_export.verification.engine import Texture
+from solidtex_export.verification import engine
+
+if TYPE_CHECKING:
+    from solidtex import Texture
 
 SLICES = 4  # of each view, each with twice the side of a crop
 BLOCK = 128  # voxels: side of the cube and of the repetition test
@@ -59,7 +62,7 @@ def from_model(path: Path, side: int, seed: int, judged: Mapping[str, int]) -> S
     document = model_file.read(path).document
     channels = tuple(document["channels"])
     rng = np.random.default_rng(seed)
-    with Texture(path, seed) as texture:
+    with engine.open_model(path, seed) as texture:
         views = {d: [_axis_slice(texture, d, side, rng) for _ in range(SLICES)] for d in SLICE_AXES}
         planes = _oblique_planes("z" if "z" not in judged else None, rng)
         views["oblique"] = [_oblique_slice(texture, *plane, side, rng) for plane in planes]

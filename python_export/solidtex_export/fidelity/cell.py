@@ -27,7 +27,7 @@ from solidtex_export.solids.materials import SOLIDS
 from solidtex_export.solids.solid import box, exemplar, phase
 from solidtex_export.solids.statistics import solid_error
 from solidtex_export.training.channels import COLOR
-from solidtex_export.verification.engine import Texture
+from solidtex_export.verification import engine
 from solidtex_export.whole_file import write_whole
 
 INTERRUPTED = 130
@@ -148,7 +148,7 @@ def solid_errors(name: str, model: Path, truth: Path) -> dict[str, dict[str, flo
     """Of the model's block, and of another block of the true solid, to the first true block."""
     solid = SOLIDS[name](0)
     first, second = np.load(truth)
-    with Texture(model) as texture:
+    with engine.open_model(model) as texture:
         values = texture.eval_box((0, 0, 0), (BLOCK,) * 3)
     found = {"model": phase(values, solid), "true": second}
     return {key: asdict(solid_error(block, first)) for key, block in found.items()}

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from solidtex_export.file_format import model_file
 from solidtex_export.generators.networks import Network
 from solidtex_export.verification import engine, reference
+
+if TYPE_CHECKING:
+    from solidtex import Texture
 
 BOUND = 5e-5
 """Largest difference allowed between engine and float64: docs/numerics.md."""
@@ -47,7 +51,7 @@ def differences(path: str | os.PathLike[str], network: Network | None = None) ->
     model = model_file.read(path)
     boxes, points, networks = [], [], [0.0]
     for index, seed in enumerate(SEEDS):  # each seed takes its share of the places
-        with engine.Texture(path, seed) as texture:
+        with engine.open_model(path, seed) as texture:
             for origin, size in BOXES[index :: len(SEEDS)]:
                 found = texture.eval_box(origin, size)
                 boxes.append(distance(found, reference.evaluate_box(model, origin, size, seed)))
@@ -64,7 +68,7 @@ def distance(found: np.ndarray, expected: np.ndarray) -> float:
 
 
 def _point_difference(
-    texture: engine.Texture,
+    texture: Texture,
     model: model_file.ModelFile,
     seed: int,
     origin: tuple[float, float, float],
