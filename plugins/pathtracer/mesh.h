@@ -1,21 +1,15 @@
-// Triangle meshes: loading through assimp, checks, repair.
+// Checks and repair of the renderer's meshes.
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
-#include <glm/glm.hpp>
 #include <string>
-#include <vector>
+
+#include "plugins/mesh/mesh.h"
 
 namespace solidtex::pathtracer {
 
-// normals and uvs are empty, or as long as positions.
-struct Mesh {
-  std::string file;
-  std::vector<glm::vec3> positions, normals;
-  std::vector<glm::vec2> uvs;
-  std::vector<glm::uvec3> triangles;
-};
+using mesh::load_mesh;
+using mesh::Mesh;
 
 // What repair_mesh found and did.
 struct MeshReport {
@@ -24,10 +18,6 @@ struct MeshReport {
   std::size_t component_count = 0, hole_count = 0;
   bool closed = false;
 };
-
-// Reads an OBJ or PLY file. Throws SceneError, naming the file, for a mesh that is missing, cannot
-// be read, is empty, has a vertex that is not finite or a face that refers to no vertex.
-Mesh load_mesh(const std::filesystem::path& file);
 
 // True when this build has CGAL; otherwise repair_mesh does nothing.
 bool can_repair_meshes();

@@ -12,7 +12,7 @@ namespace {
 std::string refusal(const std::filesystem::path& file) {
   try {
     pt::load_mesh(file);
-  } catch (const pt::SceneError& error) {
+  } catch (const solidtex::mesh::MeshError& error) {
     return error.what();
   }
   return "(accepted)";
