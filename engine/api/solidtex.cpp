@@ -222,20 +222,21 @@ const char* solidtex_path(const solidtex_texture* texture) {
 }
 
 solidtex_status solidtex_eval_points(const solidtex_texture* texture, const double* origin,
-                                     const float* points, size_t count, float* values) {
+                                     const float* points, size_t count, float* values,
+                                     float* gradients) {
   return guarded([&] {
     require(texture, "texture is null");
     if (count == 0) return;
     require(points, "points is null");
     require(values, "values is null");
     const double zero[3] = {0, 0, 0};
-    texture->texture.eval_points(origin ? origin : zero, points, count, values);
+    texture->texture.eval_points(origin ? origin : zero, points, count, {values, gradients});
   });
 }
 
 solidtex_status solidtex_eval_filtered(const solidtex_texture* texture, const double* origin,
                                        const float* points, const float* radii, size_t count,
-                                       float* values) {
+                                       float* values, float* gradients) {
   return guarded([&] {
     require(texture, "texture is null");
     if (count == 0) return;
@@ -243,13 +244,14 @@ solidtex_status solidtex_eval_filtered(const solidtex_texture* texture, const do
     require(radii, "radii is null");
     require(values, "values is null");
     const double zero[3] = {0, 0, 0};
-    texture->texture.eval_filtered(origin ? origin : zero, points, radii, count, values);
+    texture->texture.eval_filtered(origin ? origin : zero, points, radii, count,
+                                   {values, gradients});
   });
 }
 
 solidtex_status solidtex_eval_footprints(const solidtex_texture* texture, const double* origin,
                                          const float* points, const float* axes, size_t count,
-                                         float* values) {
+                                         float* values, float* gradients) {
   return guarded([&] {
     require(texture, "texture is null");
     if (count == 0) return;
@@ -257,7 +259,8 @@ solidtex_status solidtex_eval_footprints(const solidtex_texture* texture, const 
     require(axes, "axes is null");
     require(values, "values is null");
     const double zero[3] = {0, 0, 0};
-    texture->texture.eval_footprints(origin ? origin : zero, points, axes, count, values);
+    texture->texture.eval_footprints(origin ? origin : zero, points, axes, count,
+                                     {values, gradients});
   });
 }
 
@@ -284,7 +287,7 @@ solidtex_status solidtex_get_cache_stats(const solidtex_texture* texture,
     require(stats, "stats is null");
     require_size(stats->struct_size, sizeof(solidtex_cache_stats), "solidtex_cache_stats");
     const auto found = texture->texture.cache_stats();
-    *stats = {sizeof(solidtex_cache_stats), found.hit_count, found.miss_count, found.resident_bytes,
-              found.peak_bytes, found.brick_count};
+    *stats = {sizeof(solidtex_cache_stats), found.hit_count,  found.miss_count,
+              found.resident_bytes,         found.peak_bytes, found.brick_count};
   });
 }

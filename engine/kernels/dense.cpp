@@ -135,6 +135,20 @@ void DensePoint(const PointLayer& layer, const float* in, float* out) {
   }
 }
 
+void ActivateSlopes(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
+                    std::ptrdiff_t pitch, float* slopes) {
+  const Float d;
+  const Floats one = hn::Set(d, 1), slope = hn::Set(d, layer.slope), zero = hn::Zero(d);
+  for (int o = 0; o < layer.outputs; ++o, units += unit_pitch, slopes += 3 * pitch)
+    for (std::ptrdiff_t p = 0; p < pitch; p += FloatLanes()) {
+      const Floats factor = hn::IfThenElse(hn::Gt(hn::LoadU(d, units + p), zero), one, slope);
+      for (int axis = 0; axis < 3; ++axis) {
+        float* at = slopes + axis * pitch + p;
+        hn::StoreU(hn::Mul(hn::LoadU(d, at), factor), d, at);
+      }
+    }
+}
+
 #else
 
 void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
@@ -142,6 +156,10 @@ void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t 
 }
 void DensePoint(const PointLayer& layer, const float* in, float* out) {
   reference::dense_point(layer, in, out);
+}
+void ActivateSlopes(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
+                    std::ptrdiff_t pitch, float* slopes) {
+  reference::activate_slopes(layer, units, unit_pitch, pitch, slopes);
 }
 
 #endif
@@ -154,6 +172,7 @@ namespace solidtex::engine::kernels {
 
 HWY_EXPORT(Dense);
 HWY_EXPORT(DensePoint);
+HWY_EXPORT(ActivateSlopes);
 
 void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out) {
   HWY_DYNAMIC_DISPATCH(Dense)(layer, in, count, pitch, out);
@@ -161,6 +180,11 @@ void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t 
 
 void dense_point(const PointLayer& layer, const float* in, float* out) {
   HWY_DYNAMIC_DISPATCH(DensePoint)(layer, in, out);
+}
+
+void activate_slopes(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
+                     std::ptrdiff_t pitch, float* slopes) {
+  HWY_DYNAMIC_DISPATCH(ActivateSlopes)(layer, units, unit_pitch, pitch, slopes);
 }
 
 }  // namespace solidtex::engine::kernels

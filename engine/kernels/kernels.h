@@ -18,6 +18,9 @@ inline constexpr int kPointStep = 16;
 void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out);
 // One point, the same bits; writes layer.pitch values.
 void dense_point(const PointLayer& layer, const float* in, float* out);
+// In place; the pitches are multiples of kPointStep.
+void activate_slopes(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
+                     std::ptrdiff_t pitch, float* slopes);
 
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out);
 void leaky_relu(float slope, const ConstVolume& in, const Volume& out);

@@ -79,6 +79,13 @@ void dense_point(const PointLayer& layer, const float* in, float* out) {
   }
 }
 
+void activate_slopes(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
+                     std::ptrdiff_t pitch, float* slopes) {
+  for (int o = 0; o < layer.outputs; ++o, units += unit_pitch)
+    for (int axis = 0; axis < 3; ++axis, slopes += pitch)
+      for (std::ptrdiff_t p = 0; p < pitch; ++p) slopes[p] *= units[p] > 0 ? 1 : layer.slope;
+}
+
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out) {
   map(in, out, [&](int c, float v) { return std::fma(scale[c], v, shift[c]); });
 }

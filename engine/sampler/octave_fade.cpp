@@ -73,15 +73,18 @@ OctaveFade::OctaveFade(const OctaveBank& octaves) : octaves_(octaves.count) {
   }
 }
 
-void OctaveFade::apply(int octave, const PlanarSpreads& spreads, int count, float* values) const {
-  float sums[kOctaveBlock] = {};
+FadeDivisors OctaveFade::divisors(int octave, const PlanarSpreads& spreads) const {
+  FadeDivisors result;
+  auto& sums = result.divisor;
+  std::ranges::fill(sums, 0.0f);
   for (std::size_t i = 0; i < spreads.used_count; ++i) {
     const std::size_t k = spreads.used[i];
     const float rate = rates_[k][static_cast<std::size_t>(octave)];
     for (int p = 0; p < kOctaveBlock; ++p) sums[p] += rate * spreads.terms[k][p];
   }
   // Rounding alone takes a sum below zero.
-  for (int p = 0; p < count; ++p) values[p] /= 1 + std::max(sums[p], 0.0f);
+  for (float& sum : sums) sum = 1 + std::max(sum, 0.0f);
+  return result;
 }
 
 float OctaveFade::kept(const Spread& spread) const {

@@ -28,6 +28,14 @@ struct PlanarSpreads {
   alignas(64) float terms[Spread::kTerms][kOctaveBlock] = {};
 };
 
+// What the values of an octave, and their derivatives, are divided by at a block of points.
+struct FadeDivisors {
+  void apply(int count, float* values) const {
+    for (int p = 0; p < count; ++p) values[p] /= divisor[p];
+  }
+  float divisor[kOctaveBlock];
+};
+
 // An octave of transform T is divided by det(I + T S T'). For a cube of edge e whose axes are those
 // of the octave's lattice that is the product of 1 + (e |t|)^2 / 8, t the rows of T: less than one
 // cell hardly matters, several average out. With 1/4 instead of 1/8 averages over 2 and 4 texels of
@@ -36,8 +44,7 @@ class OctaveFade {
  public:
   explicit OctaveFade(const OctaveBank& octaves);
 
-  // Divides the values of an octave at `count` points. Writes nothing behind them.
-  void apply(int octave, const PlanarSpreads& spreads, int count, float* values) const;
+  FadeDivisors divisors(int octave, const PlanarSpreads& spreads) const;
 
   // The variance that is left of all octaves together, as if they weighed the same, in [0, 1].
   float kept(const Spread& spread) const;

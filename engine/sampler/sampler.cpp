@@ -3,6 +3,7 @@
 #include <hwy/aligned_allocator.h>
 
 #include <algorithm>
+#include <array>
 #include <new>
 
 #include "engine/kernels/kernels.h"
@@ -15,6 +16,14 @@ namespace {
 
 // Up to so many points are evaluated one by one: a block costs as much as four of them.
 constexpr std::size_t kFewPoints = 4;
+
+// What a layer does to the derivatives of its inputs, but for the activation.
+LinearLayer without_bias(const LinearLayer& layer) {
+  LinearLayer result = layer;
+  std::ranges::fill(result.bias, 0.0f);
+  result.slope = 1;
+  return result;
+}
 
 // From [channel][pitch] to [point][channel]; gives the end of what was written.
 float* interleave(const float* planar, int pitch, int count, int channels, float* values) {
@@ -76,16 +85,29 @@ struct Sampler::Lookup {
 };
 
 // Everything a block of points needs, planar. An activation buffer has the rows of a layer's input:
-// the previous layer's units, then its octaves.
+// the previous layer's units, then its octaves. Those of slopes have three derivatives in each row,
+// slope_pitch points wide.
 struct Sampler::BlockBuffers {
-  explicit BlockBuffers(std::size_t rows)
-      : storage(hwy::AllocateAligned<float>(2 * rows * kOctaveBlock)) {
+  BlockBuffers(std::size_t rows, std::size_t count, bool with_slopes)
+      : slope_pitch(with_slopes ? rounded_up(count) : 0),
+        storage(hwy::AllocateAligned<float>(2 * rows * (kOctaveBlock + 3 * slope_pitch))) {
     if (!storage) throw std::bad_alloc();
     current = storage.get();
     next = current + rows * kOctaveBlock;
+    slopes = next + rows * kOctaveBlock;
+    next_slopes = slopes + rows * 3 * slope_pitch;
   }
+  static std::size_t rounded_up(std::size_t count) {
+    constexpr std::size_t kStep = kernels::kPointStep;
+    return (std::min<std::size_t>(count, kOctaveBlock) + kStep - 1) / kStep * kStep;
+  }
+  std::array<float*, 3> slopes_of(int row) const {
+    float* first = slopes + static_cast<std::size_t>(row) * 3 * slope_pitch;
+    return {first, first + slope_pitch, first + 2 * slope_pitch};
+  }
+  std::size_t slope_pitch;
   hwy::AlignedFreeUniquePtr<float[]> storage;
-  float *current, *next;
+  float *current, *next, *slopes, *next_slopes;
   Lookup lookup;
   PlanarSpreads footprints;
 };
@@ -104,7 +126,10 @@ Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t se
                            l + 1 < hidden.size() ? octaves_per_layer_ : 0, model.slope));
   layers_.push_back(
       pack(model.output_weight, {}, model.output_bias.values, width_, 0, /*slope=*/1));
-  for (const LinearLayer& layer : layers_) point_layers_.emplace_back(layer);
+  for (const LinearLayer& layer : layers_) {
+    point_layers_.emplace_back(layer);
+    slope_layers_.push_back(without_bias(layer));
+  }
   if (precision == Precision::fast && MatrixNetwork::supported())
     fast_.emplace(std::span(layers_).first(hidden.size()));
 }
@@ -118,49 +143,76 @@ std::size_t Sampler::activation_rows() const {
 void Sampler::evaluate(const double* positions, std::size_t count, float* values) const {
   if (fast_) return evaluate_fast(positions, count, values);
   const std::size_t alone = count % kOctaveBlock <= kFewPoints ? count % kOctaveBlock : 0;
-  if (count > alone) {
-    BlockBuffers buffers(activation_rows());
-    for (std::size_t done = 0; done < count - alone; done += kOctaveBlock) {
-      const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
-      evaluate_block(positions + 3 * done, nullptr, block, buffers, values + done * channels());
-    }
-  }
+  if (count > alone) evaluate_faded(positions, nullptr, count - alone, values);
   for (std::size_t point = count - alone; point < count; ++point)
     evaluate_point(positions + 3 * point, values + point * channels());
 }
 
 void Sampler::evaluate_faded(const double* positions, const Spread* footprints, std::size_t count,
-                             float* values) const {
-  BlockBuffers buffers(activation_rows());
+                             float* values, float* gradients) const {
+  BlockBuffers buffers(activation_rows(), count, gradients != nullptr);
   for (std::size_t done = 0; done < count; done += kOctaveBlock) {
     const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
-    evaluate_block(positions + 3 * done, footprints + done, block, buffers,
-                   values + done * channels());
+    const std::size_t first = done * channels();
+    evaluate_block(positions + 3 * done, footprints ? footprints + done : nullptr, block, buffers,
+                   values + first, gradients ? gradients + 3 * first : nullptr);
   }
 }
 
 void Sampler::evaluate_block(const double* positions, const Spread* footprints, int count,
-                             BlockBuffers& buffers, float* values) const {
+                             BlockBuffers& buffers, float* values, float* gradients) const {
   buffers.lookup.positions.assign(positions, count);
   if (footprints) buffers.footprints.assign(footprints, count);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const LinearLayer& layer = layers_[l];
     const int inputs = l == 0 ? 0 : width_;
-    for (int t = inputs; t < layer.terms; ++t) {
+    for (int t = inputs; t < layers_[l].terms; ++t) {
       const int octave = static_cast<int>(l) * octaves_per_layer_ + (t - inputs);
       float* noise = buffers.current + t * kOctaveBlock;
-      octave_noise(octave, count, buffers.lookup, noise);
-      if (footprints) fade_.apply(octave, buffers.footprints, count, noise);
+      const std::array<float*, 3> slopes = buffers.slopes_of(t);
+      if (gradients) {
+        octave_slopes(octave, count, buffers.lookup, noise, slopes.data());
+      } else {
+        octave_noise(octave, count, buffers.lookup, noise);
+      }
+      if (!footprints) continue;
+      const FadeDivisors divisors = fade_.divisors(octave, buffers.footprints);
+      divisors.apply(count, noise);
+      if (gradients) std::ranges::for_each(slopes, [&](float* s) { divisors.apply(count, s); });
     }
-    kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
-    std::swap(buffers.current, buffers.next);
+    evaluate_layer(l, count, buffers);
   }
   interleave(buffers.current, kOctaveBlock, count, channels(), values);
+  if (gradients)
+    for (int p = 0; p < count; ++p)
+      for (int c = 0; c < channels(); ++c)
+        for (const float* slope : buffers.slopes_of(c)) *gradients++ = slope[p];
+}
+
+void Sampler::evaluate_layer(std::size_t l, int count, BlockBuffers& buffers) const {
+  const LinearLayer& layer = layers_[l];
+  kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
+  std::swap(buffers.current, buffers.next);
+  if (buffers.slope_pitch == 0) return;
+  const auto columns = static_cast<int>(3 * buffers.slope_pitch);
+  kernels::dense(slope_layers_[l], buffers.slopes, columns, columns, buffers.next_slopes);
+  std::swap(buffers.slopes, buffers.next_slopes);
+  kernels::activate_slopes(layer, buffers.current, kOctaveBlock,
+                           static_cast<std::ptrdiff_t>(buffers.slope_pitch), buffers.slopes);
 }
 
 void Sampler::octave_noise(int octave, int count, Lookup& lookup, float* values) const {
   find_octave_cells(octaves_.transform_of(octave).data(), lookup.positions, count, lookup.cells);
   solidtex_1::trilinear_normal(octaves_.key_of(octave), lookup.cells.view(), count, values);
+}
+
+void Sampler::octave_slopes(int octave, int count, Lookup& lookup, float* values,
+                            float* const* slopes) const {
+  const std::array<double, 9> transform = octaves_.transform_of(octave);
+  float entries[9];  // those of the file
+  std::ranges::transform(transform, entries, [](double e) { return static_cast<float>(e); });
+  find_octave_cells(transform.data(), lookup.positions, count, lookup.cells);
+  solidtex_1::trilinear_normal_slopes(octaves_.key_of(octave), lookup.cells.view(), entries, count,
+                                      values, slopes);
 }
 
 void Sampler::evaluate_fast(const double* positions, std::size_t count, float* values) const {

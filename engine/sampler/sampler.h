@@ -30,9 +30,11 @@ class Sampler {
   void evaluate(const double* positions, std::size_t count, float* values) const;
 
   // The same with octaves faded: each point has a footprint, and an octave counts the less the more
-  // of its cells that covers. In full precision. An empty one gives the bits of evaluate.
+  // of its cells that covers. An empty one, or null for none of any point, gives the bits of
+  // evaluate. Where asked for, also how values change with the position: count x channels x 3. All
+  // in full precision.
   void evaluate_faded(const double* positions, const Spread* footprints, std::size_t count,
-                      float* values) const;
+                      float* values, float* gradients = nullptr) const;
 
   // How much fading leaves of the octaves' variance: 1 of an empty footprint, 0 of a vast one.
   float kept(const Spread& footprint) const { return fade_.kept(footprint); }
@@ -42,9 +44,13 @@ class Sampler {
   struct BlockBuffers;
 
   void evaluate_block(const double* positions, const Spread* footprints, int count,
-                      BlockBuffers& buffers, float* values) const;
+                      BlockBuffers& buffers, float* values, float* gradients) const;
+  // One layer, and the same for the derivatives of its inputs.
+  void evaluate_layer(std::size_t layer, int count, BlockBuffers& buffers) const;
   void evaluate_fast(const double* positions, std::size_t count, float* values) const;
   void octave_noise(int octave, int count, Lookup& lookup, float* values) const;
+  void octave_slopes(int octave, int count, Lookup& lookup, float* values,
+                     float* const* slopes) const;
   void block_noise(const double* positions, int count, MatrixNetwork::Block& block) const;
   void evaluate_point(const double* position, float* values) const;
   void point_noise(const double* position, float* values) const;
@@ -56,8 +62,9 @@ class Sampler {
   // The hidden layers read [previous layer, octave noise]; layer 0 reads noise only, since its
   // constant input is part of its bias. The last one is the linear output.
   std::vector<LinearLayer> layers_;
-  std::vector<PointLayer> point_layers_;  // the same
-  std::optional<MatrixNetwork> fast_;     // the same, where fast precision is asked for and there
+  std::vector<PointLayer> point_layers_;   // the same
+  std::vector<LinearLayer> slope_layers_;  // the same without biases and activations
+  std::optional<MatrixNetwork> fast_;      // the same, where fast precision is asked for and there
 };
 
 }  // namespace solidtex::engine

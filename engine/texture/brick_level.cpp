@@ -48,10 +48,15 @@ template <class Batch>
 [[gnu::always_inline]] inline void look_up(const float* brick, const BrickGrid grid,
                                            const Batch& batch, std::span<const std::uint32_t> which,
                                            std::span<const PlacedPoint> points,
-                                           std::size_t channels, float* values) {
+                                           std::size_t channels, const Answers& answers) {
   for (const PlacedPoint& point : points) {
     interpolate(brick, grid, cells_of(batch, which[point.place], grid), channels,
-                values + point.place * channels);
+                answers.values + point.place * channels);
+  }
+  if (!answers.gradients) return;
+  for (const PlacedPoint& point : points) {
+    interpolate_slopes(brick, grid, cells_of(batch, which[point.place], grid), channels,
+                       answers.gradients + 3 * point.place * channels);
   }
 }
 
@@ -68,7 +73,7 @@ BrickLevel::BrickLevel(const Field& field, const LightChannels& light, BrickGrid
 
 template <class Batch>
 void BrickLevel::evaluate(const Batch& batch, std::span<const std::uint32_t> which,
-                          float* values) const {
+                          const Answers& answers) const {
   const std::vector<PlacedPoint> placed = sorted_by_brick(batch, which, grid_);
   const std::vector<std::size_t> starts = run_starts(placed);
   for_each_part(starts.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
@@ -76,17 +81,18 @@ void BrickLevel::evaluate(const Batch& batch, std::span<const std::uint32_t> whi
       const auto brick = cache_.get(placed[starts[run]].brick);
       const std::span points(&placed[starts[run]], starts[run + 1] - starts[run]);
       if (grid_.level == 0) {
-        look_up(brick.get(), BrickGrid{}, batch, which, points, channels_, values);
+        look_up(brick.get(), BrickGrid{}, batch, which, points, channels_, answers);
       } else {
-        look_up(brick.get(), grid_, batch, which, points, channels_, values);
+        look_up(brick.get(), grid_, batch, which, points, channels_, answers);
       }
     }
   });
 }
 
-template void BrickLevel::evaluate(const PointBatch&, std::span<const std::uint32_t>, float*) const;
+template void BrickLevel::evaluate(const PointBatch&, std::span<const std::uint32_t>,
+                                   const Answers&) const;
 template void BrickLevel::evaluate(const PositionBatch&, std::span<const std::uint32_t>,
-                                   float*) const;
+                                   const Answers&) const;
 
 void BrickLevel::build(const BrickKey& key, std::span<float> values) const {
   const Box box = grid_.box(key);

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/field/field.h"
+#include "engine/texture/answers.h"
 #include "engine/texture/brick_cache.h"
 #include "engine/texture/coordinates.h"
 #include "engine/texture/footprint.h"
@@ -23,9 +24,10 @@ class BrickLevel {
              std::uint64_t cache_limit_bytes);
 
   // The points `which` of a batch (PointBatch or PositionBatch), interpolated between voxels:
-  // values[i] belong to which[i].
+  // answer i belongs to which[i].
   template <class Batch>
-  void evaluate(const Batch& batch, std::span<const std::uint32_t> which, float* values) const;
+  void evaluate(const Batch& batch, std::span<const std::uint32_t> which,
+                const Answers& answers) const;
 
   CacheStats cache_stats() const { return cache_.stats(); }
 

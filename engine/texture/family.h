@@ -6,6 +6,7 @@
 #include "engine/field/box.h"
 #include "engine/field/field.h"
 #include "engine/sampler/sampler.h"
+#include "engine/texture/answers.h"
 #include "engine/texture/brick_cache.h"
 #include "engine/texture/coordinates.h"
 #include "engine/texture/footprint.h"
@@ -15,11 +16,13 @@ namespace solidtex::engine {
 class Family {
  public:
   virtual ~Family() = default;
-  virtual void eval_points(const PointBatch& batch, float* values) const = 0;
+  virtual void eval_points(const PointBatch& batch, const Answers& answers) const = 0;
   // The mean around each point, over cubes whose edge is twice the radius.
-  virtual void eval_filtered(const PointBatch& batch, const float* radii, float* values) const = 0;
+  virtual void eval_filtered(const PointBatch& batch, const float* radii,
+                             const Answers& answers) const = 0;
   // The same over parallelepipeds, nine numbers for each.
-  virtual void eval_footprints(const PointBatch& batch, const float* axes, float* values) const = 0;
+  virtual void eval_footprints(const PointBatch& batch, const float* axes,
+                               const Answers& answers) const = 0;
   virtual void eval_box(const Box& box, float* values) const = 0;
   virtual CacheStats cache_stats() const { return {}; }
 };

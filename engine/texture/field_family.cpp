@@ -61,26 +61,28 @@ class FieldFamily : public Family {
     }
   }
 
-  void eval_points(const PointBatch& batch, float* values) const override {
+  void eval_points(const PointBatch& batch, const Answers& answers) const override {
     for_each_chunk(batch, [&](const PointBatch& part, std::size_t begin) {
-      levels_[0]->evaluate(part, all_of(part), values + begin * channels_);
+      levels_[0]->evaluate(part, all_of(part), answers.from(begin * channels_));
     });
   }
 
-  void eval_filtered(const PointBatch& batch, const float* radii, float* values) const override {
+  void eval_filtered(const PointBatch& batch, const float* radii,
+                     const Answers& answers) const override {
     for_each_chunk(batch, [&](const PointBatch& part, std::size_t begin) {
-      filter(part, radii + begin, values + begin * channels_);
+      filter(part, radii + begin, answers.from(begin * channels_));
     });
   }
 
-  void eval_footprints(const PointBatch& batch, const float* axes, float* values) const override {
+  void eval_footprints(const PointBatch& batch, const float* axes,
+                       const Answers& answers) const override {
     const std::size_t step = kSortedPoints / kMostParts;
     for (std::size_t begin = 0; begin < batch.count; begin += step) {
       Lookups lookups;
       for (std::size_t p = begin; p < std::min(begin + step, batch.count); ++p)
         lookups.add({batch.coordinate(p, 0), batch.coordinate(p, 1), batch.coordinate(p, 2)},
                     Axes::of(axes + 9 * p));
-      average(lookups, values + begin * channels_);
+      average(lookups, answers.from(begin * channels_));
     }
   }
 
@@ -137,50 +139,56 @@ class FieldFamily : public Family {
   };
 
   // Each footprint's value is the mean of its parts'.
-  void average(const Lookups& lookups, float* values) const {
+  void average(const Lookups& lookups, Answers answers) const {
     const std::size_t count = lookups.radii.size();
-    std::vector<float> found(count * channels_);
-    look_up(PositionBatch{lookups.positions.data(), count}, lookups.radii.data(), found.data());
+    AnswerBuffer buffer(count * channels_, answers.gradients != nullptr);
+    const Answers found = buffer;
+    look_up(PositionBatch{lookups.positions.data(), count}, lookups.radii.data(), found);
     std::size_t part = 0;
     for (const int parts : lookups.counts) {
-      mean_of(&found[part * channels_], static_cast<std::size_t>(parts), channels_, values);
-      if (lookups.radii[part] > 0) light_.from_light(values, 1);
+      mean_of(found.from(part * channels_), static_cast<std::size_t>(parts), channels_, answers);
+      if (lookups.radii[part] > 0) light_.from_light(answers, 1);
       part += static_cast<std::size_t>(parts);
-      values += channels_;
+      answers = answers.from(channels_);
     }
   }
 
-  void filter(const PointBatch& batch, const float* radii, float* values) const {
-    look_up(batch, radii, values);
+  void filter(const PointBatch& batch, const float* radii, const Answers& answers) const {
+    look_up(batch, radii, answers);
     for (std::size_t point = 0; point < batch.count; ++point)
-      if (radii[point] > 0) light_.from_light(values + point * channels_, 1);
+      if (radii[point] > 0) light_.from_light(answers.from(point * channels_), 1);
   }
 
   // In light, but as stored where there is no footprint: those are the bits of a point. Every point
   // takes part of one or two levels, the finer first.
   template <class Batch>
-  void look_up(const Batch& batch, const float* radii, float* values) const {
-    std::fill_n(values, batch.count * channels_, 0.0f);
+  void look_up(const Batch& batch, const float* radii, const Answers& answers) const {
+    answers.for_both([&](auto member, std::size_t width) {
+      std::fill_n(answers.*member, width * batch.count * channels_, 0.0f);
+    });
     for (int level = 0; level < kLevels; ++level) {
       std::vector<std::uint32_t> which;
       for (std::uint32_t point = 0; point < batch.count; ++point)
         if (share_of(level, radii[point]) > 0) which.push_back(point);
-      std::vector<float> found(which.size() * channels_);
-      levels_[static_cast<std::size_t>(level)]->evaluate(batch, which, found.data());
+      AnswerBuffer buffer(which.size() * channels_, answers.gradients != nullptr);
+      const Answers found = buffer;
+      levels_[static_cast<std::size_t>(level)]->evaluate(batch, which, found);
       for (std::size_t i = 0; i < which.size(); ++i) {
         const bool is_encoded = level == 0 && radii[which[i]] > 0;
-        if (is_encoded) light_.to_light(&found[i * channels_], 1);
+        const Answers part = found.from(i * channels_), sum = answers.from(which[i] * channels_);
+        if (is_encoded) light_.to_light(part, 1);
         const float share = share_of(level, radii[which[i]]);
-        float* value = values + which[i] * channels_;
-        for (std::size_t c = 0; c < channels_; ++c)
-          value[c] = std::fma(share, found[i * channels_ + c], value[c]);
+        answers.for_both([&](auto member, std::size_t width) {
+          for (std::size_t c = 0; c < width * channels_; ++c)
+            (sum.*member)[c] = std::fma(share, (part.*member)[c], (sum.*member)[c]);
+        });
       }
     }
     for (std::size_t point = 0; point < batch.count; ++point) {
       const FootprintScale scale(kFinerEdge * radii[point]);
       if (scale.level < kLevels - 1) continue;
       const auto step = static_cast<std::size_t>(scale.level - (kLevels - 1));
-      fade(fade_steps(), step, scale.fraction, values + point * channels_);
+      fade(fade_steps(), step, scale.fraction, answers.from(point * channels_));
     }
   }
 

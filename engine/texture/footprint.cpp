@@ -12,6 +12,10 @@ double mean_of(const std::vector<float>& values, std::size_t channels, std::size
   return sum / static_cast<double>(values.size() / channels);
 }
 
+void scale(float* gradient, float factor) {
+  for (int axis = 0; axis < 3; ++axis) gradient[axis] *= factor;
+}
+
 }  // namespace
 
 LightChannels::LightChannels(const std::vector<std::string>& channels,
@@ -20,31 +24,47 @@ LightChannels::LightChannels(const std::vector<std::string>& channels,
     encoded_.push_back(color_space == "srgb" && name.starts_with("albedo."));
 }
 
-void LightChannels::to_light(float* values, std::size_t points) const {
-  for (std::size_t p = 0; p < points; ++p, values += count())
-    for (std::size_t c = 0; c < count(); ++c)
-      if (encoded_[c]) values[c] = values[c] > 0 ? values[c] * values[c] : 0;
+void LightChannels::to_light(const Answers& answers, std::size_t points) const {
+  for (std::size_t i = 0; i < points * count(); ++i) {
+    if (!encoded_[i % count()]) continue;
+    float& value = answers.values[i];
+    const float root = value > 0 ? value : 0;
+    value = root * root;
+    if (answers.gradients) scale(&answers.gradients[3 * i], 2 * root);
+  }
 }
 
-void LightChannels::from_light(float* values, std::size_t points) const {
-  for (std::size_t p = 0; p < points; ++p, values += count())
-    for (std::size_t c = 0; c < count(); ++c)
-      if (encoded_[c]) values[c] = values[c] > 0 ? std::sqrt(values[c]) : 0;
+void LightChannels::from_light(const Answers& answers, std::size_t points) const {
+  for (std::size_t i = 0; i < points * count(); ++i) {
+    if (!encoded_[i % count()]) continue;
+    float& value = answers.values[i];
+    value = value > 0 ? std::sqrt(value) : 0;
+    if (answers.gradients) scale(&answers.gradients[3 * i], value > 0 ? 0.5f / value : 0);
+  }
 }
 
-void mean_of(const float* values, std::size_t points, std::size_t channels, float* mean) {
-  std::copy_n(values, channels, mean);
-  for (std::size_t i = channels; i < points * channels; ++i) mean[i % channels] += values[i];
-  for (std::size_t c = 0; c < channels; ++c) mean[c] /= static_cast<float>(points);
+void mean_of(const Answers& parts, std::size_t points, std::size_t channels, const Answers& mean) {
+  parts.for_both([&](auto member, std::size_t width) {
+    const float* from = parts.*member;
+    float* to = mean.*member;
+    const std::size_t step = width * channels;
+    std::copy_n(from, step, to);
+    for (std::size_t p = 1; p < points; ++p)
+      for (std::size_t i = 0; i < step; ++i) to[i] += from[p * step + i];
+    for (std::size_t i = 0; i < step; ++i) to[i] /= static_cast<float>(points);
+  });
 }
 
-void fade(const std::vector<FadeStep>& steps, std::size_t finer, float fraction, float* values) {
+void fade(const std::vector<FadeStep>& steps, std::size_t finer, float fraction,
+          const Answers& answers) {
   const auto last = steps.size() - 1;
   const FadeStep &fine = steps[std::min(finer, last)], &coarse = steps[std::min(finer + 1, last)];
   const auto between = [fraction](float a, float b) { return std::fma(fraction, b - a, a); };
   for (std::size_t c = 0; c < fine.gain.size(); ++c) {
-    values[c] = std::fma(between(fine.gain[c], coarse.gain[c]), values[c],
-                         between(fine.offset[c], coarse.offset[c]));
+    const float gain = between(fine.gain[c], coarse.gain[c]);
+    float& value = answers.values[c];
+    value = std::fma(gain, value, between(fine.offset[c], coarse.offset[c]));
+    if (answers.gradients) scale(&answers.gradients[3 * c], gain);
   }
 }
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/texture/answers.h"
+
 namespace solidtex::engine {
 
 // Edges of 2^kCoarsest texels and more see nothing but the mean.
@@ -40,16 +42,17 @@ class LightChannels {
   LightChannels(const std::vector<std::string>& channels, const std::string& color_space);
 
   std::size_t count() const { return encoded_.size(); }
-  // From stored values to what can be averaged and back, [point][channel]; below zero becomes zero.
-  void to_light(float* values, std::size_t points) const;
-  void from_light(float* values, std::size_t points) const;
+  // From stored values to what can be averaged and back; below zero becomes zero, which does not
+  // change with the position.
+  void to_light(const Answers& answers, std::size_t points) const;
+  void from_light(const Answers& answers, std::size_t points) const;
 
  private:
   std::vector<bool> encoded_;
 };
 
 // The mean of some points' channels, in their order; that of one has its bits.
-void mean_of(const float* values, std::size_t points, std::size_t channels, float* mean);
+void mean_of(const Answers& parts, std::size_t points, std::size_t channels, const Answers& mean);
 
 // filtered = offset + gain * value, one of each per channel, for edges of one size.
 struct FadeStep {
@@ -57,7 +60,8 @@ struct FadeStep {
 };
 
 // Of one point's channels: linear between steps[finer] and the one after it, if there is one.
-void fade(const std::vector<FadeStep>& steps, std::size_t finer, float fraction, float* values);
+void fade(const std::vector<FadeStep>& steps, std::size_t finer, float fraction,
+          const Answers& answers);
 
 // The line that predicts true averages from values best, in the sense of least squares: sums in
 // double, in the order of the samples. values and truths are [sample][channel].

@@ -24,7 +24,7 @@ class SamplerFamily : public Family {
   SamplerFamily(Sampler sampler, LightChannels light)
       : sampler_(std::move(sampler)), light_(std::move(light)) {}
 
-  void eval_points(const PointBatch& batch, float* values) const override {
+  void eval_points(const PointBatch& batch, const Answers& answers) const override {
     // In whole blocks, so that only the last one of all is not full.
     const std::size_t blocks = (batch.count + kOctaveBlock - 1) / kOctaveBlock;
     for_each_part(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -35,19 +35,21 @@ class SamplerFamily : public Family {
         for (std::size_t i = 0; i < step; ++i)
           for (int axis = 0; axis < 3; ++axis)
             positions[3 * i + axis] = batch.coordinate(first + i, axis);
-        sampler_.evaluate(positions.data(), step, values + first * channels());
+        evaluate(positions.data(), step, answers.from(first * channels()));
       }
     });
   }
 
-  void eval_filtered(const PointBatch& batch, const float* radii, float* values) const override {
+  void eval_filtered(const PointBatch& batch, const float* radii,
+                     const Answers& answers) const override {
     filter(
-        batch, [&](std::size_t point) { return Axes::cube(radii[point]); }, values);
+        batch, [&](std::size_t point) { return Axes::cube(radii[point]); }, answers);
   }
 
-  void eval_footprints(const PointBatch& batch, const float* axes, float* values) const override {
+  void eval_footprints(const PointBatch& batch, const float* axes,
+                       const Answers& answers) const override {
     filter(
-        batch, [&](std::size_t point) { return Axes::of(axes + 9 * point); }, values);
+        batch, [&](std::size_t point) { return Axes::of(axes + 9 * point); }, answers);
   }
 
   void eval_box(const Box& box, float* values) const override {
@@ -60,6 +62,15 @@ class SamplerFamily : public Family {
   }
 
  private:
+  // Points without footprints.
+  void evaluate(const double* positions, std::size_t count, const Answers& answers) const {
+    if (answers.gradients) {
+      sampler_.evaluate_faded(positions, nullptr, count, answers.values, answers.gradients);
+    } else {
+      sampler_.evaluate(positions, count, answers.values);
+    }
+  }
+
   // Collects voxels until they are worth an evaluation.
   class VoxelBatch {
    public:
@@ -114,7 +125,7 @@ class SamplerFamily : public Family {
   }
 
   template <class AxesOf>
-  void filter(const PointBatch& batch, const AxesOf& axes_of, float* values) const {
+  void filter(const PointBatch& batch, const AxesOf& axes_of, const Answers& answers) const {
     // Apart, because points without a footprint are cheaper, and may be in fast precision.
     std::vector<std::size_t> plain, wide;
     for (std::size_t point = 0; point < batch.count; ++point)
@@ -123,10 +134,14 @@ class SamplerFamily : public Family {
       std::vector<double> positions;
       for (const std::size_t point : points)
         for (int axis = 0; axis < 3; ++axis) positions.push_back(batch.coordinate(point, axis));
-      std::vector<float> found(points.size() * channels());
-      sampler_.evaluate(positions.data(), points.size(), found.data());
-      for (std::size_t i = 0; i < points.size(); ++i)
-        std::copy_n(&found[i * channels()], channels(), values + points[i] * channels());
+      AnswerBuffer buffer(points.size() * channels(), answers.gradients != nullptr);
+      const Answers found = buffer;
+      evaluate(positions.data(), points.size(), found);
+      answers.for_both([&](auto member, std::size_t width) {
+        const std::size_t step = width * channels();
+        for (std::size_t i = 0; i < points.size(); ++i)
+          std::copy_n(found.*member + i * step, step, answers.*member + points[i] * step);
+      });
     });
     if (wide.empty()) return;
     filter_.prepare();
@@ -137,7 +152,7 @@ class SamplerFamily : public Family {
             {point,
              {batch.coordinate(point, 0), batch.coordinate(point, 1), batch.coordinate(point, 2)},
              axes_of(point)});
-      filter_.evaluate(footprints, values);
+      filter_.evaluate(footprints, answers);
     });
   }
 

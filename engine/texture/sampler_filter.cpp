@@ -17,8 +17,7 @@ struct SamplerFilter::PartList {
   std::vector<double> positions;
   std::vector<Spread> spreads;
   std::vector<float> radii;  // of the cubes whose corrections they take
-  std::vector<float> values;
-  std::vector<int> counts;  // per footprint
+  std::vector<int> counts;   // per footprint
 };
 
 void SamplerFilter::prepare() const {
@@ -43,30 +42,33 @@ void SamplerFilter::append_parts(const Axes& axes, const Axes::Axis& middle,
 }
 
 // In light.
-void SamplerFilter::evaluate(PartList& parts) const {
-  const std::size_t count = parts.radii.size(), channels = light_.count();
-  parts.values.resize(count * channels);
-  sampler_.evaluate_faded(parts.positions.data(), parts.spreads.data(), count, parts.values.data());
-  light_.to_light(parts.values.data(), count);
+void SamplerFilter::evaluate(const PartList& parts, const Answers& answers) const {
+  const std::size_t count = parts.radii.size();
+  sampler_.evaluate_faded(parts.positions.data(), parts.spreads.data(), count, answers.values,
+                          answers.gradients);
+  light_.to_light(answers, count);
   for (std::size_t i = 0; i < count; ++i) {
     const FootprintScale scale(parts.radii[i]);
     const auto step = static_cast<std::size_t>(scale.level + 1);
-    fade(measured_->steps, step, scale.fraction, &parts.values[i * channels]);
+    fade(measured_->steps, step, scale.fraction, answers.from(i * light_.count()));
   }
 }
 
-void SamplerFilter::evaluate(std::span<const PlacedFootprint> footprints, float* values) const {
+void SamplerFilter::evaluate(std::span<const PlacedFootprint> footprints,
+                             const Answers& answers) const {
   PartList parts;
   for (const PlacedFootprint& footprint : footprints)
     append_parts(footprint.axes, footprint.middle, parts);
-  evaluate(parts);
   const std::size_t channels = light_.count();
-  const float* part = parts.values.data();
+  AnswerBuffer buffer(parts.radii.size() * channels, answers.gradients != nullptr);
+  Answers part = buffer;
+  evaluate(parts, part);
   for (std::size_t i = 0; i < footprints.size(); ++i) {
-    float* mean = values + footprints[i].point * channels;
-    mean_of(part, static_cast<std::size_t>(parts.counts[i]), channels, mean);
+    const auto count = static_cast<std::size_t>(parts.counts[i]);
+    const Answers mean = answers.from(footprints[i].point * channels);
+    mean_of(part, count, channels, mean);
     light_.from_light(mean, 1);
-    part += static_cast<std::size_t>(parts.counts[i]) * channels;
+    part = part.from(count * channels);
   }
 }
 

@@ -30,10 +30,10 @@ class SamplerFilter {
   // Measures the material, once, in tenths of a second. Before the first evaluation.
   void prepare() const;
 
-  // values[point] of each footprint becomes the mean of its parts, each with octaves faded. Those
+  // The answer of each footprint's point becomes the mean of its parts, with octaves faded. Those
   // alone would shift the tones, since the network is not linear: what they give is corrected by
   // what was measured. None of them may be a point.
-  void evaluate(std::span<const PlacedFootprint> footprints, float* values) const;
+  void evaluate(std::span<const PlacedFootprint> footprints, const Answers& answers) const;
 
  private:
   struct Measured {
@@ -43,7 +43,7 @@ class SamplerFilter {
   struct PartList;
 
   void append_parts(const Axes& axes, const Axes::Axis& middle, PartList& parts) const;
-  void evaluate(PartList& parts) const;
+  void evaluate(const PartList& parts, const Answers& answers) const;
 
   const Sampler& sampler_;
   const LightChannels& light_;

@@ -47,29 +47,29 @@ std::uint64_t Texture::seed() const { return impl_->seed; }
 Precision Texture::precision() const { return impl_->precision; }
 
 void Texture::eval_points(const double origin[3], const float* points, std::size_t count,
-                          float* values) const {
+                          const Answers& answers) const {
   const DefaultFloatMode mode;
   const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
-  check_points(batch, impl_->channels());
-  impl_->family->eval_points(batch, values);
+  check_points(batch, impl_->channels() * (answers.gradients ? 3 : 1));
+  impl_->family->eval_points(batch, answers);
 }
 
 void Texture::eval_filtered(const double origin[3], const float* points, const float* radii,
-                            std::size_t count, float* values) const {
+                            std::size_t count, const Answers& answers) const {
   const DefaultFloatMode mode;
   const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
-  check_points(batch, impl_->channels());
+  check_points(batch, impl_->channels() * (answers.gradients ? 3 : 1));
   check_radii(radii, count);
-  impl_->family->eval_filtered(batch, radii, values);
+  impl_->family->eval_filtered(batch, radii, answers);
 }
 
 void Texture::eval_footprints(const double origin[3], const float* points, const float* axes,
-                              std::size_t count, float* values) const {
+                              std::size_t count, const Answers& answers) const {
   const DefaultFloatMode mode;
   const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
-  check_points(batch, impl_->channels());
+  check_points(batch, impl_->channels() * (answers.gradients ? 3 : 1));
   check_axes(axes, count);
-  impl_->family->eval_footprints(batch, axes, values);
+  impl_->family->eval_footprints(batch, axes, answers);
 }
 
 void Texture::eval_box(const std::int64_t origin[3], const std::int64_t size[3],

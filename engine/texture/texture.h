@@ -7,6 +7,7 @@
 
 #include "engine/model/model.h"
 #include "engine/sampler/sampler.h"
+#include "engine/texture/answers.h"
 #include "engine/texture/brick_cache.h"
 
 namespace solidtex::engine {
@@ -24,15 +25,15 @@ class Texture {
   std::uint64_t seed() const;
   Precision precision() const;
 
-  // Point p is origin + points[3p .. 3p+2]; values are count x channels.
+  // Point p is origin + points[3p .. 3p+2]; answers are count x channels.
   void eval_points(const double origin[3], const float* points, std::size_t count,
-                   float* values) const;
+                   const Answers& answers) const;
   // Means over cubes of twice the radius around each point.
   void eval_filtered(const double origin[3], const float* points, const float* radii,
-                     std::size_t count, float* values) const;
+                     std::size_t count, const Answers& answers) const;
   // Means over the parallelepipeds around each point whose half-edges are axes[9p .. 9p+8].
   void eval_footprints(const double origin[3], const float* points, const float* axes,
-                       std::size_t count, float* values) const;
+                       std::size_t count, const Answers& answers) const;
   // Voxels [origin, origin + size); values in [x][y][z][channel] order.
   void eval_box(const std::int64_t origin[3], const std::int64_t size[3], float* values) const;
 

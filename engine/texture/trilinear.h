@@ -69,4 +69,28 @@ inline void interpolate(const float* brick, const BrickGrid& grid,
   }
 }
 
+// How it changes with the position, [channel][3].
+inline void interpolate_slopes(const float* brick, const BrickGrid& grid,
+                               const std::array<AxisCell, 3>& cell, std::size_t channels,
+                               float* slopes) {
+  const auto voxels = static_cast<std::size_t>(grid.voxels());
+  const std::size_t step_z = channels, step_y = voxels * step_z, step_x = voxels * step_y;
+  const float* corner =
+      brick + cell[0].voxel * step_x + cell[1].voxel * step_y + cell[2].voxel * step_z;
+  const float x = cell[0].fraction, y = cell[1].fraction, z = cell[2].fraction;
+  const auto per_texel = static_cast<float>(grid.voxels_per_texel);
+  const auto rise = [&](const float* at) { return at[step_z] - at[0]; };
+  const auto along_z = [&](const float* at) { return lerp(z, at[0], at[step_z]); };
+  for (std::size_t channel = 0; channel < channels; ++channel, ++corner) {
+    const float* upper = corner + step_x;
+    const float low = along_z(corner), low_y = along_z(corner + step_y);
+    const float high = along_z(upper), high_y = along_z(upper + step_y);
+    const float low_rise = lerp(y, rise(corner), rise(corner + step_y));
+    const float high_rise = lerp(y, rise(upper), rise(upper + step_y));
+    *slopes++ = per_texel * (lerp(y, high, high_y) - lerp(y, low, low_y));
+    *slopes++ = per_texel * lerp(x, low_y - low, high_y - high);
+    *slopes++ = per_texel * lerp(x, low_rise, high_rise);
+  }
+}
+
 }  // namespace solidtex::engine

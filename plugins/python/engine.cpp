@@ -163,7 +163,7 @@ class Texture {
   // At most one of radii and axes.
   void eval_points(const Floats& points, const std::array<double, 3>& origin,
                    const std::optional<Floats>& radii, const std::optional<Floats>& axes,
-                   const AnyArray& out) const {
+                   const AnyArray& out, const std::optional<AnyArray>& gradients) const {
     const Handle texture = held();
     const std::size_t count = points.size() / 3, size = count * channel_count();
     require(points.size() % 3 == 0, "points: found no multiple of three numbers");
@@ -174,15 +174,17 @@ class Texture {
     require_apart(values, size, points, "points");
     if (radii) require_apart(values, size, *radii, "radii");
     if (axes) require_apart(values, size, *axes, "axes");
+    float* slopes = gradients ? target(*gradients, 3 * size) : nullptr;
     const float* places = points.data();
     const float* sizes = radii ? radii->data() : nullptr;
     const float* edges = axes ? axes->data() : nullptr;
     run([&] {
       const auto* opened = texture.get();
-      if (sizes) return solidtex_eval_filtered(opened, origin.data(), places, sizes, count, values);
+      const double* from = origin.data();
+      if (sizes) return solidtex_eval_filtered(opened, from, places, sizes, count, values, slopes);
       if (edges)
-        return solidtex_eval_footprints(opened, origin.data(), places, edges, count, values);
-      return solidtex_eval_points(opened, origin.data(), places, count, values);
+        return solidtex_eval_footprints(opened, from, places, edges, count, values, slopes);
+      return solidtex_eval_points(opened, from, places, count, values, slopes);
     });
   }
 
@@ -265,9 +267,10 @@ NB_MODULE(_engine, m) {
       .def_prop_ro("channels", &Texture::channels)
       .def("cache_stats", &Texture::cache_stats)
       .def("eval_points", &Texture::eval_points, "points"_a, "origin"_a, "radii"_a.none(),
-           "axes"_a.none(), "out"_a,
+           "axes"_a.none(), "out"_a, "gradients"_a.none() = nb::none(),
            nb::sig("def eval_points(self, points: object, origin: tuple[float, float, float], "
-                   "radii: object | None, axes: object | None, out: object) -> None"))
+                   "radii: object | None, axes: object | None, out: object, "
+                   "gradients: object | None = None) -> None"))
       .def("eval_box", &Texture::eval_box, "origin"_a, "size"_a, "out"_a,
            nb::sig("def eval_box(self, origin: tuple[int, int, int], size: tuple[int, int, int], "
                    "out: object) -> None"));

@@ -52,7 +52,8 @@ struct Opened {
     for (std::size_t i = 0; i < places.size(); ++i)
       places[i] = static_cast<float>((i * 7919) % 1009) * 0.37f;
     values = room(places.size() / 3);
-    return solidtex_eval_points(texture, nullptr, places.data(), places.size() / 3, values.data());
+    return solidtex_eval_points(texture, nullptr, places.data(), places.size() / 3, values.data(),
+                                nullptr);
   }
 };
 

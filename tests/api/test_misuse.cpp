@@ -53,19 +53,23 @@ TEST_CASE("misuse: null arguments are named", "[misuse]") {
   CHECK(refused(solidtex_open_memory(nullptr, 8, nullptr, &texture), "bytes is null"));
   texture = opened.texture;
   CHECK(refused(solidtex_open_memory("12345678", 8, nullptr, nullptr), "texture is null"));
-  CHECK(refused(solidtex_eval_points(nullptr, nullptr, point, 1, values), "texture is null"));
-  CHECK(refused(solidtex_eval_points(texture, nullptr, nullptr, 1, values), "points is null"));
-  CHECK(refused(solidtex_eval_points(texture, nullptr, point, 1, nullptr), "values is null"));
+  CHECK(refused(solidtex_eval_points(nullptr, nullptr, point, 1, values, nullptr),
+                "texture is null"));
+  CHECK(refused(solidtex_eval_points(texture, nullptr, nullptr, 1, values, nullptr),
+                "points is null"));
+  CHECK(refused(solidtex_eval_points(texture, nullptr, point, 1, nullptr, nullptr),
+                "values is null"));
   const float axes[9] = {1, 0, 0, 0, NAN, 0, 0, 0, 1};
   const auto footprints = [&](solidtex_texture* on, const float* at, const float* of, float* to) {
-    return solidtex_eval_footprints(on, nullptr, at, of, 1, to);
+    return solidtex_eval_footprints(on, nullptr, at, of, 1, to, nullptr);
   };
   CHECK(refused(footprints(nullptr, point, axes, values), "texture is null"));
   CHECK(refused(footprints(texture, nullptr, axes, values), "points is null"));
   CHECK(refused(footprints(texture, point, nullptr, values), "axes is null"));
   CHECK(refused(footprints(texture, point, axes, nullptr), "values is null"));
   CHECK(refused(footprints(texture, point, axes, values), "axis 1 of point 0: y is no number"));
-  CHECK(solidtex_eval_footprints(texture, nullptr, nullptr, nullptr, 0, nullptr) == SOLIDTEX_OK);
+  CHECK(solidtex_eval_footprints(texture, nullptr, nullptr, nullptr, 0, nullptr, nullptr) ==
+        SOLIDTEX_OK);
   CHECK(refused(solidtex_eval_box(nullptr, origin, size, values), "texture is null"));
   CHECK(refused(solidtex_eval_box(texture, nullptr, size, values), "origin is null"));
   CHECK(refused(solidtex_eval_box(texture, origin, nullptr, values), "size is null"));
@@ -131,7 +135,7 @@ TEST_CASE("misuse: an unknown precision", "[misuse]") {
 
 TEST_CASE("misuse: nothing to do is no error and touches nothing", "[misuse]") {
   const Opened opened(tiny_sampler_file());
-  CHECK(solidtex_eval_points(opened.texture, nullptr, nullptr, 0, nullptr) == SOLIDTEX_OK);
+  CHECK(solidtex_eval_points(opened.texture, nullptr, nullptr, 0, nullptr, nullptr) == SOLIDTEX_OK);
   const int64_t origin[3] = {1, 2, 3}, flat[3] = {4, 0, 4};
   CHECK(solidtex_eval_box(opened.texture, origin, flat, nullptr) == SOLIDTEX_OK);
 }
@@ -151,7 +155,7 @@ TEST_CASE("misuse: sizes and coordinates out of range", "[misuse]") {
     const auto point = [&](float x, float y, float z, double far = 0) {
       const float at[3] = {x, y, z};
       const double origin[3] = {0, 0, far};
-      return solidtex_eval_points(opened.texture, origin, at, 1, values);
+      return solidtex_eval_points(opened.texture, origin, at, 1, values, nullptr);
     };
     CHECK(refused(box({0, 0, 0}, {-1, 1, 1}), "size along x is -1"));
     CHECK(refused(box({0, 0, 0}, {INT64_MIN, 1, 1}), "size along x is -9223372036854775808"));
@@ -163,10 +167,11 @@ TEST_CASE("misuse: sizes and coordinates out of range", "[misuse]") {
     CHECK(refused(point(0, 0, 3e9f), "point 0: z is 3000000000"));
     CHECK(refused(point(0, 0, 5, 1e300), "z is 1.0000000000000001e+300"));
     const float one[3] = {};
-    CHECK(refused(solidtex_eval_points(opened.texture, nullptr, one, SIZE_MAX, values),
+    CHECK(refused(solidtex_eval_points(opened.texture, nullptr, one, SIZE_MAX, values, nullptr),
                   "count is 18446744073709551615"));
-    CHECK(refused(solidtex_eval_points(opened.texture, nullptr, one, SIZE_MAX / 12 + 1, values),
-                  "more points than memory can hold"));
+    CHECK(refused(
+        solidtex_eval_points(opened.texture, nullptr, one, SIZE_MAX / 12 + 1, values, nullptr),
+        "more points than memory can hold"));
   }
 }
 

@@ -141,6 +141,25 @@ def test_footprints_with_axes(texture: Texture) -> None:
     assert np.abs(np.square(along) - mean).mean() < 0.25 * np.sqrt(mean.var(axis=0)).mean() + 0.02
 
 
+def test_gradients_are_derivatives(texture: Texture) -> None:
+    # So short that most steps cross no edge, so long that rounding counts little.
+    points, step = places(40), 0.002
+    for footprint in ({}, {"radii": 1.5}, {"axes": np.diag([3, 1, 0.5])}):
+        values, gradients = texture.eval_gradients(points, ORIGIN, **footprint)
+        assert same_bits(values, texture.eval_points(points, ORIGIN, **footprint))
+        assert gradients.shape == (*values.shape, 3)
+        for axis in range(3):
+            move = step * np.eye(3)[axis]
+            ends = [
+                texture.eval_points(points, tuple(np.add(ORIGIN, sign * move)), **footprint)
+                for sign in (-1, 1)
+            ]
+            error = np.abs((ends[1] - ends[0]) / (2 * step) - gradients[..., axis])
+            assert np.median(error) < 0.005 * np.abs(gradients).max()
+    one, slope = texture.eval_gradients(points[7], ORIGIN, **footprint)
+    assert same_bits(one, values[7]) and same_bits(slope, gradients[7])
+
+
 def test_threads_share_a_texture(texture: Texture) -> None:
     points = [places(500)[i::4].copy() for i in range(4)]
     expected = [texture.eval_points(part) for part in points]

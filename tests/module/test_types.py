@@ -25,6 +25,8 @@ with Texture("granite-grey", seed=1, precision="fast") as texture:
     room: NDArray[np.float32] = np.zeros((1, 3), np.float32)
     assert_type(texture.eval_points(values, out=room), NDArray[np.float32])
     assert_type(texture.eval_box((0, 0, 0), (1, 2, 3)), NDArray[np.float32])
+    _, gradients = texture.eval_gradients(values, axes=np.eye(3))
+    assert_type(gradients, NDArray[np.float32])
     assert_type(texture.channels, tuple[str, ...])
     assert_type(texture.cache_stats().hits, int)
     assert_type(solidtex.target(), str)

@@ -161,6 +161,25 @@ TEST_CASE("dense is its reference bit for bit, in blocks and for one point", "[k
   }
 }
 
+TEST_CASE("activated slopes are their reference bit for bit", "[kernels]") {
+  constexpr std::ptrdiff_t unit_pitch = 64;
+  for (const auto& [outputs, pitch] :
+       std::vector<std::pair<int, int>>{{1, 16}, {7, 48}, {33, 32}}) {
+    const LinearLayer layer = random_layer(outputs, 1, 0.2f);
+    const Block units = random_block(box_of(1, 1, unit_pitch), outputs);
+    const Block start = random_block(box_of(1, 3, pitch), outputs);
+    const auto activated = [&](const auto& activate) {
+      const float* first = start.volume().data;
+      std::vector<float> slopes(first, first + std::ptrdiff_t{3} * pitch * outputs);
+      activate(layer, units.volume().data, unit_pitch, pitch, slopes.data());
+      return slopes;
+    };
+    const std::vector<float> expected = activated(reference::activate_slopes);
+    CHECK(expected[0] == start.volume().data[0] * (units.volume().data[0] > 0 ? 1 : 0.2f));
+    testing::on_every_target([&] { CHECK(activated(kernels::activate_slopes) == expected); });
+  }
+}
+
 namespace {
 
 using Map = void (*)(const ConstVolume&, const Volume&);

@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -154,6 +155,41 @@ TEST_CASE("lookups near each other are those one by one, on every target", "[noi
         });
       }
     }
+}
+
+TEST_CASE("slopes of lookups are those of the reference, on every target", "[noise]") {
+  constexpr int kPoints = 96;
+  constexpr float kTransform[9] = {0.5f, -0.25f, 0.1f, 0, 2, 0.3f, -1, 0.7f, 0.01f};
+  std::mt19937 random(9);
+  const StreamKey key = make_stream_key(5, 6, 0);
+  for (const std::uint32_t range : {3, 1000}) {  // near each other, and not
+    std::int32_t corner[3][kPoints];
+    float fraction[3][kPoints];
+    for (int axis = 0; axis < 3; ++axis)
+      for (int p = 0; p < kPoints; ++p) {
+        corner[axis][p] = static_cast<std::int32_t>(random() % range);
+        fraction[axis][p] = static_cast<float>(random() % 1025) / 1024;
+      }
+    const LatticeCells cells{{corner[0], corner[1], corner[2]},
+                             {fraction[0], fraction[1], fraction[2]}};
+    for (const std::size_t count : {1, 15, 16, 17, 48, 96}) {
+      std::vector<float> plain(count);
+      std::vector<std::vector<float>> expected(4, plain), found = expected;
+      const auto slopes_of = [](std::vector<std::vector<float>>& rows) {
+        return std::array<float*, 3>{rows[1].data(), rows[2].data(), rows[3].data()};
+      };
+      const auto number = static_cast<int>(count);
+      reference::trilinear_normal(key, cells, number, plain.data());
+      reference::trilinear_normal_slopes(key, cells, kTransform, number, expected[0].data(),
+                                         slopes_of(expected).data());
+      CHECK(same_bits(expected[0], plain));
+      testing::on_every_target([&] {
+        solidtex_1::trilinear_normal_slopes(key, cells, kTransform, number, found[0].data(),
+                                            slopes_of(found).data());
+        for (std::size_t row = 0; row < 4; ++row) CHECK(same_bits(found[row], expected[row]));
+      });
+    }
+  }
 }
 
 TEST_CASE("lookups in many streams are those in each, on every target", "[noise]") {

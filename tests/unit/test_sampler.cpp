@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <random>
 
@@ -27,6 +30,20 @@ std::vector<float> evaluate(const Sampler& sampler, const std::vector<double>& p
   std::vector<float> values(count * static_cast<std::size_t>(sampler.channels()));
   sampler.evaluate(positions.data(), count, values.data());
   return values;
+}
+
+struct Gradients {
+  std::vector<float> values, gradients;
+};
+
+Gradients gradients_of(const Sampler& sampler, const std::vector<double>& positions) {
+  const std::size_t count = positions.size() / 3;
+  Gradients found;
+  found.values.resize(count * static_cast<std::size_t>(sampler.channels()));
+  found.gradients.resize(3 * found.values.size());
+  sampler.evaluate_faded(positions.data(), nullptr, count, found.values.data(),
+                         found.gradients.data());
+  return found;
 }
 
 // Equation 2 of GramGAN in double, with nothing folded.
@@ -92,6 +109,68 @@ TEST_CASE("the sampler is equation 2 of GramGAN", "[sampler]") {
       for (std::size_t c = 0; c < channels; ++c)
         CHECK(values[p * channels + c] == Approx(expected[c]).margin(2e-5));
     }
+  }
+}
+
+TEST_CASE("gradients are the derivatives of equation 2", "[sampler]") {
+  constexpr double kStep = 1e-6;
+  std::vector<SamplerModel> models = odd_models();
+  for (const auto& entry : std::filesystem::directory_iterator(SOLIDTEX_MODELS)) {
+    if (entry.path().extension() != ".solidtex") continue;
+    Model file = read_model(entry.path());
+    if (auto* shipped = std::get_if<SamplerModel>(&file.architecture)) models.push_back(*shipped);
+  }
+  CHECK(models.size() > odd_models().size() + 2);
+  for (const SamplerModel& model : models) {
+    const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
+    const std::size_t count = model.width < 64 ? 100 : 20;
+    const std::vector<double> positions = random_positions(count, -20);
+    const Gradients found = gradients_of(sampler, positions);
+    CHECK(found.values == evaluate(sampler, positions));
+    const auto channels = static_cast<std::size_t>(sampler.channels());
+    float largest = 0;
+    // Rounding moves what is within 1e-7 or so of an activation's edge to its other side.
+    std::size_t wrong = 0;
+    for (std::size_t p = 0; p < count; ++p)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        std::array<double, 3> low, high;
+        std::copy_n(&positions[3 * p], 3, low.begin());
+        high = low;
+        low[axis] -= kStep, high[axis] += kStep;
+        const std::vector<double> before = by_definition(model, low.data());
+        const std::vector<double> after = by_definition(model, high.data());
+        for (std::size_t c = 0; c < channels; ++c) {
+          const float gradient = found.gradients[3 * (p * channels + c) + axis];
+          wrong += gradient != Approx((after[c] - before[c]) / (2 * kStep)).margin(2e-5);
+          largest = std::max(largest, std::fabs(gradient));
+        }
+      }
+    CAPTURE(model.width, wrong, count);
+    CHECK(wrong <= count / 20);
+    CHECK(largest > 0.05f);
+  }
+}
+
+TEST_CASE("a gradient's bits depend neither on its neighbours nor on the target", "[sampler]") {
+  const std::vector<double> positions = random_positions(150, 1e6);
+  for (const SamplerModel& model : odd_models()) {
+    const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
+    const auto channels = static_cast<std::size_t>(sampler.channels());
+    const Gradients together = gradients_of(sampler, positions);
+    testing::on_every_target([&] {
+      CHECK(gradients_of(sampler, positions).gradients == together.gradients);
+      for (const std::size_t first : {0, 1, 47, 101})
+        for (const std::size_t count : {1, 2, 17, 49}) {
+          const auto begin = positions.begin() + static_cast<std::ptrdiff_t>(3 * first);
+          const Gradients part =
+              gradients_of(sampler, {begin, begin + static_cast<std::ptrdiff_t>(3 * count)});
+          CAPTURE(first, count);
+          CHECK(std::equal(part.values.begin(), part.values.end(),
+                           &together.values[channels * first]));
+          CHECK(std::equal(part.gradients.begin(), part.gradients.end(),
+                           &together.gradients[3 * channels * first]));
+        }
+    });
   }
 }
 

@@ -119,10 +119,15 @@ SOLIDTEX_API const char* solidtex_path(const solidtex_texture* texture);
 /* Evaluates `count` points. Point p is origin + (points[3p], points[3p+1], points[3p+2]), added in
  * double precision; `origin` (3 doubles) may be NULL for zero. Writes count x channels floats, in
  * the file's own colour space, not clamped. The field family is reconstructed trilinearly between
- * voxel centres, through the brick cache. */
+ * voxel centres, through the brick cache.
+ * gradients: where not NULL, count x channels x 3 floats, how each value changes along x, y and z,
+ * in values a texel: the derivatives of what is returned, exact but for rounding. Values are
+ * continuous and smooth in cells; on the face between two cells it is the derivative of either.
+ * Full precision then computes the values, too. Three to four times the work of values alone in the
+ * sampler family, half as much again in the field family. */
 SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* texture,
                                                   const double* origin, const float* points,
-                                                  size_t count, float* values);
+                                                  size_t count, float* values, float* gradients);
 
 /* The same, filtered for a footprint: the mean of the texture over a cube around each point, whose
  * edge is twice the point's radius in texels, from 0 (the point itself, the bits of
@@ -131,11 +136,13 @@ SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* textur
  * aliasing; docs/filtering.md says how near it comes. Field family: from a pyramid of means in
  * bricks of their own, edges of more than 8 texels predicted from those of 8. Sampler family:
  * octaves fade that are finer than the footprint, in full precision. The first call with a
- * footprint measures the material, some tenths of a second. */
+ * footprint measures the material, some tenths of a second. Gradients, NULL for none, are those of
+ * the mean for a footprint that moves with its point and stays as large; albedo that is not above
+ * zero has none. */
 SOLIDTEX_API solidtex_status solidtex_eval_filtered(const solidtex_texture* texture,
                                                     const double* origin, const float* points,
-                                                    const float* radii, size_t count,
-                                                    float* values);
+                                                    const float* radii, size_t count, float* values,
+                                                    float* gradients);
 
 /* The same for footprints that are longer than wide, as a pixel's is on a surface seen at a slant:
  * the mean of the texture over the points point + u a + v b + w c, u, v and w uniform in [-1, 1].
@@ -151,7 +158,7 @@ SOLIDTEX_API solidtex_status solidtex_eval_filtered(const solidtex_texture* text
 SOLIDTEX_API solidtex_status solidtex_eval_footprints(const solidtex_texture* texture,
                                                       const double* origin, const float* points,
                                                       const float* axes, size_t count,
-                                                      float* values);
+                                                      float* values, float* gradients);
 
 /* Evaluates the voxels [origin, origin + size) at their centres: size[0] x size[1] x size[2] x
  * channels floats, index order [x][y][z][channel], the channel fastest. Large boxes are evaluated
@@ -177,8 +184,8 @@ typedef struct solidtex_cache_stats {
   uint64_t miss_count;     /* bricks computed */
   uint64_t resident_bytes; /* now held */
   uint64_t peak_bytes;     /* most ever held */
-  uint64_t brick_count;    /* different bricks computed: fewer than miss_count where the bound of the
-                              cache made it forget some that were needed again */
+  uint64_t brick_count; /* different bricks computed: fewer than miss_count where the bound of the
+                           cache made it forget some that were needed again */
 } solidtex_cache_stats;
 SOLIDTEX_API solidtex_status solidtex_get_cache_stats(const solidtex_texture* texture,
                                                       solidtex_cache_stats* stats);

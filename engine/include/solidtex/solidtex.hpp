@@ -72,40 +72,43 @@ class texture {
   std::string metadata_json() const { return text(solidtex_metadata_json(handle_.get())); }
   std::uint64_t parameter_count() const { return solidtex_parameter_count(handle_.get()); }
 
-  // points: n x 3 floats relative to origin. values: n x channel_count() floats.
+  // points: n x 3 floats relative to origin. values: n x channel_count() floats. gradients, where
+  // wanted: n x channel_count() x 3 floats, derivatives by x, y and z.
   void eval_points(const std::array<double, 3>& origin, std::span<const float> points,
-                   std::span<float> values) const {
+                   std::span<float> values, std::span<float> gradients = {}) const {
     const std::size_t count = points.size() / 3;
-    require(points.size() % 3 == 0 && values.size() == count * channel_count(),
-            "eval_points: points must hold n x 3 floats and values n x channels");
+    require(points.size() % 3 == 0, "eval_points: points must hold n x 3 floats");
+    require_answers(count, values, gradients);
     check([&] {
-      return solidtex_eval_points(handle_.get(), origin.data(), points.data(), count,
-                                  values.data());
+      return solidtex_eval_points(handle_.get(), origin.data(), points.data(), count, values.data(),
+                                  gradients.data());
     });
   }
 
   // The same, each averaged over a cube whose edge is twice its radius: n radii, 0 or more.
   void eval_filtered(const std::array<double, 3>& origin, std::span<const float> points,
-                     std::span<const float> radii, std::span<float> values) const {
+                     std::span<const float> radii, std::span<float> values,
+                     std::span<float> gradients = {}) const {
     const std::size_t count = radii.size();
-    require(points.size() == 3 * count && values.size() == count * channel_count(),
-            "eval_filtered: points must hold n x 3 floats, radii n and values n x channels");
+    require(points.size() == 3 * count, "eval_filtered: points must hold n x 3 floats and radii n");
+    require_answers(count, values, gradients);
     check([&] {
       return solidtex_eval_filtered(handle_.get(), origin.data(), points.data(), radii.data(),
-                                    count, values.data());
+                                    count, values.data(), gradients.data());
     });
   }
 
   // The same over parallelepipeds: n x 9 floats, three half-edges for each point.
   void eval_footprints(const std::array<double, 3>& origin, std::span<const float> points,
-                       std::span<const float> axes, std::span<float> values) const {
+                       std::span<const float> axes, std::span<float> values,
+                       std::span<float> gradients = {}) const {
     const std::size_t count = points.size() / 3;
-    require(points.size() == 3 * count && axes.size() == 9 * count &&
-                values.size() == count * channel_count(),
-            "eval_footprints: points must hold n x 3 floats, axes n x 9 and values n x channels");
+    require(points.size() == 3 * count && axes.size() == 9 * count,
+            "eval_footprints: points must hold n x 3 floats and axes n x 9");
+    require_answers(count, values, gradients);
     check([&] {
       return solidtex_eval_footprints(handle_.get(), origin.data(), points.data(), axes.data(),
-                                      count, values.data());
+                                      count, values.data(), gradients.data());
     });
   }
 
@@ -147,6 +150,14 @@ class texture {
 
   static void require(bool condition, const char* message) {
     if (!condition) throw error(SOLIDTEX_INVALID_ARGUMENT, message);
+  }
+
+  void require_answers(std::size_t count, std::span<float> values,
+                       std::span<float> gradients) const {
+    const std::size_t size = count * channel_count();
+    require(values.size() == size, "values must hold n x channels floats");
+    require(gradients.empty() || gradients.size() == 3 * size,
+            "gradients must hold n x channels x 3 floats");
   }
 
   template <class Call>

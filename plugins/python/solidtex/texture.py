@@ -190,17 +190,32 @@ class Texture:
         Returns out, or a new NumPy array: float32 [..., channel] in the file's color space, not
         clamped.
         """
-        places = _floats("points", points)
-        if places.ndim == 0 or places.shape[-1] != 3:
-            raise InvalidArgument(f"points: found shape {places.shape}, expected (..., 3)")
-        shape = places.shape[:-1]
-        if radii is not None and axes is not None:
-            raise InvalidArgument("radii, axes: found both, expected one of them")
-        sizes = None if radii is None else _footprints("radii", radii, shape, ())
-        edges = None if axes is None else _footprints("axes", axes, shape, (3, 3))
-        values = _target(out, (*shape, len(self.channels)))
-        self._engine.eval_points(places, _triple("origin", origin, float), sizes, edges, values)
+        query = _query(points, origin, radii, axes)
+        values = _target(out, (*query[0].shape[:-1], len(self.channels)))
+        self._engine.eval_points(*query, values)
         return values
+
+    def eval_gradients(
+        self,
+        points: ArrayLike | SupportsDLPack,
+        origin: Sequence[float] | NDArray[Any] = (0.0, 0.0, 0.0),
+        *,
+        radii: ArrayLike | SupportsDLPack | None = None,
+        axes: ArrayLike | SupportsDLPack | None = None,
+    ) -> tuple[Floats, Floats]:
+        """The values at origin + points, and how they change along x, y and z.
+
+        The arguments are those of eval_points. Everything is in full precision.
+
+        Returns two new arrays: float32 [..., channel], as eval_points returns them, and float32
+        [..., channel, 3], their exact derivatives by x, y and z, in values a texel. Values have
+        edges, where a derivative is that of one side.
+        """
+        query = _query(points, origin, radii, axes)
+        values = np.empty((*query[0].shape[:-1], len(self.channels)), np.float32)
+        gradients = np.empty((*values.shape, 3), np.float32)
+        self._engine.eval_points(*query, values, gradients)
+        return values, gradients
 
     @overload
     def eval_box(
@@ -295,6 +310,19 @@ def _floats(name: str, values: Any) -> Floats:
         return np.ascontiguousarray(values, dtype=np.float32).reshape(np.shape(values))
     except (TypeError, ValueError, BufferError, RuntimeError) as error:
         raise InvalidArgument(f"{name}: found {type(values).__name__}: {error}") from error
+
+
+def _query(points: Any, origin: Any, radii: Any, axes: Any) -> tuple[Floats, Any, Any, Any]:
+    """What the engine takes: places, their origin, and radii or axes or neither."""
+    places = _floats("points", points)
+    if places.ndim == 0 or places.shape[-1] != 3:
+        raise InvalidArgument(f"points: found shape {places.shape}, expected (..., 3)")
+    shape = places.shape[:-1]
+    if radii is not None and axes is not None:
+        raise InvalidArgument("radii, axes: found both, expected one of them")
+    sizes = None if radii is None else _footprints("radii", radii, shape, ())
+    edges = None if axes is None else _footprints("axes", axes, shape, (3, 3))
+    return places, _triple("origin", origin, float), sizes, edges
 
 
 def _footprints(name: str, found: Any, shape: tuple[int, ...], each: tuple[int, ...]) -> Floats:

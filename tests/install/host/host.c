@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
   if (channels == 0 || channels > MAX_CHANNELS) return 2;
   printf("solidtex %s, %s, %u channels\n", solidtex_version(), solidtex_name(texture),
          (unsigned)channels);
-  check(solidtex_eval_points(texture, origin, points, POINTS, values));
+  check(solidtex_eval_points(texture, origin, points, POINTS, values, NULL));
   print_values("point ", values, POINTS, channels);
   check(solidtex_eval_box(texture, corner, size, values));
   print_values("voxel ", values, (size_t)EDGE * EDGE * EDGE, channels);
