@@ -1,4 +1,4 @@
-// solidtex-bake: evaluates a box of voxels of a model and writes it to a file.
+// solidtex-bake: evaluates a box of voxels of a model, or it on a mesh, and writes it to a file.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "tools/bake/channel_groups.h"
+#include "tools/bake/mesh_job.h"
 #include "tools/bake/options.h"
 #include "tools/bake/output_file.h"
 #include "tools/bake/pieces.h"
@@ -34,7 +35,11 @@ void check_targets(const BakeOptions& options) {
       throw std::runtime_error(path.string() + ": a folder that holds files is never replaced");
     }
   }
-  if (!options.output.empty()) output_kind(options.output, options.slices);
+  if (!options.mesh.empty()) {
+    check_mesh_options(options);
+  } else if (!options.output.empty()) {
+    output_kind(options.output, options.slices);
+  }
   if (!options.preview.empty() && options.preview.extension() != ".png") {
     throw std::runtime_error("--preview " + options.preview.string() +
                              ": expected a name that ends in .png");
@@ -64,6 +69,12 @@ void bake(const BakeOptions& options, const Volume& volume, AtomicFile& file) {
   for_each_piece(volume, largest, progress, [&](const Piece& piece) { sink->take(piece); });
   sink->finish();
   progress.finish();
+  file.commit();
+  std::cout << options.output.string() << std::endl;
+}
+
+void bake_on_mesh(const BakeOptions& options, const Volume& volume, AtomicFile& file) {
+  bake_mesh(options, volume.texture, file.temporary_path());
   file.commit();
   std::cout << options.output.string() << std::endl;
 }
@@ -99,7 +110,10 @@ void run(const BakeOptions& options) {
   if (!options.output.empty()) output_file.emplace(options.output);
   if (!options.preview.empty()) preview_file.emplace(options.preview);
   tbb::task_arena(threads).execute([&] {
-    if (output_file) by_final_name(*output_file, [&] { bake(options, volume, *output_file); });
+    if (output_file)
+      by_final_name(*output_file, [&] {
+        (options.mesh.empty() ? bake : bake_on_mesh)(options, volume, *output_file);
+      });
     if (preview_file)
       by_final_name(*preview_file, [&] { preview(options, volume, *preview_file); });
   });
@@ -108,7 +122,8 @@ void run(const BakeOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Bakes a box of a solid texture into voxels.", "solidtex-bake");
+  CLI::App app("Bakes a solid texture: a box of it into voxels, or what a mesh shows of it.",
+               "solidtex-bake");
   BakeOptions options;
   add_options(app, options);
   return run_tool(app, argc, argv, [&] { run(options); });

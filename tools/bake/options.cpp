@@ -65,13 +65,45 @@ std::uint64_t parse_seed(const std::string& text) {
 
 constexpr char examples[] =
     "OUT ends in .npy (float32, [x][y][z][channel], values as the model has them, not clamped)\n"
-    "or .vdb, or is a new folder with --slices.\n"
+    "or .vdb, or is a new folder with --slices; with --mesh .ply or .exr.\n"
     "Examples:\n"
     "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
     "  solidtex-bake mine.solidtex --size 512,512,64 --origin -100,0,7 --seed 3 -o mine.vdb\n"
     "  solidtex-bake rust-red --size 128 --slices png -o rust-slices\n"
     "  solidtex-bake rust-red --preview rust.png\n"
+    "  solidtex-bake marble --mesh bust.obj --to uv --size 4096 -o bust.exr\n"
+    "  solidtex-bake marble --mesh bust.obj --to vertex-color -o bust.ply\n"
     "  solidtex-bake mine.solidtex --show roughness --preview roughness.png";
+
+void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) {
+  auto* mesh =
+      app.add_option("--mesh", options.mesh, "Bake the surface of an OBJ or PLY file, not a box")
+          ->type_name("FILE")
+          ->needs(output);
+  auto* to = app.add_option("--to", options.to,
+                            "What of the mesh: colours of its vertices as .ply, or the picture of "
+                            "its UV atlas as .exr")
+                 ->check(CLI::IsMember({"vertex-color", "uv"}))
+                 ->type_name("vertex-color|uv")
+                 ->needs(mesh);
+  mesh->needs(to);
+  app.add_option("--texels-per-unit", options.texels_per_unit,
+                 "Of the mesh's units (default: 512 along the longest side of its box)")
+      ->check(CLI::Range(1e-9, 1e9))
+      ->type_name("N")
+      ->needs(mesh);
+  app.add_option("--color-type", options.color_type,
+                 "Of vertices: uchar is sRGB-encoded, float is light (default uchar)")
+      ->check(CLI::IsMember({"uchar", "float"}))
+      ->type_name("uchar|float")
+      ->needs(mesh);
+  app.add_option("--margin", options.margin,
+                 "Texels by which an atlas goes on beyond its edges (default 8)")
+      ->check(CLI::Range(0, 64))
+      ->type_name("N")
+      ->needs(mesh);
+  for (const char* name : {"--slices", "--block"}) mesh->excludes(app.get_option(name));
+}
 
 }  // namespace
 
@@ -80,12 +112,16 @@ void add_options(CLI::App& app, BakeOptions& options) {
   app.add_option("MODEL", options.model, "Path of a .solidtex file, or name of a shipped model")
       ->capture_default_str();
   app.add_option_function<std::string>(
-         "--size", [&](const std::string& text) { options.size = parse_size(text); },
-         "Voxels along each axis (default 128)")
+         "--size",
+         [&](const std::string& text) {
+           options.size = parse_size(text);
+           options.has_size = true;
+         },
+         "Voxels along each axis (default 128), or texels along the edges of an atlas (1024)")
       ->type_name("N|X,Y,Z");
   app.add_option_function<std::string>(
          "--origin", [&](const std::string& text) { options.origin = parse_origin(text); },
-         "First voxel (default 0,0,0)")
+         "First voxel (default 0,0,0); with --mesh, where its origin lies")
       ->type_name("X,Y,Z");
   app.add_option_function<std::string>(
          "--seed", [&](const std::string& text) { options.seed = parse_seed(text); },
@@ -103,6 +139,7 @@ void add_options(CLI::App& app, BakeOptions& options) {
       ->check(CLI::IsMember({"png", "exr"}))
       ->type_name("png|exr")
       ->needs(output);
+  add_mesh_options(app, options, output);
   app.add_option("--preview", options.preview,
                  "Picture of a cube cut open, three slices along the axes and one at 45 degrees")
       ->type_name("FILE.png");

@@ -13,6 +13,7 @@ namespace solidtex::tools {
 struct BakeOptions {
   std::string model = "granite-grey";
   Index3 size{128, 128, 128};
+  bool has_size = false;  // given by the user
   Index3 origin{0, 0, 0};
   std::uint64_t seed = 0;
   solidtex_precision precision = SOLIDTEX_PRECISION_FULL;
@@ -20,6 +21,10 @@ struct BakeOptions {
   int threads = 0;         // 0: all
   std::filesystem::path output, preview;
   std::string slices, show;
+  std::filesystem::path mesh;  // empty: a box of voxels
+  std::string to, color_type = "uchar";
+  double texels_per_unit = 0;  // 0: as the mesh's size suggests
+  int margin = 8;
   bool force = false;
 };
 

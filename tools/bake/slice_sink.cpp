@@ -1,33 +1,12 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "tools/bake/channel_groups.h"
-#include "tools/bake/image.h"
+#include "tools/bake/encoding.h"
 #include "tools/bake/sink.h"
 #include "tools/common/cli.h"
 
 namespace solidtex::tools {
 namespace {
-
-float png_value(float value, Encoding encoding) {
-  return encoding == Encoding::linear ? linear_to_srgb(value) : value;
-}
-
-float exr_value(float value, Encoding encoding) {
-  return encoding == Encoding::srgb ? srgb_to_linear(value) : value;
-}
-
-std::vector<std::string> exr_names(const Volume& volume, const std::vector<ChannelGroup>& groups) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < volume.channels(); ++i) {
-    names.push_back(volume.texture.channel_name(i));
-  }
-  for (const ChannelGroup& group : groups) {
-    if (group.name != "albedo") continue;  // the image's colour, by the names viewers look for
-    for (std::size_t i = 0; i < 3; ++i) names[group.channels[i]] = std::string(1, "RGB"[i]);
-  }
-  return names;
-}
 
 constexpr std::int64_t brick = 16, max_slab_bytes = 192 << 20;
 
@@ -49,7 +28,8 @@ class SliceSink : public Sink {
         depth_(slab_depth(volume)),
         digits_(std::max<int>(4, static_cast<int>(std::to_string(volume.size[2] - 1).size()))),
         groups_(channel_groups(volume.texture)),
-        exr_names_(exr_names(volume, groups_)) {
+        encodings_(channel_encodings(volume.texture)),
+        exr_names_(exr_names(volume.texture)) {
     std::filesystem::create_directory(folder_);
   }
 
@@ -127,17 +107,13 @@ class SliceSink : public Sink {
 
   Image png_image(std::int64_t z, const ChannelGroup& group) const {
     return image_of(z, group.channels.size(), [&](const float* voxel, std::size_t i) {
-      return png_value(voxel[group.channels[i]], group.encoding);
+      return display_value(voxel[group.channels[i]], group.encoding);
     });
   }
 
   Image exr_image(std::int64_t z) const {
-    std::vector<Encoding> encodings(channels_);
-    for (const ChannelGroup& group : groups_) {
-      for (const std::size_t channel : group.channels) encodings[channel] = group.encoding;
-    }
     return image_of(z, channels_, [&](const float* voxel, std::size_t i) {
-      return exr_value(voxel[i], encodings[i]);
+      return light_value(voxel[i], encodings_[i]);
     });
   }
 
@@ -148,6 +124,7 @@ class SliceSink : public Sink {
   std::int64_t depth_;
   int digits_;
   std::vector<ChannelGroup> groups_;
+  std::vector<Encoding> encodings_;
   std::vector<std::string> exr_names_;
   Slab slab_;
   std::size_t missing_ = 0;  // voxels of the slab that have not come yet

@@ -1,0 +1,209 @@
+"""solidtex-bake on meshes: colours of vertices, and the picture of a UV atlas."""
+
+import os
+import resource
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from meshes import cube_obj, cube_surface, read_ply
+
+import solidtex
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+BAKE = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bake"
+MODEL = "granite-grey-sampler"
+VASE = REPOSITORY / "scenes" / "meshes" / "vase.ply"
+SCALE, ORIGIN = 20.0, (7, -3, 1000)
+PLACED = ("--texels-per-unit", SCALE, "--origin", ",".join(map(str, ORIGIN)), "--seed", "4")
+SIZE, MARGIN = 96, 3
+
+
+def bake(*arguments: object, model: str = MODEL, **options) -> subprocess.CompletedProcess[str]:
+    command = [str(BAKE), model, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+
+def baked(*arguments: object, model: str = MODEL) -> str:
+    result = bake(*arguments, model=model)
+    assert result.returncode == 0, result.stderr
+    return result.stderr
+
+
+def light(encoded: np.ndarray) -> np.ndarray:
+    encoded = encoded.astype(np.float64)
+    return np.where(encoded > 0.04045, ((encoded + 0.055) / 1.055) ** 2.4, encoded / 12.92)
+
+
+def positions(vertices: np.ndarray) -> np.ndarray:
+    return np.stack([vertices[name] for name in "xyz"], axis=-1)
+
+
+def radii_of(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Half of the mean length of the edges at each vertex."""
+    sums, counts = np.zeros(len(points)), np.zeros(len(points))
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        ends = triangles[:, [a, b]]
+        lengths = np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1)
+        for end in ends.T:
+            np.add.at(sums, end, lengths)
+            np.add.at(counts, end, 1)
+    return sums / np.maximum(2 * counts, 1)
+
+
+def test_vertices_have_the_means_of_their_surroundings(tmp_path: Path) -> None:
+    out = tmp_path / "vase.ply"
+    baked("--mesh", VASE, "--to", "vertex-color", "-o", out, *PLACED)
+    (before, faces), (after, same_faces) = read_ply(VASE), read_ply(out)
+    assert after.dtype.names == (*before.dtype.names, "red", "green", "blue")
+    assert all((after[name] == before[name]).all() for name in before.dtype.names)
+    assert (same_faces == faces).all()
+    points, radii = SCALE * positions(before).astype(np.float64), radii_of(positions(before), faces)
+    texture = solidtex.Texture(MODEL, seed=4)
+    values = texture.eval_points(points, ORIGIN, radii=SCALE * radii)
+    colors = np.stack([after[name] for name in ("red", "green", "blue")], axis=-1)
+    assert np.abs(colors - 255 * values.clip(0, 1)).max() < 0.6 and colors.std() > 5
+
+
+def test_floats_are_light_and_other_channels_go_along(tmp_path: Path) -> None:
+    cube, out = cube_obj(tmp_path / "cube.obj"), tmp_path / "cube.ply"
+    arguments = ("--mesh", cube, "--to", "vertex-color", "--color-type", "float", "-o", out)
+    said = baked(*arguments, model="paint-rusted")
+    assert "--texels-per-unit 256" in said  # 512 texels for two units
+    vertices, faces = read_ply(out)
+    names = ("x", "y", "z", "s", "t", "red", "green", "blue", "roughness", "height")
+    assert vertices.dtype.names == names and len(vertices) == 24 and len(faces) == 12
+    radii = 256 * radii_of(positions(vertices), faces)
+    texture = solidtex.Texture("paint-rusted")
+    values = texture.eval_points(256 * positions(vertices), radii=radii)
+    values[:, :3] = light(values[:, :3])
+    assert np.allclose(np.stack([vertices[n] for n in names[5:]], axis=-1), values, atol=1e-5)
+
+
+def texel_centres() -> np.ndarray:
+    """(u, v) of each texel [y, x, 2]."""
+    steps = (np.arange(SIZE) + 0.5) / SIZE
+    u, v = np.meshgrid(steps, 1 - steps)
+    return np.stack([u, v], axis=-1)
+
+
+@pytest.fixture(scope="module")
+def atlas(tmp_path_factory: pytest.TempPathFactory) -> np.ndarray:
+    folder = tmp_path_factory.mktemp("atlas")
+    cube, out = cube_obj(folder / "cube.obj"), folder / "cube.exr"
+    arguments = ("--mesh", cube, "--to", "uv", "--size", SIZE, "--margin", MARGIN)
+    said = baked(*arguments, "-o", out, *PLACED)
+    assert "more than one triangle" not in said
+    again = folder / "again.exr"
+    baked(*arguments, "-o", again, *PLACED, "--threads", 1)
+    assert out.read_bytes() == again.read_bytes()
+    image = oiio.ImageBuf(str(out))
+    assert image.spec().channelnames == ("R", "G", "B") and image.spec().format == "float"
+    return image.get_pixels(oiio.FLOAT)
+
+
+def test_texels_are_means_over_what_they_cover(atlas: np.ndarray) -> None:
+    inside, points, slopes = cube_surface(texel_centres())
+    axes = np.zeros((inside.sum(), 3, 3))
+    axes[:, :2] = slopes[inside] * SCALE / SIZE / 2
+    texture = solidtex.Texture(MODEL, seed=4)
+    values = texture.eval_points(SCALE * points[inside], ORIGIN, axes=axes)
+    assert inside.mean() > 0.5 and values.std() > 0.01
+    assert np.abs(atlas[inside] - light(values)).max() < 2e-5
+
+
+def test_edges_go_on_for_the_margin(atlas: np.ndarray) -> None:
+    inside, _, _ = cube_surface(texel_centres())
+    places = np.argwhere(inside)
+    near, far = 0, 0
+    for y, x in np.argwhere(~inside):
+        squares = np.square(places - (y, x)).sum(axis=1)
+        if squares.min() > MARGIN**2:
+            assert not atlas[y, x].any()
+            far += 1
+            continue
+        candidates = places[squares == squares.min()]
+        assert any((atlas[y, x] == atlas[tuple(place)]).all() for place in candidates)
+        near += 1
+    assert near > 1000 and far > 50
+
+
+def test_parts_that_share_a_place_are_told(tmp_path: Path) -> None:
+    cube = cube_obj(tmp_path / "cube.obj")
+    cube.write_text(cube.read_text() + "v 0 0 5\nv 1 0 5\nv 0 1 5\nf -3/1 -2/2 -1/3\n")
+    said = baked("--mesh", cube, "--to", "uv", "--size", 64, "-o", tmp_path / "a.exr")
+    assert "texels lie in more than one triangle" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["--mesh", VASE, "--to", "uv", "-o", "a.exr"], 1, "found no texture coordinates"),
+        (["--mesh", "wide.obj", "--to", "uv", "-o", "a.exr"], 1, "coordinates (2.5"),
+        (["--mesh", "flat.obj", "--to", "uv", "-o", "a.exr"], 1, "without any area"),
+        (["--mesh", "point.obj", "--to", "vertex-color", "-o", "a.ply"], 1, "all vertices at one"),
+        (["--mesh", "none.obj", "--to", "uv", "-o", "a.exr"], 1, "none.obj: found no such file"),
+        (["--mesh", "a.stl", "--to", "uv", "-o", "a.exr"], 1, "found no such file"),
+        (["--mesh", VASE, "--to", "uv", "-o", "a.png"], 1, "-o a.png: expected a name that ends"),
+        (["--mesh", VASE, "--to", "vertex-color", "-o", "a.exr"], 1, "ends in .ply"),
+        (["--mesh", VASE, "--to", "vertex-color", "--size", 4, "-o", "a.ply"], 1, "--size: found"),
+        (["--mesh", VASE, "--to", "uv", "--size", "4,4,5", "-o", "a.exr"], 1, "--size 4,4,5"),
+        (["--mesh", VASE, "--to", "uv", "--size", 99999, "-o", "a.exr"], 1, "up to 16384"),
+        (["--mesh", VASE, "--to", "colour", "-o", "a.exr"], 2, "--to"),
+        (["--mesh", VASE, "-o", "a.exr"], 2, "requires --to"),
+        (["--to", "uv", "-o", "a.exr"], 2, "requires --mesh"),
+        (["--margin", 4, "-o", "a.npy"], 2, "requires --mesh"),
+        (["--mesh", VASE, "--to", "uv", "-o", "a.exr", "--texels-per-unit", 0], 2, "--texels-per"),
+        (["--mesh", VASE, "--to", "uv", "-o", "there.exr"], 1, "exists already"),
+    ],
+)
+def test_refusals(tmp_path: Path, arguments: list, code: int, message: str) -> None:
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+    face = "f 1/1 2/2 3/3\n"
+    (tmp_path / "wide.obj").write_text(corners + "vt 0 0\nvt 2.5 0\nvt 0 1\n" + face)
+    (tmp_path / "flat.obj").write_text(corners + "vt 0 0\nvt 0.5 0.5\nvt 1 1\n" + face)
+    (tmp_path / "point.obj").write_text("v 0 0 0\n" * 3 + "f 1 2 3\n")
+    (tmp_path / "there.exr").write_text("old")
+    before = sorted(os.listdir(tmp_path))
+    result = bake(*arguments, cwd=tmp_path)
+    assert result.returncode == code and message in result.stderr + result.stdout
+    assert sorted(os.listdir(tmp_path)) == before
+    assert (tmp_path / "there.exr").read_text() == "old"
+
+
+JOBS = [
+    ["--mesh", VASE, "--to", "vertex-color", "--texels-per-unit", 600, "-o", "a.ply"],
+    ["--mesh", "cube.obj", "--to", "uv", "--size", 8192, "-o", "a.exr"],
+]
+
+
+@pytest.mark.parametrize("job", JOBS, ids=["vertices", "atlas"])
+def test_interruption_leaves_nothing(tmp_path: Path, job: list) -> None:
+    cube_obj(tmp_path / "cube.obj")
+    command = [str(BAKE), "granite-grey", "--threads", "1", *map(str, job)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as process:
+        time.sleep(2)
+        assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+        assert "interrupted" in process.stderr.read()
+    assert os.listdir(tmp_path) == ["cube.obj"]
+
+
+@pytest.mark.parametrize("name", ["a.ply", "a.exr"])
+def test_a_write_that_fails_is_reported(tmp_path: Path, name: str) -> None:
+    def limit_files() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+
+    mesh = cube_obj(tmp_path / "cube.obj")
+    more = ["uv", "--size", 64] if name == "a.exr" else ["vertex-color"]
+    arguments = ["--mesh", mesh, "--to", *more, "-o", tmp_path / name]
+    result = bake(*arguments, preexec_fn=limit_files, restore_signals=False)
+    assert result.returncode == 1
+    assert f"{tmp_path / name}: cannot write: File too large" in result.stderr
+    assert os.listdir(tmp_path) == ["cube.obj"]

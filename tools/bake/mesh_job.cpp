@@ -1,0 +1,174 @@
+#include "tools/bake/mesh_job.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <vector>
+
+#include "plugins/mesh/atlas.h"
+#include "plugins/mesh/vertices.h"
+#include "tools/bake/encoding.h"
+#include "tools/bake/exr_file.h"
+#include "tools/bake/ply.h"
+#include "tools/common/cli.h"
+#include "tools/common/progress.h"
+
+namespace solidtex::tools {
+namespace {
+
+using mesh::Mesh;
+
+constexpr std::size_t vertices_at_a_time = 4096;
+constexpr int texels_at_a_time = 1 << 16;
+constexpr int default_atlas_size = 1024;
+
+int asked(void*) { return interrupted() ? 1 : 0; }
+
+// Ctrl-C ends queries of the calling thread, too.
+class StopQueries {
+ public:
+  StopQueries() { solidtex_set_interrupt(asked, nullptr); }
+  ~StopQueries() { solidtex_set_interrupt(nullptr, nullptr); }
+  StopQueries(const StopQueries&) = delete;
+  StopQueries& operator=(const StopQueries&) = delete;
+};
+
+mesh::Placement placement_of(const BakeOptions& options, const Mesh& mesh) {
+  mesh::Placement placement;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    placement.origin[axis] = static_cast<double>(options.origin[axis]);
+  }
+  placement.texels_per_unit = options.texels_per_unit;
+  if (options.texels_per_unit == 0) {
+    placement.texels_per_unit = mesh::default_texels_per_unit(mesh);
+    std::cerr << fmt::format("{}: --texels-per-unit {:.6g}\n", mesh.file,
+                             placement.texels_per_unit);
+  }
+  return placement;
+}
+
+int atlas_size(const BakeOptions& options) {
+  if (!options.has_size) return default_atlas_size;
+  const auto& [x, y, z] = options.size;
+  if (x != y || y != z || x > mesh::Atlas::kMaxSize) {
+    throw std::runtime_error(
+        fmt::format("--size {},{},{}: expected one number up to {} with --to uv", x, y, z,
+                    mesh::Atlas::kMaxSize));
+  }
+  return static_cast<int>(x);
+}
+
+std::vector<float> vertex_values(const Mesh& mesh, const mesh::Placement& placement,
+                                 const solidtex::texture& texture) {
+  Progress progress("Baking " + texture.name(), mesh.positions.size());
+  const std::vector<float> radii = mesh::vertex_radii(mesh);
+  std::vector<float> values;
+  for (std::size_t first = 0; first < radii.size(); first += vertices_at_a_time) {
+    throw_if_interrupted();
+    const std::size_t count = std::min(vertices_at_a_time, radii.size() - first);
+    const auto found =
+        evaluate_vertices(mesh, placement, texture, first, std::span(radii).subspan(first, count));
+    values.insert(values.end(), found.begin(), found.end());
+    progress.advance(count);
+  }
+  progress.finish();
+  return values;
+}
+
+// A colour as red, green and blue; all else as floats by the channel's own name.
+std::vector<PlyProperty> properties_of(const solidtex::texture& texture,
+                                       const std::vector<float>& values, bool in_bytes) {
+  const std::size_t channels = texture.channel_count();
+  std::vector<PlyProperty> properties;
+  for (const ChannelGroup& group : channel_groups(texture)) {
+    const bool is_color = group.name == "albedo" && group.channels.size() == 3;
+    for (std::size_t i = 0; i < group.channels.size(); ++i) {
+      const std::size_t channel = group.channels[i];
+      static constexpr const char* colors[] = {"red", "green", "blue"};
+      PlyProperty property{
+          is_color ? colors[i] : texture.channel_name(channel), is_color && in_bytes, {}};
+      for (std::size_t at = channel; at < values.size(); at += channels) {
+        property.values.push_back(property.is_byte ? display_value(values[at], group.encoding)
+                                                   : light_value(values[at], group.encoding));
+      }
+      properties.push_back(std::move(property));
+    }
+  }
+  return properties;
+}
+
+void bake_vertices(const BakeOptions& options, Mesh loaded, const solidtex::texture& texture,
+                   const std::filesystem::path& file) {
+  const Mesh mesh = mesh::share_vertices(std::move(loaded));
+  const std::vector<float> values = vertex_values(mesh, placement_of(options, mesh), texture);
+  write_ply(file, mesh, properties_of(texture, values, options.color_type != "float"));
+}
+
+void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture& texture,
+                const std::filesystem::path& file) {
+  const auto mesh = std::make_shared<const Mesh>(std::move(loaded));
+  const int size = atlas_size(options);
+  const mesh::Atlas atlas(mesh, placement_of(options, *mesh), size, options.margin);
+  const std::vector<Encoding> encodings = channel_encodings(texture);
+  ExrFile image(file, size, size, exr_names(texture));
+  Progress progress("Baking " + texture.name(),
+                    static_cast<std::uint64_t>(size) * static_cast<std::uint64_t>(size));
+  const int rows = std::clamp(texels_at_a_time / size, 4, size);
+  std::vector<float> values;
+  std::size_t overlapping = 0;
+  for (int y = 0; y < size; y += rows) {
+    throw_if_interrupted();
+    const mesh::AtlasRegion band{{0, y}, {size, std::min(y + rows, size)}};
+    const std::size_t texels =
+        static_cast<std::size_t>(size) * static_cast<std::size_t>(band.height());
+    values.resize(texels * encodings.size());
+    atlas.evaluate(texture, band, values.data());
+    overlapping += atlas.overlapping_texels(band);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] = light_value(values[i], encodings[i % encodings.size()]);
+    }
+    image.write_rows(values.data(), band.height());
+    progress.advance(texels);
+  }
+  image.close();
+  progress.finish();
+  if (overlapping == 0) return;
+  std::cerr << fmt::format(
+      "{}: {} texels lie in more than one triangle, and have the colour of the first\n", mesh->file,
+      overlapping);
+}
+
+}  // namespace
+
+void check_mesh_options(const BakeOptions& options) {
+  const bool is_atlas = options.to == "uv";
+  const char* extension = is_atlas ? ".exr" : ".ply";
+  if (options.output.extension() != extension) {
+    throw std::runtime_error(fmt::format("-o {}: expected a name that ends in {} with --to {}",
+                                         options.output.string(), extension, options.to));
+  }
+  if (!is_atlas && options.has_size) {
+    throw std::runtime_error("--size: found it with --to vertex-color, expected it with --to uv");
+  }
+  if (is_atlas) atlas_size(options);
+}
+
+void bake_mesh(const BakeOptions& options, const solidtex::texture& texture,
+               const std::filesystem::path& file) {
+  Mesh mesh = mesh::load_mesh(options.mesh);
+  const StopQueries stop_queries;
+  try {
+    if (options.to == "uv") {
+      bake_atlas(options, std::move(mesh), texture, file);
+    } else {
+      bake_vertices(options, std::move(mesh), texture, file);
+    }
+  } catch (const solidtex::error&) {
+    throw_if_interrupted();
+    throw;
+  }
+}
+
+}  // namespace solidtex::tools
