@@ -3,6 +3,7 @@
 
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include "plugins/mesh/mesh.h"
@@ -42,6 +43,18 @@ void check_part(const aiMesh& part, const std::filesystem::path& file) {
   }
 }
 
+// Assimp never comes back from a header without an end.
+void check_ply_header(const std::filesystem::path& file) {
+  constexpr int kMaxLines = 1000;
+  std::ifstream stream(file, std::ios::binary);
+  std::string line;
+  for (int i = 0; i < kMaxLines && std::getline(stream, line); ++i) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line == "end_header") return;
+  }
+  refuse(file, "a header without an end", "\"end_header\" in a line of its own");
+}
+
 glm::vec3 to_glm(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
 void append_part(Mesh& mesh, const aiMesh& part) {
@@ -77,6 +90,7 @@ Mesh load_mesh(const std::filesystem::path& file) {
   if (extension != ".obj" && extension != ".ply") {
     refuse(file, "a file named *" + extension, "*.obj or *.ply");
   }
+  if (extension == ".ply") check_ply_header(file);
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (!scene) {

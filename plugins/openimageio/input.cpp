@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "plugins/openimageio/atlas_level.h"
 #include "plugins/openimageio/read.h"
+#include "plugins/openimageio/volume_level.h"
 
 namespace solidtex::openimageio {
 namespace {
@@ -42,14 +44,8 @@ bool Input::open(const std::string& name, OIIO::ImageSpec& spec) {
     const Query query = parse_query(name);
     texture_.emplace(model_of(query.model),
                      options{.seed = query.seed, .cache_limit_bytes = kBrickBytes});
-    const int first = query.lod.value_or(0), last = query.lod.value_or(last_lod(query.size));
-    for (int lod = first; lod <= last; ++lod) {
-      levels_.emplace_back(query, lod);
-      specs_.push_back(spec_of(query, levels_.back()));
-    }
-    for (OIIO::ImageSpec& each : specs_) {
-      each.attribute("oiio:subimages", static_cast<int>(specs_.size()));
-    }
+    is_atlas_ = !query.mesh.empty();
+    is_atlas_ ? open_atlas(query) : open_volume(query);
   } catch (const QueryError& error) {
     errorfmt("{}: {}", name.substr(0, name.find('?')), error.what());
     close();
@@ -64,12 +60,37 @@ bool Input::open(const std::string& name, OIIO::ImageSpec& spec) {
   return true;
 }
 
+void Input::open_volume(const Query& query) {
+  const int first = query.lod.value_or(0), last = query.lod.value_or(last_lod(query.size));
+  for (int lod = first; lod <= last; ++lod) {
+    auto level = std::make_unique<const VolumeLevel>(query, lod);
+    OIIO::ImageSpec& spec = specs_.emplace_back(spec_of(query, *level));
+    const std::array<float, 16> matrix = level->world_to_local();
+    spec.attribute("worldtolocal", OIIO::TypeMatrix, matrix.data());
+    // Outside of the image there is nothing that could be taken for the material.
+    spec.attribute("wrapmodes", "black,black");
+    spec.attribute("oiio:subimagename", "lod" + std::to_string(lod));
+    spec.attribute("oiio:subimages", last - first + 1);
+    spec.attribute("solidtex:lod", lod);
+    levels_.push_back(std::move(level));
+  }
+}
+
+void Input::open_atlas(const Query& query) {
+  levels_ = atlas_levels(query);
+  for (const auto& level : levels_) {
+    OIIO::ImageSpec& spec = specs_.emplace_back(spec_of(query, *level));
+    spec.attribute("wrapmodes", "clamp,clamp");
+    spec.attribute("solidtex:mesh", query.mesh);
+  }
+}
+
 bool Input::close() {
   texture_.reset();
   levels_.clear();
   specs_.clear();
   m_spec = OIIO::ImageSpec();
-  current_ = 0;
+  subimage_ = miplevel_ = 0;
   return true;
 }
 
@@ -86,15 +107,9 @@ OIIO::ImageSpec Input::spec_of(const Query& query, const Level& level) const {
   for (std::size_t channel = 0; channel < texture_->channel_count(); ++channel) {
     spec.channelnames[channel] = texture_->channel_name(channel);
   }
-  const std::array<float, 16> matrix = level.world_to_local();
-  spec.attribute("worldtolocal", OIIO::TypeMatrix, matrix.data());
-  // Outside of the image there is nothing that could be taken for the material.
-  spec.attribute("wrapmodes", "black,black");
   spec.attribute("oiio:ColorSpace", color_space_of(*texture_));
-  spec.attribute("oiio:subimagename", "lod" + std::to_string(level.lod()));
   spec.attribute("Software", "solidtex " + version());
   spec.attribute("solidtex:model", texture_->name());
-  spec.attribute("solidtex:lod", level.lod());
   const std::uint64_t seed = texture_->seed();
   spec.attribute("solidtex:seed", OIIO::TypeDesc::UINT64, &seed);
   const std::array<int, 3> origin = {static_cast<int>(query.origin[0]),
@@ -104,27 +119,30 @@ OIIO::ImageSpec Input::spec_of(const Query& query, const Level& level) const {
   return spec;
 }
 
-bool Input::is_there(int subimage, int miplevel) const {
-  return subimage >= 0 && subimage < static_cast<int>(levels_.size()) && miplevel == 0;
+std::optional<std::size_t> Input::index_of(int subimage, int miplevel) const {
+  const int count = static_cast<int>(levels_.size());
+  const int index = is_atlas_ ? miplevel : subimage, other = is_atlas_ ? subimage : miplevel;
+  if (other != 0 || index < 0 || index >= count) return std::nullopt;
+  return static_cast<std::size_t>(index);
 }
 
 bool Input::seek_subimage(int subimage, int miplevel) {
-  if (!is_there(subimage, miplevel)) return false;
-  current_ = subimage;
-  m_spec = specs_[static_cast<std::size_t>(subimage)];
+  const auto index = index_of(subimage, miplevel);
+  if (!index) return false;
+  subimage_ = subimage;
+  miplevel_ = miplevel;
+  m_spec = specs_[*index];
   return true;
 }
 
 OIIO::ImageSpec Input::spec(int subimage, int miplevel) {
-  if (!is_there(subimage, miplevel)) return {};
-  return specs_[static_cast<std::size_t>(subimage)];
+  const auto index = index_of(subimage, miplevel);
+  return index ? specs_[*index] : OIIO::ImageSpec();
 }
 
 OIIO::ImageSpec Input::spec_dimensions(int subimage, int miplevel) {
   OIIO::ImageSpec dimensions;
-  if (is_there(subimage, miplevel)) {
-    dimensions.copy_dimensions(specs_[static_cast<std::size_t>(subimage)]);
-  }
+  if (const auto index = index_of(subimage, miplevel)) dimensions.copy_dimensions(specs_[*index]);
   return dimensions;
 }
 
@@ -132,20 +150,20 @@ bool Input::read_tiles(int subimage, int miplevel, int xbegin, int xend, int ybe
                        int zbegin, int zend, int chbegin, int chend, OIIO::TypeDesc format,
                        void* data, OIIO::stride_t xstride, OIIO::stride_t ystride,
                        OIIO::stride_t zstride) {
-  if (!is_there(subimage, miplevel)) {
-    errorfmt("subimage {}, level {} of its mipmap, expected a subimage below {} and level 0",
-             subimage, miplevel, levels_.size());
+  const auto index = index_of(subimage, miplevel);
+  if (!index) {
+    errorfmt("subimage {}, level {} of its mipmap, expected a {} below {} and the other to be 0",
+             subimage, miplevel, is_atlas_ ? "level" : "subimage", levels_.size());
     return false;
   }
-  const auto index = static_cast<std::size_t>(subimage);
-  if (!specs_[index].valid_tile_range(xbegin, xend, ybegin, yend, zbegin, zend)) {
+  if (!specs_[*index].valid_tile_range(xbegin, xend, ybegin, yend, zbegin, zend)) {
     errorfmt("pixels {}-{}, {}-{}, {}-{}, expected whole tiles", xbegin, xend, ybegin, yend, zbegin,
              zend);
     return false;
   }
   const Target target{data, format, xstride, ystride, zstride, chbegin, chend};
   try {
-    read_region(*texture_, levels_[index], specs_[index],
+    read_region(*texture_, *levels_[*index], specs_[*index],
                 {{xbegin, ybegin, zbegin}, {xend, yend, zend}}, target);
     return true;
   } catch (const std::exception& error) {

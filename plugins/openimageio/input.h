@@ -3,6 +3,7 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <memory>
 #include <optional>
 #include <solidtex/solidtex.hpp>
 #include <string>
@@ -13,9 +14,10 @@
 
 namespace solidtex::openimageio {
 
-// Subimages are the levels of detail, named lod0, lod1 ... . Reads that name their subimage take no
-// lock and may run on any number of threads, as OpenImageIO promises its callers. "procedural" is
-// not among what it supports: that changes nothing but makes oiiotool 2.4 crash on refused names.
+// Subimages are the levels of detail of a volume, named lod0, lod1 ...; the UV atlas of a mesh is
+// one subimage with a mipmap. Reads that name their subimage take no lock and may run on any number
+// of threads, as OpenImageIO promises its callers. "procedural" is not among what it supports: that
+// changes nothing but makes oiiotool 2.4 crash on refused names.
 class Input final : public OIIO::ImageInput {
  public:
   const char* format_name() const override { return "solidtex"; }
@@ -23,7 +25,8 @@ class Input final : public OIIO::ImageInput {
   bool open(const std::string& name, OIIO::ImageSpec& spec) override;
   bool close() override;
 
-  int current_subimage() const override { return current_; }
+  int current_subimage() const override { return subimage_; }
+  int current_miplevel() const override { return miplevel_; }
   bool seek_subimage(int subimage, int miplevel) override;
   OIIO::ImageSpec spec(int subimage, int miplevel) override;
   OIIO::ImageSpec spec_dimensions(int subimage, int miplevel) override;
@@ -37,13 +40,17 @@ class Input final : public OIIO::ImageInput {
   bool read_native_scanline(int subimage, int miplevel, int y, int z, void* data) override;
 
  private:
-  bool is_there(int subimage, int miplevel) const;
+  // Which level this is, none for one that is not there.
+  std::optional<std::size_t> index_of(int subimage, int miplevel) const;
+  void open_volume(const Query& query);
+  void open_atlas(const Query& query);
   OIIO::ImageSpec spec_of(const Query& query, const Level& level) const;
 
   std::optional<texture> texture_;
-  std::vector<Level> levels_;
+  std::vector<std::unique_ptr<const Level>> levels_;
   std::vector<OIIO::ImageSpec> specs_;  // one a level
-  int current_ = 0;
+  bool is_atlas_ = false;
+  int subimage_ = 0, miplevel_ = 0;  // current
 };
 
 }  // namespace solidtex::openimageio

@@ -1,12 +1,9 @@
-// One level of detail of an image: its voxels, and their values.
+// One level of detail of an image: its size, and its values.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <solidtex/solidtex.hpp>
-
-#include "plugins/openimageio/query.h"
 
 namespace solidtex::openimageio {
 
@@ -21,32 +18,19 @@ struct Region {
   }
 };
 
-// Level n has voxels of 2^n texels along an edge. Those of level 0 are the texture's own. Others
-// are means over their cubes, in light, as far as solidtex_eval_filtered knows them: where the
-// origin is a multiple of 2^n these are the engine's own means up to n = 3, and above it what it
-// predicts.
 class Level {
  public:
-  Level(const Query& query, int lod);
+  virtual ~Level() = default;
 
-  int lod() const { return lod_; }
   const std::array<int, 3>& size() const { return size_; }  // voxels
   const std::array<int, 3>& tile() const { return tile_; }
-  // Row vectors: a point of the host's world to [0,1]^3 over the image, as OpenImageIO wants it.
-  std::array<float, 16> world_to_local() const;
 
-  // Values of a region, index order [z][y][x][channel]. It may reach beyond the image: the texture
-  // goes on there. Queries run on the calling thread's oneTBB arena. Throws solidtex::error.
-  void evaluate(const texture& texture, const Region& region, float* values) const;
+  // Values of a region, index order [z][y][x][channel]. It may reach beyond the image. Queries run
+  // on the calling thread's oneTBB arena. Throws solidtex::error.
+  virtual void evaluate(const texture& texture, const Region& region, float* values) const = 0;
 
- private:
-  void evaluate_texels(const texture& texture, const Region& region, float* values) const;
-  void evaluate_means(const texture& texture, const Region& region, float* values) const;
-
-  int lod_;
+ protected:
   std::array<int, 3> size_{}, tile_{};
-  std::array<std::int64_t, 3> origin_;
-  double scale_;
 };
 
 }  // namespace solidtex::openimageio

@@ -78,6 +78,13 @@ void read_origin(Query& query, std::string_view text) {
   }
 }
 
+void read_mesh(Query& query, std::string_view text) {
+  const bool is_plain =
+      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
+  if (text.empty() || !is_plain) refuse("mesh", text, "an OBJ or PLY file");
+  query.mesh = text;
+}
+
 void read_seed(Query& query, std::string_view text) {
   const auto seed = number<std::uint64_t>(text, 0, UINT64_MAX);
   if (!seed) refuse("seed", text, "0 to " + std::to_string(UINT64_MAX));
@@ -114,9 +121,9 @@ struct Key {
   std::string_view name;
   void (*read)(Query&, std::string_view);
 };
-constexpr Key kKeys[] = {{"size", read_size}, {"origin", read_origin}, {"seed", read_seed},
-                         {"lod", read_lod},   {"scale", read_scale},   {"type", read_type},
-                         {"tile", read_tile}};
+constexpr Key kKeys[] = {{"mesh", read_mesh}, {"size", read_size}, {"origin", read_origin},
+                         {"seed", read_seed}, {"lod", read_lod},   {"scale", read_scale},
+                         {"type", read_type}, {"tile", read_tile}};
 
 const Key& key_named(std::string_view name) {
   const auto found = std::find_if(std::begin(kKeys), std::end(kKeys),
@@ -139,6 +146,19 @@ void read_pair(Query& query, std::string_view pair, std::set<std::string_view>& 
   key.read(query, pair.substr(sign + 1));
 }
 
+// What the keys mean for an atlas, whatever their order.
+void check_atlas(Query& query, bool has_size) {
+  constexpr int kDefaultSize = 1024;
+  const int edge = has_size ? query.size[0] : kDefaultSize;
+  if (has_size && (query.size[1] != edge || query.size[2] != edge || edge > kMaxAtlas)) {
+    const auto& [x, y, z] = query.size;
+    refuse("size", std::to_string(x) + "x" + std::to_string(y) + "x" + std::to_string(z),
+           "one number up to " + std::to_string(kMaxAtlas) + " for a mesh");
+  }
+  if (query.lod) refuse("lod", std::to_string(*query.lod), "none for a mesh, which has a mipmap");
+  query.size = {edge, edge, 1};
+}
+
 }  // namespace
 
 int last_lod(const std::array<int, 3>& size) {
@@ -156,6 +176,10 @@ Query parse_query(const std::string& name) {
   std::set<std::string_view> seen;
   for (const std::string_view pair : split(std::string_view(name).substr(mark + 1), '&')) {
     read_pair(query, pair, seen);
+  }
+  if (!query.mesh.empty()) {
+    check_atlas(query, seen.contains("size"));
+    return query;
   }
   if (query.lod && *query.lod > last_lod(query.size)) {
     refuse("lod", std::to_string(*query.lod),

@@ -1,4 +1,4 @@
-// What follows the question mark: model.solidtex?size=1024&seed=7&lod=2.
+// What follows the question mark: model.solidtex?size=1024&seed=7&lod=2, or ?mesh=vase.obj.
 #pragma once
 
 #include <array>
@@ -15,20 +15,22 @@ class QueryError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-inline constexpr int kMaxSize = 1 << 16;  // texels along an axis
-inline constexpr int kMaxLod = 9;         // the engine sees only the mean from 2^9 texels on
+inline constexpr int kMaxSize = 1 << 16;   // texels along an axis
+inline constexpr int kMaxAtlas = 1 << 14;  // texels along the edge of an atlas
+inline constexpr int kMaxLod = 9;          // the engine sees only the mean from 2^9 texels on
 inline constexpr int kMinTile = 4, kMaxTile = 128;  // voxels
 
 // Which part of the material an image is, and how it is stored.
 struct Query {
   std::string model;                          // what is before the question mark
-  std::array<int, 3> size = {256, 256, 256};  // texels
+  std::string mesh;                           // whose UV atlas it is; empty for a volume
+  std::array<int, 3> size = {256, 256, 256};  // texels; of an atlas a square, one deep
   std::array<std::int64_t, 3> origin{};       // texel of the first corner
   std::uint64_t seed = 0;
-  std::optional<int> lod;  // this level alone; all of them without
-  double scale = 1;        // texels per unit of the host's world
-  bool is_half = true;     // pixels are half, else float
-  int tile = 0;            // voxels along an edge at level 0; 0 where the query leaves it open
+  std::optional<int> lod;       // this level alone; all of them without
+  std::optional<double> scale;  // texels per unit of the host's world, or of the mesh
+  bool is_half = true;          // pixels are half, else float
+  int tile = 0;                 // voxels along an edge at level 0; 0 where the query leaves it open
 };
 
 // Levels of detail that a volume has: 0 up to this one, the first that is a single voxel.

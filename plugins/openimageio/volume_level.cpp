@@ -1,4 +1,4 @@
-#include "plugins/openimageio/level.h"
+#include "plugins/openimageio/volume_level.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -32,7 +32,8 @@ void transpose(const std::vector<float>& from, const Region& region, std::size_t
 
 }  // namespace
 
-Level::Level(const Query& query, int lod) : lod_(lod), origin_(query.origin), scale_(query.scale) {
+VolumeLevel::VolumeLevel(const Query& query, int lod)
+    : lod_(lod), origin_(query.origin), scale_(query.scale.value_or(1)) {
   const bool is_flat = *std::min_element(query.size.begin(), query.size.end()) == 1;
   const int chosen = query.tile ? query.tile : is_flat ? kFlatTile : kVolumeTile;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -42,7 +43,7 @@ Level::Level(const Query& query, int lod) : lod_(lod), origin_(query.origin), sc
   }
 }
 
-std::array<float, 16> Level::world_to_local() const {
+std::array<float, 16> VolumeLevel::world_to_local() const {
   std::array<float, 16> matrix{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double texels = static_cast<double>(size_[axis]) * static_cast<double>(1 << lod_);
@@ -53,12 +54,13 @@ std::array<float, 16> Level::world_to_local() const {
   return matrix;
 }
 
-void Level::evaluate(const texture& texture, const Region& region, float* values) const {
+void VolumeLevel::evaluate(const texture& texture, const Region& region, float* values) const {
   if (lod_ == 0) return evaluate_texels(texture, region, values);
   evaluate_means(texture, region, values);
 }
 
-void Level::evaluate_texels(const texture& texture, const Region& region, float* values) const {
+void VolumeLevel::evaluate_texels(const texture& texture, const Region& region,
+                                  float* values) const {
   std::array<std::int64_t, 3> low = origin_, size{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     low[axis] += region.low[axis];
@@ -69,7 +71,8 @@ void Level::evaluate_texels(const texture& texture, const Region& region, float*
   transpose(found, region, texture.channel_count(), values);
 }
 
-void Level::evaluate_means(const texture& texture, const Region& region, float* values) const {
+void VolumeLevel::evaluate_means(const texture& texture, const Region& region,
+                                 float* values) const {
   const float edge = static_cast<float>(1 << lod_);
   std::array<double, 3> corner{};
   for (std::size_t axis = 0; axis < 3; ++axis) {

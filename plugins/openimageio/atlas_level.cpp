@@ -1,0 +1,64 @@
+#include "plugins/openimageio/atlas_level.h"
+
+#include <algorithm>
+
+#include "plugins/mesh/atlas.h"
+
+namespace solidtex::openimageio {
+namespace {
+
+constexpr int kAtlasTile = 64;
+
+class AtlasLevel final : public Level {
+ public:
+  AtlasLevel(std::shared_ptr<const mesh::Mesh> mesh, const mesh::Placement& placement, int size,
+             int tile)
+      : atlas_(std::move(mesh), placement, size) {
+    size_ = {size, size, 1};
+    tile_ = {tile, tile, 1};
+  }
+
+  // Beyond the image there is nothing: 0.
+  void evaluate(const texture& texture, const Region& region, float* values) const override {
+    const std::size_t channels = texture.channel_count();
+    std::fill_n(values, region.voxel_count() * channels, 0.0f);
+    const mesh::AtlasRegion inside{
+        {region.low[0], region.low[1]},
+        {std::min(region.high[0], size_[0]), std::min(region.high[1], size_[1])}};
+    if (inside.width() <= 0 || inside.height() <= 0) return;
+    const std::size_t row = static_cast<std::size_t>(inside.width()) * channels;
+    std::vector<float> found(row * static_cast<std::size_t>(inside.height()));
+    atlas_.evaluate(texture, inside, found.data());
+    const std::size_t stride = static_cast<std::size_t>(region.size(0)) * channels;
+    for (std::size_t y = 0; y * row < found.size(); ++y) {
+      std::copy_n(&found[y * row], row, values + y * stride);
+    }
+  }
+
+ private:
+  mesh::Atlas atlas_;
+};
+
+mesh::Placement placement_of(const Query& query, const mesh::Mesh& mesh) {
+  mesh::Placement placement;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    placement.origin[axis] = static_cast<double>(query.origin[axis]);
+  }
+  placement.texels_per_unit = query.scale ? *query.scale : mesh::default_texels_per_unit(mesh);
+  return placement;
+}
+
+}  // namespace
+
+std::vector<std::unique_ptr<const Level>> atlas_levels(const Query& query) {
+  const auto mesh = std::make_shared<const mesh::Mesh>(mesh::load_mesh(query.mesh));
+  const mesh::Placement placement = placement_of(query, *mesh);
+  const int tile = query.tile ? query.tile : kAtlasTile;
+  std::vector<std::unique_ptr<const Level>> levels;
+  for (int size = query.size[0]; size > 0; size /= 2) {
+    levels.push_back(std::make_unique<AtlasLevel>(mesh, placement, size, tile));
+  }
+  return levels;
+}
+
+}  // namespace solidtex::openimageio
