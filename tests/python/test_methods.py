@@ -87,10 +87,10 @@ def test_method_trains_resumes_and_exports(method: str, photo: Path, tmp_path: P
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     uninterrupted = train(make_trainer([photo], whole, method))
     assert uninterrupted.finished
-    train(make_trainer([photo], parts, method), steps=2)
-    resumed = make_trainer([photo], parts, method)
-    assert resumed.step == 2
-    train(resumed)
+    for step in (2, 3, 4):  # lattice: when the early part ends, and after it
+        resumed = train(make_trainer([photo], parts, method), steps=step)
+        assert resumed.step == step
+    assert resumed.finished
     expected = uninterrupted.state()["generator"]
     for key, value in resumed.state()["generator"].items():
         assert torch.equal(value, expected[key]), key
@@ -261,6 +261,11 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("[optimiser]\nlearning_rate = nan", "optimiser.learning_rate: found NaN, expected a"),
         ("losses = 3", "losses: found 3, expected an array"),
         ("[[losses]]\nkind = 'gram'", "losses.0.layers: found nothing"),
+        (
+            "[generator]\nkind = 'lattice'\nstatistics = 'trained'\n[early]\nsteps = 9",
+            "early.steps: found 9, expected 0 where generator.statistics are trained",
+        ),
+        ("[early]\nsteps = -1", "early.steps: found -1, expected 0 to 1e+06"),
         ("[slicing]\nplanes = 'any'", 'slicing.planes: found "any", expected axes'),
     ],
 )

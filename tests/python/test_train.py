@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,10 @@ from solidtex_export.training import preview
 from solidtex_export.training.axes import channel_axes, whiten
 from solidtex_export.training.exemplar import load_exemplar
 from solidtex_export.training.fixed_noise import FixedNoise
+from solidtex_export.training.method import Early, Optimiser
+from solidtex_export.training.optimiser import half_cosine, learning_rate
 from solidtex_export.training.slices import LatticeSlices
+from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
 SIZE = 44
@@ -191,21 +195,60 @@ def test_training_leaves_a_complete_result(
     assert cli_train.main(args) == 0  # nothing left to do
 
 
-def test_training_moves_the_weights_and_keeps_the_measured_statistics(
+def small_trainer(photo: Path, result: Path, *more: str) -> Trainer:
+    p = cli_train.parser()
+    args = p.parse_args(arguments(photo, result, *more))
+    cli_train.check(p, args)
+    return cli_train.make_trainer(args)
+
+
+def test_training_moves_weights_and_fixes_statistics_after_its_early_part(
     photo: Path, tmp_path: Path
 ) -> None:
-    p = cli_train.parser()
-    args = p.parse_args(arguments(photo, tmp_path / "r", "--steps", "2"))
-    cli_train.check(p, args)
-    trainer = cli_train.make_trainer(args)
-    before = {k: v.clone() for k, v in trainer.generator.state_dict().items()}
-    trainer.run(lambda: False, lambda t: None)
-    after = trainer.generator.state_dict()
-    for key in ("last_conv.weight", "cb1_1.conv1.weight", "up3.bn.bias"):
-        assert not torch.equal(before[key], after[key]), key
     statistics = "cb6_2.bn3.running_var"
-    assert torch.equal(before[statistics], after[statistics])
-    assert not torch.equal(after[statistics], torch.ones(24))
+    trainer = small_trainer(photo, tmp_path / "r", "--steps", "7", "--set", "early.steps=3")
+    seen = []
+    trainer.run(
+        lambda: False,
+        lambda t: seen.append({k: v.clone() for k, v in t.generator.state_dict().items()}),
+    )
+    for key in ("last_conv.weight", "cb1_1.conv1.weight", "up3.bn.bias"):
+        assert not any(torch.equal(a[key], b[key]) for a, b in pairwise(seen)), key
+    kept = [torch.equal(a[statistics], b[statistics]) for a, b in pairwise(seen)]
+    assert kept == [False, False, False, True, True, True]  # measured when the fourth step begins
+    assert torch.equal(seen[-1][statistics], trainer.generator.state_dict()[statistics])
+
+
+def test_without_an_early_part_statistics_are_measured_before_the_first_step(
+    photo: Path, tmp_path: Path
+) -> None:
+    statistics = "cb6_2.bn3.running_var"
+    trainer = small_trainer(photo, tmp_path / "r", "--steps", "2", "--set", "early.steps=0")
+    before = trainer.generator.state_dict()[statistics].clone()
+    assert not torch.equal(before, torch.ones(24))
+    trainer.run(lambda: False, lambda t: None)
+    assert torch.equal(before, trainer.generator.state_dict()[statistics])
+
+
+def test_rates_fall_from_the_early_one_to_the_last() -> None:
+    settings = Optimiser(learning_rate=0.01, final_rate=0.1, warmup_steps=4)
+    early = Early(steps=250, learning_rate=0.05)
+    rates = [learning_rate(i, i / 1000, settings, early) for i in range(4, 1001)]
+    assert rates[0] == pytest.approx(0.05, rel=0.01)
+    assert rates[245] == pytest.approx(0.01, rel=0.01) and rates[-1] == pytest.approx(0.001)
+    assert rates[246] == pytest.approx(half_cosine(0.25, 0.01, 0.001))
+    assert all(a > b for a, b in pairwise(rates))
+    assert learning_rate(0, 0.0, settings, early) == pytest.approx(0.05 / 4)
+    assert learning_rate(100, 0.0, settings, Early()) == pytest.approx(0.01)
+
+
+def test_the_early_part_takes_its_steps_but_at_most_half_of_the_training() -> None:
+    early = Early(steps=250)
+    assert early.progress(125, 125 / 1500) == pytest.approx(0.5)
+    assert early.progress(250, 250 / 1500) == 1
+    assert early.progress(50, 50 / 200) == pytest.approx(0.5)
+    assert early.progress(100, 100 / 200) == 1
+    assert Early().progress(0, 0.0) == 1
 
 
 def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import torch
 from torch import nn
 
+from solidtex_export.training.ranks import Ranks
 from solidtex_export.training.slices import SliceSource
 
 SLICES = 12
@@ -12,9 +13,10 @@ SLICES = 12
 
 @torch.no_grad()
 def measure_statistics(
-    generator: nn.Module, slices: SliceSource, directions: str, size: int
+    generator: nn.Module, slices: SliceSource, directions: str, size: int, ranks: Ranks
 ) -> None:
-    """Sets running statistics to averages over slices in turn; the generator is left evaluating.
+    """Sets running statistics to averages over slices in turn, of all ranks; the generator is left
+    evaluating.
 
     Each slice is normalised by its own statistics while they are measured.
     """
@@ -29,4 +31,5 @@ def measure_statistics(
             slices.draw(directions[i % len(directions)], size, 1)
         for norm, momentum in zip(norms, momenta, strict=True):
             norm.momentum = momentum
+        ranks.average([s for n in norms for s in (n.running_mean, n.running_var)])
     generator.eval()

@@ -94,7 +94,22 @@ class Optimiser:
     beta_with_critic: float | None = number(0, 0.99999, None)
     """Replaces the first beta once a critic's loss has joined."""
     equalised: bool = False
-    """Step each convolution in proportion to the size that its weights start with."""
+    """Step each convolution in proportion to the size that its weights start with, or have when
+    the early part ends."""
+
+
+@dataclass(frozen=True)
+class Early:
+    """The first part of a training: large steps, each slice normalised by its own statistics."""
+
+    steps: int = number(0, 1_000_000, 0)
+    """That it takes, at most half of the training; 0 for none."""
+    learning_rate: float = number(1e-9, 10, 0.03)
+    """At its beginning; it falls to the optimiser's by half a cosine."""
+
+    def progress(self, step: int, training: float) -> float:
+        """Fraction of it that is done, 1 or more after it; `training`: of the whole training."""
+        return max(step / self.steps, 2 * training) if self.steps else 1.0
 
 
 @dataclass(frozen=True)
@@ -127,6 +142,7 @@ class Method:
     optimiser: Optimiser
     losses: tuple[Loss, ...]
     slicing: Slicing = field(default_factory=Slicing)
+    early: Early = field(default_factory=Early)
     critic: Critic = field(default_factory=Critic)
     mixing: str = choice(*RULES, default="sum")
     """Adds weighted losses, or weighted gradients of unit length with respect to the slice."""

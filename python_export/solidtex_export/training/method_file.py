@@ -141,6 +141,9 @@ def _check(method: Method, label: str) -> None:
             raise _wrong(label, f"{where}.betas", list(betas), "two numbers")
     if not method.critic.scales or not method.critic.widths:
         raise MethodError(f"{label}: critic: found empty widths or scales, expected numbers")
+    if method.early.steps and method.generator.statistics == "trained":
+        expected = "0 where generator.statistics are trained all along"
+        raise _wrong(label, "early.steps", method.early.steps, expected)
     if method.family == "field" and method.slicing.planes != "axes":
         expected = "axes for this generator (oblique_share adds oblique slices)"
         raise _wrong(label, "slicing.planes", method.slicing.planes, expected)

@@ -8,21 +8,28 @@ from typing import Any
 from torch import nn
 from torch.optim import Adam
 
-from solidtex_export.training.method import Optimiser
+from solidtex_export.training.method import Early, Optimiser
 
 
 class GeneratorOptimiser:
     """`prepare` before the backward passes of a step, `step` after them."""
 
-    def __init__(self, generator: nn.Module, settings: Optimiser) -> None:
+    def __init__(self, generator: nn.Module, settings: Optimiser, early: Early) -> None:
+        self._generator = generator
         self._settings = settings
-        groups = _parameter_groups(generator, settings.equalised)
+        self._early = early
+        self.renew()
+
+    def renew(self) -> None:
+        """Forgets all gradients so far; equalised steps fit the size that weights have now."""
+        settings = self._settings
+        groups = _parameter_groups(self._generator, settings.equalised)
         self._adam = Adam(groups, settings.learning_rate, settings.betas)
 
     def prepare(self, step: int, progress: float, critic_on: bool) -> float:
         """Clears gradients and sets the learning rate, which it returns."""
         settings = self._settings
-        rate = settings.learning_rate * schedule(step, progress, settings)
+        rate = learning_rate(step, progress, settings, self._early)
         first, second = settings.betas
         if critic_on and settings.beta_with_critic is not None:
             first = settings.beta_with_critic
@@ -42,22 +49,32 @@ class GeneratorOptimiser:
         self._adam.load_state_dict(state)
 
 
-def schedule(step: int, progress: float, settings: Optimiser) -> float:
-    """Fraction of the learning rate: linear warm-up, then half a cosine down to `final_rate`."""
-    cosine = 0.5 + 0.5 * math.cos(math.pi * min(progress, 1.0))
+def learning_rate(step: int, progress: float, settings: Optimiser, early: Early) -> float:
+    """Linear warm-up, then half a cosine: in the early part from its rate to the optimiser's, after
+    it over the whole training from the optimiser's to `final_rate` of that."""
     warmup = min(1.0, (step + 1) / max(settings.warmup_steps, 1))
-    return warmup * (settings.final_rate + (1 - settings.final_rate) * cosine)
+    last = settings.learning_rate
+    begun = early.progress(step, progress)
+    if begun < 1:
+        return warmup * half_cosine(begun, early.learning_rate, last)
+    return warmup * half_cosine(progress, last, settings.final_rate * last)
+
+
+def half_cosine(progress: float, first: float, last: float) -> float:
+    """From the first value to the last."""
+    return last + (first - last) * (0.5 + 0.5 * math.cos(math.pi * min(progress, 1.0)))
 
 
 def _parameter_groups(generator: nn.Module, equalised: bool) -> list[dict[str, Any]]:
-    """Equalised: groups whose steps are proportional to the size that their weights start with."""
+    """Equalised: groups whose steps are proportional to the size that their weights have."""
     if not equalised:
         return [{"params": list(generator.parameters()), "scale": 1.0}]
     groups = []
     for module in generator.modules():
         scale = 1.0
         if isinstance(module, nn.Conv3d):
-            scale = module.weight[0].numel() ** -0.5
+            # sqrt(3): weights start uniformly between -b and b, and b is the size that is meant
+            scale = module.weight.detach().square().mean().mul(3).sqrt().item()
         if parameters := list(module.parameters(recurse=False)):
             groups.append({"params": parameters, "scale": scale})
     return groups

@@ -7,7 +7,7 @@ writes the result, and decides by its clock when to save and stop.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import torch
@@ -34,14 +34,17 @@ class Ranks:
         return seed + SEED_STEP * self.rank
 
     def average_gradients(self, network: nn.Module) -> None:
+        self.average([p.grad for p in network.parameters() if p.grad is not None])
+
+    def average(self, tensors: Sequence[Tensor]) -> None:
+        """Replaces each by its mean over the ranks."""
         if self.count == 1:
             return
-        gradients = [p.grad for p in network.parameters() if p.grad is not None]
-        flat = torch.cat([g.flatten() for g in gradients])
+        flat = torch.cat([t.flatten() for t in tensors])
         dist.all_reduce(flat)
-        parts = (flat / self.count).split([g.numel() for g in gradients])
-        for gradient, part in zip(gradients, parts, strict=True):
-            gradient.copy_(part.view_as(gradient))
+        parts = (flat / self.count).split([t.numel() for t in tensors])
+        for tensor, part in zip(tensors, parts, strict=True):
+            tensor.copy_(part.view_as(tensor))
 
     def agree(self, *values: float) -> list[float]:
         """Rank 0's values, everywhere."""

@@ -58,7 +58,9 @@ class Trainer:
         self.generator.color_mean.copy_(mean)
         self.generator.color_basis.copy_(basis)
         self.generator.to(device)
-        self.optimizer = GeneratorOptimiser(self.generator, self.method.optimiser)
+        self.optimizer = GeneratorOptimiser(
+            self.generator, self.method.optimiser, self.method.early
+        )
         critic_count = len(exemplars) if self.method.uses_critic else 0
         settings = self.method.critic
         self.opponents = [Opponent(settings, len(mean), device) for _ in range(critic_count)]
@@ -74,11 +76,11 @@ class Trainer:
             self._autocast,
         )
         self.watch = DivergenceWatch()
-        if self.method.generator.statistics == "measured":
-            self._measure_statistics()
         self.step = 0
         self.seconds = 0.0
+        self.settled = False
         self.finished = False
+        self._settle_when_due()
         if not self.ranks.leads:
             torch.manual_seed(self.ranks.seed(config.seed))
 
@@ -121,7 +123,18 @@ class Trainer:
         self.finished = True
         self._save_preview()
 
+    def _settle_when_due(self) -> None:
+        """Ends the early part, or what would be one: statistics are fixed where they are measured,
+        and the optimiser begins anew."""
+        if self.settled or self.method.early.progress(self.step, self.progress) < 1:
+            return
+        self.settled = True
+        if self.method.generator.statistics == "measured":
+            self._measure_statistics()
+        self.optimizer.renew()
+
     def _train_step(self) -> dict[str, float]:
+        self._settle_when_due()
         progress = self.progress
         critic_on = self.method.critic_on(progress)
         rate = self.optimizer.prepare(self.step, progress, critic_on)
@@ -192,12 +205,12 @@ class Trainer:
 
     def _measure_statistics(self) -> None:
         config = self.config
-        measure_statistics(self.generator, self.slices, config.directions, config.size)
+        measure_statistics(self.generator, self.slices, config.directions, config.size, self.ranks)
 
     def _save_preview(self) -> None:
         if not self.ranks.leads:
             return
-        with torch.random.fork_rng(devices=[]):
+        with torch.random.fork_rng(devices=[self.device] if self._on_cuda else []):
             torch.manual_seed(0)  # so that previews of one training can be compared
             sheet = preview_sheet(self.generator, self.originals, self.config.size)
         self.folder.save_preview(sheet)
@@ -222,6 +235,7 @@ class Trainer:
             "watch": self.watch.state(),
             "step": self.step,
             "seconds": self.seconds,
+            "settled": self.settled,
             "finished": self.finished,
             "ranks": self.ranks.gather(own),
         }
@@ -242,7 +256,10 @@ class Trainer:
         self.watch.restore(state["watch"])
         self.step = state["step"]
         self.seconds = state["seconds"]
+        self.settled = state["settled"]
         self.finished = state["finished"]
+        if self.settled and self.method.generator.statistics == "measured":
+            self.generator.eval()
         torch.set_rng_state(own["rng"])
         if self._on_cuda and own["cuda_rng"] is not None:
             torch.cuda.set_rng_state(own["cuda_rng"], self.device)
