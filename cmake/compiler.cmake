@@ -7,4 +7,5 @@ set(SOLIDTEX_SANITIZE "" CACHE STRING "Sanitizers, e.g. address,undefined or thr
 if(SOLIDTEX_SANITIZE)
   add_compile_options(-fsanitize=${SOLIDTEX_SANITIZE} -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${SOLIDTEX_SANITIZE})
+  add_compile_definitions(SOLIDTEX_SANITIZED)
 endif()

@@ -27,6 +27,11 @@ class Bsdf {
   float pdf(const glm::vec3& out, const glm::vec3& in) const {
     return std::visit([&](const auto& bsdf) { return bsdf.pdf(out, in); }, kind_);
   }
+  // Whether `sample` takes its number for a lobe.
+  bool has_lobes() const {
+    const auto* coated = std::get_if<CoatedBsdf>(&kind_);
+    return !coated || coated->coat;
+  }
   // Chooses `in`, with random numbers from [0, 1).
   BsdfSample sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
     return std::visit([&](const auto& bsdf) { return bsdf.sample(out, lobe, u); }, kind_);

@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/constants.hpp>
 
+#include "plugins/pathtracer/angles.h"
 #include "plugins/pathtracer/embree_scene.h"
 
 namespace solidtex::pathtracer {
@@ -45,8 +46,8 @@ class CameraRays {
  private:
   // All rays of a pixel meet in the plane of focus.
   void start_on_lens(Ray& ray, const glm::vec2& lens) const {
-    const float radius = aperture_ * std::sqrt(lens.x), angle = glm::two_pi<float>() * lens.y;
-    const glm::vec3 offset = radius * (std::cos(angle) * right_ + std::sin(angle) * up_);
+    const glm::vec2 place = aperture_ * std::sqrt(lens.x) * unit_circle(lens.y);
+    const glm::vec3 offset = place.x * right_ + place.y * up_;
     ray.origin += offset;
     ray.direction = ray.direction * focus_ - offset;
     ray.radius = aperture_ * share_;

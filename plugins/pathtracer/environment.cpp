@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "plugins/pathtracer/angles.h"
 #include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/vectorized.h"
 
 namespace solidtex::pathtracer {
 namespace {
@@ -12,6 +14,38 @@ namespace {
 std::size_t texel_index(int x, int y, int width) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
          static_cast<std::size_t>(x);
+}
+
+// With atan2 for the latitude, too: an arc cosine is not exact near the poles.
+SOLIDTEX_VECTORIZED void find_uv(int count, const float* x, const float* y, const float* z,
+                                 float rotation, float* u, float* v) {
+  for (int i = 0; i < whole_vectors(count); ++i) {
+    const float turned = 0.5f - turns_of(z[i], x[i]) + rotation;
+    u[i] = turned - std::floor(turned);
+    v[i] = 2 * turns_of(y[i], std::sqrt(x[i] * x[i] + z[i] * z[i]));
+  }
+}
+
+// One axis of bilinear look-ups. `from`: 0 to 1. `beyond`: the pixel whose middle is the next after
+// the place, 0 to size; `t`: how near it is.
+SOLIDTEX_VECTORIZED void find_pixels(int count, const float* from, float size, int* beyond,
+                                     float* t) {
+  for (int i = 0; i < whole_vectors(count); ++i) {
+    const float x = (from[i] > 0 ? from[i] : 0) * size + 0.5f;  // 0 in place of what is no number
+    beyond[i] = static_cast<int>(x);
+    t[i] = x - static_cast<float>(beyond[i]);
+  }
+}
+
+// Of the heights y on the unit sphere and u in the image.
+SOLIDTEX_VECTORIZED void find_directions(int count, const float* u, float rotation, const float* y,
+                                         float* x, float* z, float* v) {
+  for (int i = 0; i < whole_vectors(count); ++i) {
+    const float radius = std::sqrt(1 - y[i] * y[i]);
+    const glm::vec2 place = unit_circle(0.5f + rotation - u[i]);
+    x[i] = radius * place.y, z[i] = radius * place.x;
+    v[i] = 2 * turns_of(y[i], radius);
+  }
 }
 
 }  // namespace
@@ -55,18 +89,32 @@ Environment::Environment(const EnvironmentImage& description)
   weigh_pixels();
 }
 
+// Of as many as are taken care of together, coordinate by coordinate.
+struct Environment::Directions {
+  alignas(64) float x[kTogether]{}, y[kTogether]{}, z[kTogether]{};
+};
+
+// In the image: from 0 to 1, and among its pixels.
+struct Environment::Places {
+  alignas(64) float u[kTogether]{}, v[kTogether]{};
+  alignas(64) int right[kTogether], bottom[kTogether];  // of the four pixels about the place
+  alignas(64) float tx[kTogether], ty[kTogether];       // towards these
+};
+
 // By the mean over the pixel of its bilinear reconstruction (a quarter of the way into the
 // neighbours is enough to be positive wherever the reconstruction is) and its solid angle.
 void Environment::weigh_pixels() {
+  Places places;
   const auto mean_luminance = [&](int x, int y) {
-    float sum = 0;
-    for (const float dy : {0.25f, 0.75f}) {
-      for (const float dx : {0.25f, 0.75f}) {
-        const glm::vec2 uv((static_cast<float>(x) + dx) / static_cast<float>(width_),
-                           (static_cast<float>(y) + dy) / static_cast<float>(height_));
-        sum += luminance(look_up(uv).radiance);
-      }
+    for (int i = 0; i < 4; ++i) {
+      const float dx = i & 1 ? 0.75f : 0.25f, dy = i & 2 ? 0.75f : 0.25f;
+      places.u[i] = (static_cast<float>(x) + dx) / static_cast<float>(width_);
+      places.v[i] = (static_cast<float>(y) + dy) / static_cast<float>(height_);
     }
+    SeenLight corners[4];
+    look_up(4, places, corners);
+    float sum = 0;
+    for (const SeenLight& corner : corners) sum += luminance(corner.radiance);
     return sum / 4;
   };
   std::vector<double> rows;
@@ -88,86 +136,93 @@ void Environment::weigh_pixels() {
       static_cast<float>(width_) / (static_cast<float>(rows_->total()) * glm::two_pi<float>());
 }
 
-glm::vec2 Environment::to_uv(const glm::vec3& direction) const {
-  const float longitude = std::atan2(direction.x, direction.z) / glm::two_pi<float>();
-  const float u = 0.5f - longitude + rotation_;
-  const float v = std::acos(std::clamp(direction.y, -1.0f, 1.0f)) / glm::pi<float>();
-  return {u - std::floor(u), v};
-}
-
 double Environment::luminance_of_all() const {
   return rows_->total() * glm::two_pi<double>() / width_;
 }
 
-// uv from 0 to 1: no division is needed to wrap, which was about 5 % of a profile in a studio.
-Environment::Seen Environment::look_up(const glm::vec2& uv) const {
-  const float x = uv.x * static_cast<float>(width_), y = uv.y * static_cast<float>(height_);
-  const int right = static_cast<int>(x + 0.5f), bottom = static_cast<int>(y + 0.5f);
-  const float tx = x + 0.5f - static_cast<float>(right);
-  const float ty = y + 0.5f - static_cast<float>(bottom);
-  const int x0 = right > 0 ? right - 1 : width_ - 1, x1 = right < width_ ? right : 0;
-  const int y0 = std::max(bottom - 1, 0), y1 = std::min(bottom, height_ - 1);
-  const glm::vec4 &upper_left = texels_[texel_index(x0, y0, width_)],
-                  &upper_right = texels_[texel_index(x1, y0, width_)],
-                  &lower_left = texels_[texel_index(x0, y1, width_)],
-                  &lower_right = texels_[texel_index(x1, y1, width_)];
-  const glm::vec4 mixed =
-      glm::mix(glm::mix(upper_left, upper_right, tx), glm::mix(lower_left, lower_right, tx), ty);
-  // The pixel that holds the place is the nearest of the four.
-  const float weight = ty < 0.5f ? (tx < 0.5f ? upper_left.w : upper_right.w)
-                                 : (tx < 0.5f ? lower_left.w : lower_right.w);
-  return {glm::vec3(mixed), weight * density_per_weight_};
-}
-
-Environment::Seen Environment::seen(const glm::vec3& direction) const {
-  return look_up(to_uv(direction));
-}
-
-// Of a sample in the image.
-struct Environment::Place {
-  CumulativeTable::Interval row, column;
-};
-
-Environment::Place Environment::place_in(const CumulativeTable::Interval& row, float u) const {
-  const Place found{row, pixels_[static_cast<std::size_t>(row.index)].find(u)};
-  const int other_row = row.index + (row.fraction < 0.5f ? -1 : 1);
-  __builtin_prefetch(&texels_[texel_index(found.column.index, row.index, width_)]);
-  __builtin_prefetch(
-      &texels_[texel_index(found.column.index, std::clamp(other_row, 0, height_ - 1), width_)]);
-  return found;
-}
-
-Environment::Sample Environment::sample_at(const Place& found) const {
-  const auto& [row, column] = found;
-  const auto index = static_cast<std::size_t>(row.index);
-  const float y = std::clamp(
-      heights_[index] + row.fraction * (heights_[index + 1] - heights_[index]), -1.0f, 1.0f);
-  const float column_u =
-      (static_cast<float>(column.index) + column.fraction) / static_cast<float>(width_);
-  const float longitude = glm::two_pi<float>() * (0.5f + rotation_ - column_u);
-  const float radius = std::sqrt(std::max(0.0f, 1 - y * y));
-  Sample result{{radius * std::sin(longitude), y, radius * std::cos(longitude)},
-                look_up({column_u, std::acos(y) / glm::pi<float>()})};
-  // Not what rounding may have made of the pixel.
-  result.seen.pdf = texels_[texel_index(column.index, row.index, width_)].w * density_per_weight_;
-  return result;
-}
-
-// Samples are all over the image, which is larger than a cache: step by step for several at once,
-// so that they wait for memory together.
-void Environment::sample(std::span<const glm::vec2> u, std::span<Sample> samples) const {
-  constexpr std::size_t kTogether = 32;
-  std::array<CumulativeTable::Interval, kTogether> rows;
-  std::array<Place, kTogether> places;
-  for (std::size_t first = 0; first < u.size(); first += kTogether) {
-    const std::size_t count = std::min(kTogether, u.size() - first);
-    for (std::size_t i = 0; i < count; ++i) {
-      rows[i] = rows_->find(u[first + i].y);
-      pixels_[static_cast<std::size_t>(rows[i].index)].prefetch(u[first + i].x);
-    }
-    for (std::size_t i = 0; i < count; ++i) places[i] = place_in(rows[i], u[first + i].x);
-    for (std::size_t i = 0; i < count; ++i) samples[first + i] = sample_at(places[i]);
+// u and v from 0 to 1: no division is needed to wrap. Pixels are all over the image, which is
+// larger than a cache: all that are needed are fetched first.
+void Environment::look_up(int count, Places& places, SeenLight* found) const {
+  find_pixels(count, places.u, static_cast<float>(width_), places.right, places.tx);
+  find_pixels(count, places.v, static_cast<float>(height_), places.bottom, places.ty);
+  struct Corners {
+    const float *upper_left, *upper_right, *lower_left, *lower_right;
+  };
+  std::array<Corners, kTogether> corners;
+  for (int i = 0; i < count; ++i) {
+    const int right = places.right[i], bottom = places.bottom[i];
+    const int x0 = right > 0 ? right - 1 : width_ - 1, x1 = right < width_ ? right : 0;
+    const glm::vec4* upper = &texels_[texel_index(0, std::max(bottom - 1, 0), width_)];
+    const glm::vec4* lower = &texels_[texel_index(0, std::min(bottom, height_ - 1), width_)];
+    __builtin_prefetch(upper + x0);
+    __builtin_prefetch(lower + x0);
+    corners[static_cast<std::size_t>(i)] = {&upper[x0].x, &upper[x1].x, &lower[x0].x, &lower[x1].x};
   }
+  for (int i = 0; i < count; ++i) {
+    const auto& [upper_left, upper_right, lower_left, lower_right] =
+        corners[static_cast<std::size_t>(i)];
+    const float tx = places.tx[i], ty = places.ty[i];
+    float mixed[4];
+    for (int c = 0; c < 4; ++c) {
+      const float upper = upper_left[c] * (1 - tx) + upper_right[c] * tx;
+      const float lower = lower_left[c] * (1 - tx) + lower_right[c] * tx;
+      mixed[c] = upper * (1 - ty) + lower * ty;
+    }
+    // The pixel that holds the place is the nearest of the four.
+    const float* nearest =
+        ty < 0.5f ? (tx < 0.5f ? upper_left : upper_right) : (tx < 0.5f ? lower_left : lower_right);
+    found[i] = {{mixed[0], mixed[1], mixed[2]}, nearest[3] * density_per_weight_};
+  }
+}
+
+void Environment::seen(std::span<const glm::vec3> directions, std::span<SeenLight> found) const {
+  Directions some;
+  Places places;
+  for_each_some(directions.size(), [&](std::size_t first, int count) {
+    for (int i = 0; i < count; ++i) {
+      const glm::vec3& direction = directions[first + static_cast<std::size_t>(i)];
+      some.x[i] = direction.x, some.y[i] = direction.y, some.z[i] = direction.z;
+    }
+    find_uv(count, some.x, some.y, some.z, rotation_, places.u, places.v);
+    look_up(count, places, &found[first]);
+  });
+}
+
+// Step by step for several at once, so that they wait for memory together.
+void Environment::sample_some(int count, const glm::vec2* u, Sample* samples) const {
+  std::array<CumulativeTable::Interval, kTogether> rows;
+  std::array<const glm::vec4*, kTogether> chosen;
+  Directions directions;
+  Places places;
+  std::array<SeenLight, kTogether> found;
+  for (int i = 0; i < count; ++i) {
+    CumulativeTable::Interval& row = rows[static_cast<std::size_t>(i)];
+    row = rows_->find(u[i].y);
+    pixels_[static_cast<std::size_t>(row.index)].prefetch(u[i].x);
+  }
+  for (int i = 0; i < count; ++i) {
+    const CumulativeTable::Interval& row = rows[static_cast<std::size_t>(i)];
+    const auto index = static_cast<std::size_t>(row.index);
+    const CumulativeTable::Interval column = pixels_[index].find(u[i].x);
+    chosen[static_cast<std::size_t>(i)] = &texels_[texel_index(column.index, row.index, width_)];
+    directions.y[i] = std::clamp(
+        heights_[index] + row.fraction * (heights_[index + 1] - heights_[index]), -1.0f, 1.0f);
+    places.u[i] = (static_cast<float>(column.index) + column.fraction) / static_cast<float>(width_);
+  }
+  find_directions(count, places.u, rotation_, directions.y, directions.x, directions.z, places.v);
+  look_up(count, places, found.data());
+  for (int i = 0; i < count; ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    samples[i] = {{directions.x[i], directions.y[i], directions.z[i]},
+                  // Not what rounding may have made of the pixel.
+                  {found[index].radiance, chosen[index]->w * density_per_weight_}};
+  }
+}
+
+void Environment::sample(std::span<const glm::vec2> u, std::span<Sample> samples) const {
+  for_each_some(u.size(), [&](std::size_t first, int count) {
+    sample_some(count, &u[first], &samples[first]);
+  });
 }
 
 }  // namespace solidtex::pathtracer

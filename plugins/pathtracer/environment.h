@@ -46,25 +46,25 @@ class CumulativeTable {
   double total_ = 0;
 };
 
+// What is seen in a direction: radiance, and the density per solid angle with which sampling lights
+// chooses that direction.
+struct SeenLight {
+  glm::vec3 radiance{0};
+  float pdf = 0;
+};
+
 // Latitude-longitude image: +y is up, its centre looks along +z, x grows to the left edge
 // (OpenEXR's convention). Bilinear in the image.
 class Environment {
  public:
   explicit Environment(const EnvironmentImage& description);
 
-  glm::vec3 radiance(const glm::vec3& direction) const { return seen(direction).radiance; }
-  float pdf(const glm::vec3& direction) const { return seen(direction).pdf; }
-
-  // The radiance from a direction, and the density per solid angle with which `sample` chooses it.
-  struct Seen {
-    glm::vec3 radiance;
-    float pdf;
-  };
-  Seen seen(const glm::vec3& direction) const;
+  // From each direction.
+  void seen(std::span<const glm::vec3> directions, std::span<SeenLight> found) const;
 
   struct Sample {
     glm::vec3 direction;
-    Seen seen;
+    SeenLight seen;
   };
   // For as many pairs of numbers from [0, 1).
   void sample(std::span<const glm::vec2> u, std::span<Sample> samples) const;
@@ -73,11 +73,10 @@ class Environment {
   double luminance_of_all() const;
 
  private:
-  glm::vec2 to_uv(const glm::vec3& direction) const;
-  Seen look_up(const glm::vec2& uv) const;
-  struct Place;
-  Place place_in(const CumulativeTable::Interval& row, float u) const;
-  Sample sample_at(const Place& place) const;
+  struct Directions;
+  struct Places;
+  void look_up(int count, Places& places, SeenLight* found) const;
+  void sample_some(int count, const glm::vec2* u, Sample* samples) const;
   void weigh_pixels();
 
   // Radiance and, as w, the share with which the pixel is chosen: neighbours in memory, as they are

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/vectorized.h"
 
 namespace solidtex::pathtracer {
 namespace {
@@ -60,14 +61,14 @@ LightSample choose_on(const SphereLight& light, const glm::vec3& from, const glm
   const float cone = cone_of(light, from);
   if (cone <= 0) return {};
   const float rest = u.x * cone, cosine = 1 - rest;  // the difference would lose small cones
-  const float sine = std::sqrt(rest * (1 + cosine)), angle = glm::two_pi<float>() * u.y;
+  const float sine = std::sqrt(rest * (1 + cosine));
   const glm::vec3 to_center = light.center - from;
   const float distance = glm::length(to_center);
   const Frame frame(to_center / distance);
   const float half_chord =
       std::sqrt(std::max(light.radius * light.radius - distance * distance * sine * sine, 0.0f));
   // A little in front of the sphere: at its rim rounding moves the hit most.
-  return {frame.to_world({sine * std::cos(angle), sine * std::sin(angle), cosine}),
+  return {frame.to_world(glm::vec3(sine * unit_circle(u.y), cosine)),
           distance * cosine - half_chord - 2e-3f * light.radius, light.radiance, cone_pdf(cone)};
 }
 
@@ -172,8 +173,17 @@ void Lights::choose_shares(const std::vector<double>& powers) {
 
 void Lights::sample(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
                     std::span<LightSample> samples) const {
-  std::vector<std::uint32_t> sky;  // those that chose the environment
-  std::vector<glm::vec2> sky_u;
+  for_each_some(from.size(), [&](std::size_t first, int some) {
+    const auto count = static_cast<std::size_t>(some);
+    sample_some(from.subspan(first, count), u.subspan(first, count), samples.subspan(first, count));
+  });
+}
+
+void Lights::sample_some(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
+                         std::span<LightSample> samples) const {
+  std::array<std::uint32_t, kTogether> sky;  // those that chose the environment
+  std::array<glm::vec2, kTogether> sky_u;
+  std::size_t sky_count = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const auto [light, rest] = find(share_sums_, u[i].x);
     const glm::vec2 own(std::clamp(rest, 0.0f, 0x1.fffffep-1f), u[i].y);
@@ -181,20 +191,16 @@ void Lights::sample(std::span<const glm::vec3> from, std::span<const glm::vec2> 
       samples[i] = sample_shape(light, from[i], own);
       samples[i].pdf *= shares_[light];
     } else {
-      sky.push_back(static_cast<std::uint32_t>(i));
-      sky_u.push_back(own);
+      sky[sky_count] = static_cast<std::uint32_t>(i);
+      sky_u[sky_count++] = own;
     }
   }
-  if (environment_) sample_environment(sky, sky_u, samples);
-}
-
-void Lights::sample_environment(std::span<const std::uint32_t> chosen, std::span<const glm::vec2> u,
-                                std::span<LightSample> samples) const {
-  std::vector<Environment::Sample> found(u.size());
-  environment_->sample(u, found);
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    samples[chosen[i]] = {found[i].direction, std::numeric_limits<float>::infinity(),
-                          found[i].seen.radiance, found[i].seen.pdf * shares_.back()};
+  if (sky_count == 0) return;
+  std::array<Environment::Sample, kTogether> found;
+  environment_->sample(std::span(sky_u).first(sky_count), found);
+  for (std::size_t i = 0; i < sky_count; ++i) {
+    samples[sky[i]] = {found[i].direction, std::numeric_limits<float>::infinity(),
+                       found[i].seen.radiance, found[i].seen.pdf * shares_.back()};
   }
 }
 
@@ -212,14 +218,17 @@ LightSample Lights::sample_shape(std::size_t light, const glm::vec3& from,
   return choose_on(scene_.mesh_lights[light], area_sums_[light], from, u);
 }
 
-LightSample Lights::environment_seen(const glm::vec3& direction) const {
-  if (!environment_) return {};
-  const Environment::Seen seen = environment_->seen(direction);
-  return {direction, std::numeric_limits<float>::infinity(), seen.radiance,
-          seen.pdf * shares_.back()};
+void Lights::environment_seen(std::span<const glm::vec3> directions,
+                              std::span<SeenLight> found) const {
+  if (!environment_) {
+    std::fill(found.begin(), found.end(), SeenLight{});
+    return;
+  }
+  environment_->seen(directions, found);
+  for (SeenLight& seen : found) seen.pdf *= shares_.back();
 }
 
-LightSample Lights::light_seen(const LightHit& hit) const {
+SeenLight Lights::light_seen(const LightHit& hit) const {
   LightSample result;
   std::size_t light = hit.light;
   if (light < scene_.lights.size()) {
@@ -235,8 +244,7 @@ LightSample Lights::light_seen(const LightHit& hit) const {
     result = flat_light(hit.direction, hit.distance, normal_of(corners_of(mesh.mesh, hit.triangle)),
                         static_cast<float>(area_sums_[light].back()), mesh.radiance);
   }
-  result.pdf *= shares_[hit.light];
-  return result;
+  return {result.radiance, result.pdf * shares_[hit.light]};
 }
 
 }  // namespace solidtex::pathtracer

@@ -40,18 +40,17 @@ class Lights {
   void sample(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
               std::span<LightSample> samples) const;
 
-  // Radiance that a ray finds when it leaves the scene, or hits a light, and the density with which
-  // `sample` would have chosen that direction.
-  LightSample environment_seen(const glm::vec3& direction) const;
-  LightSample light_seen(const LightHit& hit) const;
+  // What rays find when they leave the scene, or hit a light.
+  void environment_seen(std::span<const glm::vec3> directions, std::span<SeenLight> found) const;
+  SeenLight light_seen(const LightHit& hit) const;
 
  private:
   std::size_t shape_count() const {
     return scene_.lights.size() + scene_.sphere_lights.size() + scene_.mesh_lights.size();
   }
   LightSample sample_shape(std::size_t light, const glm::vec3& from, const glm::vec2& u) const;
-  void sample_environment(std::span<const std::uint32_t> chosen, std::span<const glm::vec2> u,
-                          std::span<LightSample> samples) const;
+  void sample_some(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
+                   std::span<LightSample> samples) const;
   std::vector<double> powers() const;
   void choose_shares(const std::vector<double>& powers);
 

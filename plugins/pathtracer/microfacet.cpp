@@ -1,13 +1,14 @@
 #include "plugins/pathtracer/microfacet.h"
 
+#include "plugins/pathtracer/angles.h"
+
 namespace solidtex::pathtracer {
 
 glm::vec3 sample_visible_normal(const glm::vec3& out, float alpha, const glm::vec2& u) {
   const glm::vec3 standard = glm::normalize(glm::vec3(out.x * alpha, out.y * alpha, out.z));
-  const float angle = glm::two_pi<float>() * u.x;
   const float z = (1 - u.y) * (1 + standard.z) - standard.z;
   const float radius = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
-  const glm::vec3 h = standard + glm::vec3(radius * std::cos(angle), radius * std::sin(angle), z);
+  const glm::vec3 h = standard + glm::vec3(radius * unit_circle(u.x), z);
   return glm::normalize(glm::vec3(h.x * alpha, h.y * alpha, std::max(h.z, 1e-7f)));
 }
 

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/constants.hpp>
 
+#include "plugins/pathtracer/angles.h"
 #include "plugins/pathtracer/sobol.h"
 
 namespace solidtex::pathtracer {
@@ -26,6 +27,7 @@ inline float to_unit_float(std::uint64_t bits) { return static_cast<float>(bits 
 // a Sobol' sequence of its own, shuffled and scrambled, so that all are independent.
 class Sampler {
  public:
+  Sampler() = default;
   Sampler(std::uint64_t seed, std::uint32_t pixel, std::uint32_t sample)
       : pixel_key_(mix(mix(seed) + pixel)), sample_(sample) {}
 
@@ -34,20 +36,38 @@ class Sampler {
     return to_unit(scrambled_sobol_0(shuffle(sample_, high(key)), low(key)));
   }
 
-  glm::vec2 get_2d(std::uint32_t dimension) const {
+  // How a dimension's pairs are shuffled and scrambled: the same for all samples of a pixel.
+  struct PairSeeds {
+    std::uint32_t order, x, y;
+  };
+  PairSeeds pair_seeds(std::uint32_t dimension) const {
     const std::uint64_t key = mix(pixel_key_ + dimension);
-    const std::uint32_t index = shuffle(sample_, high(key));
-    return {to_unit(scrambled_sobol_0(index, low(key))),
-            to_unit(scrambled_sobol_1(index, low(mix(key))))};
+    return {high(key), low(key), low(mix(key))};
   }
+  static glm::vec2 pair(std::uint32_t sample, const PairSeeds& seeds) {
+    const std::uint32_t index = shuffle(sample, seeds.order);
+    return {to_unit(scrambled_sobol_0(index, seeds.x)), to_unit(scrambled_sobol_1(index, seeds.y))};
+  }
+  glm::vec2 get_2d(std::uint32_t dimension) const { return pair(sample_, pair_seeds(dimension)); }
+
+  Sampler of_sample(std::uint32_t sample) const {
+    Sampler result = *this;
+    result.sample_ = sample;
+    return result;
+  }
+  std::uint32_t sample() const { return sample_; }
+  bool is_of_pixel_of(const Sampler& other) const { return pixel_key_ == other.pixel_key_; }
 
  private:
   static std::uint32_t low(std::uint64_t key) { return static_cast<std::uint32_t>(key); }
   static std::uint32_t high(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32); }
-  static float to_unit(std::uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
+  // Signed, because that is what vectors convert at once.
+  static float to_unit(std::uint32_t x) {
+    return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24f;
+  }
 
-  std::uint64_t pixel_key_;
-  std::uint32_t sample_;
+  std::uint64_t pixel_key_ = 0;
+  std::uint32_t sample_ = 0;
 };
 
 // Right-handed orthonormal frame around a unit normal (z), after Duff et al., "Building an
@@ -69,13 +89,13 @@ struct Frame {
 
 // Direction with density cos(theta) / pi about +z.
 inline glm::vec3 sample_cosine_hemisphere(const glm::vec2& u) {
-  const float radius = std::sqrt(u.x), angle = glm::two_pi<float>() * u.y;
-  return {radius * std::cos(angle), radius * std::sin(angle), std::sqrt(1.0f - u.x)};
+  return {std::sqrt(u.x) * unit_circle(u.y), std::sqrt(1.0f - u.x)};
 }
 
 // Offset in [-1, 1] with the density of a tent.
 inline float sample_tent(float u) {
-  return u < 0.5f ? std::sqrt(2 * u) - 1 : 1 - std::sqrt(2 - 2 * u);
+  const float from_edge = 1 - std::sqrt(2 * (u < 0.5f ? u : 1 - u));
+  return u < 0.5f ? -from_edge : from_edge;
 }
 
 // Veach's power heuristic with exponent 2, for a sample drawn with density `pdf`.

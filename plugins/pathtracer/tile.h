@@ -12,6 +12,7 @@
 #include "plugins/pathtracer/framebuffer.h"
 #include "plugins/pathtracer/lights.h"
 #include "plugins/pathtracer/material_bsdf.h"
+#include "plugins/pathtracer/numbers.h"
 #include "plugins/pathtracer/sampling.h"
 #include "plugins/pathtracer/stopwatch.h"
 
@@ -58,11 +59,19 @@ class TileRenderer {
     glm::vec3 light;
   };
 
+  // For NumberPairs: from the path `first`.
+  auto sampler_of(std::size_t first) const {
+    return [this, first](int i) -> const Sampler& {
+      return paths_[first + static_cast<std::size_t>(i)].sampler;
+    };
+  }
+
   bool choose_pixels(std::uint32_t target);
   std::uint32_t batch_size(std::uint32_t target) const;
   void start_paths(std::uint32_t sample_count);
   void trace();
   void intersect(int depth);
+  void escape(int depth);
   void arrive(int depth);
   void record(int depth);
   void scatter(int depth);
@@ -71,8 +80,8 @@ class TileRenderer {
               const Frame& frame, const glm::vec3& out);
   void add_unshadowed_light();
   bool bounce(Path& path, Ray& ray, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
-              const glm::vec3& out, std::uint32_t dimension, int depth);
-  void add_emitted(const Path& path, const LightSample& seen, int depth);
+              const glm::vec3& out, const glm::vec2& direction_numbers, int depth);
+  void add_emitted(const Path& path, const SeenLight& seen, int depth);
   void keep(std::size_t count);
   void accumulate(std::uint32_t sample_count);
 
@@ -91,6 +100,7 @@ class TileRenderer {
   std::vector<Appearance> found_;         // what is there
   std::vector<glm::vec3> above_;          // points just above surfaces_[i]
   std::vector<glm::vec2> light_numbers_;  // random ones, the same
+  NumberPairs numbers_;                   // of some paths
   std::vector<LightSample> lights_;       // that they chose
   std::vector<ShadowRay> shadow_rays_;
   std::vector<DirectLight> direct_light_;  // of shadow_rays_[i]

@@ -1,4 +1,5 @@
-"""Fits the engine's polynomials and prints them as C++ (engine/kernels/polynomials.h).
+"""Fits polynomials and prints them as C++: the engine's, for engine/kernels/polynomials.h, and the
+path tracer's, for plugins/pathtracer/angles.h.
 
 Every fit is minimax by Lawson's iteration: least squares on a Chebyshev grid whose weights are
 multiplied by the error until the errors are level. Run it again and the same coefficients come out.
@@ -68,6 +69,19 @@ def main() -> None:
     x = chebyshev_grid(1e-3, 0.625)
     a, _, error = fit_rational(x**2, (np.tanh(x) / x - 1) / x**2, range(5), none, x**3 / np.tanh(x))
     print_coefficients("kTanh", a, f"(tanh(x) / x - 1) / x^2 in x^2, |x| <= 0.625, {error:.1e}")
+
+    print("// ---- angles\n")
+    r = chebyshev_grid(1e-4, np.tan(np.pi / 8) * 1.0001)
+    turn = 2 * np.pi
+    a, _, error = fit_rational(r**2, np.arctan(r) / (turn * r), range(5), none, turn * r)
+    name = "atan(r) / (2 pi r) in r^2, |r| <= tan(pi / 8), absolute"
+    print_coefficients("kArcTangent", a, f"{name} {error:.1e} radians")
+
+    r = chebyshev_grid(1e-4, 0.125 * 1.000001)
+    a, _, error = fit_rational(r**2, np.sin(turn * r) / r, range(4), none, r)
+    print_coefficients("kSine", a, f"sin(2 pi r) / r in r^2, |r| <= 1/8, absolute {error:.1e}")
+    a, _, error = fit_rational(r**2, np.cos(turn * r), range(5), none, np.ones_like(r))
+    print_coefficients("kCosine", a, f"cos(2 pi r) in r^2, |r| <= 1/8, absolute {error:.1e}")
 
 
 if __name__ == "__main__":

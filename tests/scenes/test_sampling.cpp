@@ -3,6 +3,8 @@
 #include <functional>
 
 #include "catch.hpp"
+#include "plugins/pathtracer/angles.h"
+#include "plugins/pathtracer/numbers.h"
 #include "plugins/pathtracer/sampling.h"
 #include "tests/scenes/directions.h"
 
@@ -56,6 +58,41 @@ TEST_CASE("The second dimension is Sobol's") {
   for (const std::uint32_t i : {0x80000000u, 0xffffffffu, 0xdeadbeefu, 0x00010001u}) {
     CHECK(reverse_bits(reversed_sobol_1(i)) == second_dimension(i));
   }
+}
+
+TEST_CASE("Numbers for many paths are those for each") {
+  NumberPairs pairs;
+  for (const int count : {1, 5, 16, 33, kTogether}) {
+    const auto sampler = [](int i) {
+      return Sampler(9, static_cast<std::uint32_t>(i / 3),
+                     1000003u * static_cast<std::uint32_t>(i));
+    };
+    std::vector<Sampler> samplers;
+    for (int i = 0; i < count; ++i) samplers.push_back(sampler(i));
+    pairs.draw(count, 4,
+               [&](int i) -> const Sampler& { return samplers[static_cast<std::size_t>(i)]; });
+    for (int i = 0; i < count; ++i) CHECK(pairs[i] == sampler(i).get_2d(4));
+  }
+}
+
+TEST_CASE("Angles are those of libm") {
+  constexpr double kTurn = 2 * glm::pi<double>();
+  double circle_error = 0, turns_error = 0;
+  for (int i = -4000; i <= 8000; ++i) {
+    const float turns = static_cast<float>(i) / 3999.0f;
+    const glm::vec2 place = unit_circle(turns);
+    circle_error = std::max({circle_error, std::abs(place.x - std::cos(kTurn * turns)),
+                             std::abs(place.y - std::sin(kTurn * turns))});
+    const glm::vec2 far = 1e3f * place;
+    const double angle = std::atan2(static_cast<double>(far.y), static_cast<double>(far.x)) / kTurn;
+    turns_error = std::max(turns_error, std::abs(turns_of(far.x, far.y) - angle));
+  }
+  CHECK(circle_error < 1.5e-7);
+  CHECK(turns_error < 6e-8);
+  CHECK(turns_of(0, 0) == 0);
+  CHECK(turns_of(-1, 0) == 0.5f);
+  CHECK(turns_of(0, -2) == -0.25f);
+  CHECK(unit_circle(0.75f) == glm::vec2(0, -1));
 }
 
 TEST_CASE("Blocks of 64 samples fill every interval of a 64th once") {
