@@ -32,6 +32,7 @@ class Pair:
     floor: Surface
     environment: bool  # or else a rectangle of light
     brightness: float = 1.0  # of the light
+    variant: str = "scalar_rgb"  # of Mitsuba
     files: dict[str, np.ndarray] = field(default_factory=dict)  # pictures, by name
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rough_coat
 from image_test import compare
 from scene_pairs import (
     FLOOR,
@@ -56,6 +57,20 @@ def coated(color: list[float]) -> Surface:
     )
 
 
+def rough(color: list[float]) -> Surface:
+    """No material of Mitsuba is our coat where it is rough: tests/agreement/rough_coat.py is."""
+    rgb = dict(zip(("red", "green", "blue"), color, strict=True))
+    return Surface(
+        {"type": "coated", "color": color, "roughness": 0.45, "ior": 1.5},
+        {"type": "roughcoat", "roughness": 0.45, "ior": 1.5, **rgb},
+    )
+
+
+def of_coats(ball: Surface, environment: bool) -> Pair:
+    """With a material in Python, which the variant that asks for many points at once is fast at."""
+    return Pair(ball, GRAY, environment, variant="llvm_ad_rgb")
+
+
 GRAY, RED = diffuse([0.5, 0.5, 0.5]), diffuse([0.7, 0.3, 0.2])
 
 
@@ -85,6 +100,8 @@ def pairs() -> dict[str, Pair]:
         "diffuse-rectangle": Pair(RED, GRAY, environment=False),
         "coated-environment": Pair(coated([0.6, 0.3, 0.1]), GRAY, environment=True),
         "coated-rectangle": Pair(coated([0.1, 0.3, 0.6]), GRAY, environment=False),
+        "rough-environment": of_coats(rough([0.6, 0.3, 0.1]), environment=True),
+        "rough-rectangle": of_coats(rough([0.1, 0.3, 0.6]), environment=False),
         "solid-environment": Pair(RED, stone, environment=True, files=files),
     }
 
@@ -94,6 +111,8 @@ NAMES = [
     "diffuse-rectangle",
     "coated-environment",
     "coated-rectangle",
+    "rough-environment",
+    "rough-rectangle",
     "solid-environment",
 ]
 
@@ -117,6 +136,9 @@ def our_renders(folder: Path, pair: Pair) -> np.ndarray:
 
 
 def mitsuba_renders(folder: Path, pair: Pair) -> np.ndarray:
+    mitsuba.set_variant(pair.variant)
+    if pair.ball.mitsuba["type"] == "roughcoat":
+        rough_coat.register(mitsuba, pytest.importorskip("drjit"))
     write_files(folder, pair)
     texture = pair.floor.mitsuba.get("reflectance", {})
     if "filename" in texture:
