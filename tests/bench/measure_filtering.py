@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -27,29 +28,38 @@ SAMPLES = 4
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("model", nargs="+", help="a file, or the name of a shipped model")
-    names = parser.parse_args().model
     print("| model | edge | deviation | plain | random | 4 random | filtered |")
     print("|---|---|---|---|---|---|---|")
-    for name in names:
+    for name, texture in textures_asked_for(__doc__):
         for radius in RADII:
-            print(row(name, radius))
+            print(row(name, texture, radius))
 
 
-def row(name: str, radius: float) -> str:
+def textures_asked_for(doc: str) -> Iterator[tuple[str, Texture]]:
+    """The models that the command names, opened one after another."""
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    parser.add_argument("model", nargs="+", help="a file, or the name of a shipped model")
+    for name in parser.parse_args().model:
+        with Texture(model_path(name)) as texture:
+            yield name, texture
+
+
+def deviation_of(texture: Texture, places: np.ndarray) -> float:
+    """Of all the texture, root mean square over the channels."""
+    return np.sqrt(np.var(texture.eval_points(places), axis=0).mean())
+
+
+def row(name: str, texture: Texture, radius: float) -> str:
     rng = np.random.default_rng(round(8 * radius))
-    with Texture(model_path(name)) as texture:
-        far = rng.uniform(0, SPREAD, (4096, 3))
-        deviation = np.sqrt(np.var(texture.eval_points(far[:1024]), axis=0).mean())
-        places = rng.integers(0, SPREAD, (PLACES, 3)) + 0.25
-        true = np.stack([true_mean(texture, p, radius, rng) for p in places])
-        found = {
-            "plain": texture.eval_points(places),
-            "random": means_of(texture, places, radius, 1, rng),
-            "4 random": means_of(texture, places, radius, SAMPLES, rng),
-            "filtered": texture.eval_points(places, radii=radius),
-        }
+    deviation = deviation_of(texture, rng.uniform(0, SPREAD, (4096, 3))[:1024])
+    places = rng.integers(0, SPREAD, (PLACES, 3)) + 0.25
+    true = np.stack([true_mean(texture, p, radius, rng) for p in places])
+    found = {
+        "plain": texture.eval_points(places),
+        "random": means_of(texture, places, radius, 1, rng),
+        "4 random": means_of(texture, places, radius, SAMPLES, rng),
+        "filtered": texture.eval_points(places, radii=radius),
+    }
     errors = [np.sqrt(np.square(v - true).mean()) / deviation for v in found.values()]
     own = np.sqrt(np.var(true, axis=0).mean()) / deviation
     return (

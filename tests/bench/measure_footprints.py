@@ -11,11 +11,16 @@ microseconds, when the bricks are there. From the repository, built:
 
 from __future__ import annotations
 
-import argparse
 import time
 
 import numpy as np
-from measure_filtering import from_light, light_mean, model_path, to_light
+from measure_filtering import (
+    deviation_of,
+    from_light,
+    light_mean,
+    textures_asked_for,
+    to_light,
+)
 
 from solidtex import Texture
 
@@ -28,22 +33,17 @@ TIMED = 64  # times that the places are looked up
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("model", nargs="+", help="a file, or the name of a shipped model")
-    names = parser.parse_args().model
     print("| model | width | aspect | deviation | cube | 8 random | axes | cube µs | axes µs |")
     print("|---|---|---|---|---|---|---|---|---|")
-    for name in names:
-        with Texture(model_path(name)) as texture:
-            for width in WIDTHS:
-                for aspect in ASPECTS:
-                    print(f"| {name} | {width:g} | {aspect} | {row(texture, width, aspect)} |")
+    for name, texture in textures_asked_for(__doc__):
+        for width in WIDTHS:
+            for aspect in ASPECTS:
+                print(f"| {name} | {width:g} | {aspect} | {row(texture, width, aspect)} |")
 
 
 def row(texture: Texture, width: float, aspect: int) -> str:
     rng = np.random.default_rng(round(100 * width) + aspect)
-    far = rng.uniform(0, SPREAD, (1024, 3))
-    deviation = np.sqrt(np.var(texture.eval_points(far), axis=0).mean())
+    deviation = deviation_of(texture, rng.uniform(0, SPREAD, (1024, 3)))
     places = rng.uniform(0, SPREAD, (PLACES, 3)).astype(np.float32)
     axes = np.stack([random_axes(width, aspect, rng) for _ in range(PLACES)])
     radii = np.full(PLACES, width * np.sqrt(aspect))
