@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <list>
 #include <mutex>
@@ -74,7 +75,7 @@ struct BrickCache::Shard {
 };
 
 struct BrickCache::Total {
-  std::atomic<std::uint64_t> resident_bytes = 0, peak_bytes = 0;
+  std::atomic<std::uint64_t> resident_bytes = 0, peak_bytes = 0, nanoseconds = 0;
 
   void add(std::uint64_t bytes) {
     const std::uint64_t now = resident_bytes.fetch_add(bytes) + bytes;
@@ -135,7 +136,10 @@ std::shared_ptr<const float> BrickCache::get(const BrickKey& key) {
 void BrickCache::build(Shard& shard, const BrickKey& key, Brick& brick) {
   try {
     brick.values = std::make_unique_for_overwrite<float[]>(brick_values_);
+    const auto begin = std::chrono::steady_clock::now();
     tbb::this_task_arena::isolate([&] { build_(key, {brick.values.get(), brick_values_}); });
+    const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - begin;
+    total_->nanoseconds += static_cast<std::uint64_t>(spent.count());
     keep(shard, key);
   } catch (...) {
     brick.failure = std::current_exception();
@@ -176,6 +180,7 @@ CacheStats BrickCache::stats() const {
   }
   stats.resident_bytes = total_->resident_bytes;
   stats.peak_bytes = total_->peak_bytes;
+  stats.brick_nanoseconds = total_->nanoseconds;
   return stats;
 }
 

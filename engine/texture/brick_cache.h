@@ -13,12 +13,13 @@ namespace solidtex::engine {
 
 struct CacheStats {
   std::uint64_t hit_count = 0, miss_count = 0, resident_bytes = 0, peak_bytes = 0;
-  std::uint64_t brick_count = 0;  // different ones; less than missed, where some were dropped
+  std::uint64_t brick_count = 0;        // different ones; less than missed, where some were dropped
+  std::uint64_t brick_nanoseconds = 0;  // that threads spent computing them, added up
 
   CacheStats& operator+=(const CacheStats& other) {
     hit_count += other.hit_count, miss_count += other.miss_count;
     resident_bytes += other.resident_bytes, peak_bytes += other.peak_bytes;
-    brick_count += other.brick_count;
+    brick_count += other.brick_count, brick_nanoseconds += other.brick_nanoseconds;
     return *this;
   }
 };

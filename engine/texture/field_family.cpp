@@ -78,6 +78,7 @@ class FieldFamily : public Family {
                        const Answers& answers) const override {
     const std::size_t step = kSortedPoints / kMostParts;
     for (std::size_t begin = 0; begin < batch.count; begin += step) {
+      const ProgressScope progress(begin / step, (batch.count + step - 1) / step);
       Lookups lookups;
       for (std::size_t p = begin; p < std::min(begin + step, batch.count); ++p)
         lookups.add({batch.coordinate(p, 0), batch.coordinate(p, 1), batch.coordinate(p, 2)},
@@ -109,7 +110,9 @@ class FieldFamily : public Family {
  private:
   template <class Work>
   static void for_each_chunk(const PointBatch& batch, const Work& work) {
+    const std::size_t chunks = (batch.count + kSortedPoints - 1) / kSortedPoints;
     for (std::size_t begin = 0; begin < batch.count; begin += kSortedPoints) {
+      const ProgressScope progress(begin / kSortedPoints, chunks);
       work(PointBatch{batch.origin, batch.points + 3 * begin,
                       std::min(kSortedPoints, batch.count - begin)},
            begin);
@@ -166,10 +169,22 @@ class FieldFamily : public Family {
     answers.for_both([&](auto member, std::size_t width) {
       std::fill_n(answers.*member, width * batch.count * channels_, 0.0f);
     });
+    std::array<std::vector<std::uint32_t>, kLevels> points_of;
+    std::size_t all = 0, done = 0;
     for (int level = 0; level < kLevels; ++level) {
-      std::vector<std::uint32_t> which;
+      auto& which = points_of[static_cast<std::size_t>(level)];
       for (std::uint32_t point = 0; point < batch.count; ++point)
         if (share_of(level, radii[point]) > 0) which.push_back(point);
+      all += which.size();
+    }
+    for (int level = 0; level < kLevels; ++level) {
+      const auto& which = points_of[static_cast<std::size_t>(level)];
+      if (which.empty()) continue;
+      const auto part_of_all = [all](std::size_t points) {
+        return static_cast<double>(points) / static_cast<double>(all);
+      };
+      const ProgressScope progress(part_of_all(done), part_of_all(done + which.size()));
+      done += which.size();
       AnswerBuffer buffer(which.size() * channels_, answers.gradients != nullptr);
       const Answers found = buffer;
       levels_[static_cast<std::size_t>(level)]->evaluate(batch, which, found);
@@ -204,6 +219,7 @@ class FieldFamily : public Family {
 
   // Measured when first asked for, some tenths of a second.
   const std::vector<FadeStep>& fade_steps() const {
+    const ProgressScope at_the_end(1.0, 1.0);
     std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(field_, light_, kLevels - 1); });
     return fade_steps_;
   }

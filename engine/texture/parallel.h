@@ -10,7 +10,7 @@
 #include <cfenv>
 #include <cstddef>
 
-#include "engine/texture/interrupt.h"
+#include "engine/texture/progress.h"
 
 namespace solidtex::engine {
 
@@ -30,8 +30,8 @@ class DefaultFloatMode {
   std::fenv_t saved_;
 };
 
-// How finely a loop is cut: `least` is worth a thread, and where the host may interrupt, it is
-// asked each time that `strip` are done.
+// How finely a loop is cut: `least` is worth a thread, and where the host hears of the progress, it
+// is told each time that `strip` are done.
 struct Grain {
   constexpr Grain(std::size_t least_, std::size_t strip_ = 1) : least(least_), strip(strip_) {}
   std::size_t least, strip;
@@ -45,12 +45,14 @@ template <class Work>
 void for_each_part(std::size_t count, Grain grain, const Work& work) {
   if (count == 0) return;
   if (count <= grain.least) return work(std::size_t{0}, count);
-  Interrupt interrupt;
+  LoopProgress progress(count);
   const auto work_on = [&](const tbb::blocked_range<std::size_t>& part) {
-    if (!interrupt.is_possible()) return work(part.begin(), part.end());
+    if (!progress.is_heard()) return work(part.begin(), part.end());
     for (std::size_t begin = part.begin(); begin < part.end(); begin += grain.strip) {
-      interrupt.check();
-      work(begin, std::min(begin + grain.strip, part.end()));
+      const std::size_t end = std::min(begin + grain.strip, part.end());
+      progress.check();
+      work(begin, end);
+      progress.add(end - begin);
     }
   };
   tbb::task_group_context context(

@@ -130,7 +130,14 @@ class SamplerFamily : public Family {
     std::vector<std::size_t> plain, wide;
     for (std::size_t point = 0; point < batch.count; ++point)
       (axes_of(point).is_point() ? plain : wide).push_back(point);
-    for_each_block(plain, [&](std::span<const std::size_t> points) {
+    const double share = static_cast<double>(plain.size()) / static_cast<double>(batch.count);
+    evaluate_plain(batch, plain, answers, ProgressScope(0.0, share));
+    if (!wide.empty()) evaluate_wide(batch, wide, axes_of, answers, ProgressScope(share, 1.0));
+  }
+
+  void evaluate_plain(const PointBatch& batch, const std::vector<std::size_t>& which,
+                      const Answers& answers, const ProgressScope&) const {
+    for_each_block(which, [&](std::span<const std::size_t> points) {
       std::vector<double> positions;
       for (const std::size_t point : points)
         for (int axis = 0; axis < 3; ++axis) positions.push_back(batch.coordinate(point, axis));
@@ -143,9 +150,13 @@ class SamplerFamily : public Family {
           std::copy_n(found.*member + i * step, step, answers.*member + points[i] * step);
       });
     });
-    if (wide.empty()) return;
-    filter_.prepare();
-    for_each_block(wide, [&](std::span<const std::size_t> points) {
+  }
+
+  template <class AxesOf>
+  void evaluate_wide(const PointBatch& batch, const std::vector<std::size_t>& which,
+                     const AxesOf& axes_of, const Answers& answers, const ProgressScope&) const {
+    prepare_filter(ProgressScope(0.0, 0.0));
+    for_each_block(which, [&](std::span<const std::size_t> points) {
       std::vector<PlacedFootprint> footprints;
       for (const std::size_t point : points)
         footprints.push_back(
@@ -155,6 +166,8 @@ class SamplerFamily : public Family {
       filter_.evaluate(footprints, answers);
     });
   }
+
+  void prepare_filter(const ProgressScope&) const { filter_.prepare(); }
 
   std::size_t channels() const { return static_cast<std::size_t>(sampler_.channels()); }
 

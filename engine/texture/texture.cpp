@@ -1,5 +1,9 @@
 #include "engine/texture/texture.h"
 
+#include <tbb/task_arena.h>
+
+#include <array>
+#include <atomic>
 #include <utility>
 
 #include "engine/texture/family.h"
@@ -20,65 +24,117 @@ std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
                              std::move(light));
 }
 
+// Each thread counts in one of several places, far enough from each other that threads which ask
+// for single points do not wait for each other.
+class AnswerCounters {
+ public:
+  struct alignas(64) Counters {
+    std::atomic<std::uint64_t> points = 0, voxels = 0;
+  };
+
+  Counters& of_this_thread() const {
+    static std::atomic<std::size_t> threads = 0;
+    thread_local const std::size_t number = threads++;
+    return counters_[number % counters_.size()];
+  }
+
+  Answered total() const {
+    Answered sum;
+    for (const Counters& counters : counters_)
+      sum.points += counters.points, sum.voxels += counters.voxels;
+    return sum;
+  }
+
+ private:
+  mutable std::array<Counters, 32> counters_;
+};
+
 }  // namespace
 
 struct Texture::Impl {
   Model model;
-  std::uint64_t seed;
-  Precision precision;
   std::unique_ptr<Family> family;
+  std::unique_ptr<tbb::task_arena> arena;  // null for that of the calling thread
+  AnswerCounters answered;
 
   std::size_t channels() const { return model.channels.size(); }
+
+  // A full arena of its own runs the call on another thread, which then does as this one would.
+  template <class Call>
+  void run(const Call& call) const {
+    const auto here = [&] {
+      const DefaultFloatMode mode;
+      call();
+    };
+    if (!arena) return here();
+    const ProgressScope::Range progress = ProgressScope::of_this_thread();
+    arena->execute([&] {
+      const ProgressScope same(progress);
+      here();
+    });
+  }
+
+  template <class Ask>
+  void ask_points(const double origin[3], const float* points, std::size_t count,
+                  const Answers& answers, const Ask& ask) const {
+    run([&] {
+      const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
+      check_points(batch, channels() * (answers.gradients ? 3 : 1));
+      ask(batch);
+    });
+    answered.of_this_thread().points.fetch_add(count, std::memory_order_relaxed);
+  }
 };
 
 Texture::Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
-                 Precision precision)
-    : impl_(std::make_unique<Impl>(Impl{std::move(model), seed, precision, nullptr})) {
+                 Precision precision, int threads)
+    : impl_(std::make_unique<Impl>()) {
   const DefaultFloatMode mode;
+  impl_->model = std::move(model);
   impl_->family = make_family(impl_->model, seed, cache_limit_bytes, precision);
+  if (threads > 0) impl_->arena = std::make_unique<tbb::task_arena>(threads);
 }
 
 Texture::~Texture() = default;
 
 const Model& Texture::model() const { return impl_->model; }
 
-std::uint64_t Texture::seed() const { return impl_->seed; }
-
-Precision Texture::precision() const { return impl_->precision; }
-
 void Texture::eval_points(const double origin[3], const float* points, std::size_t count,
                           const Answers& answers) const {
-  const DefaultFloatMode mode;
-  const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
-  check_points(batch, impl_->channels() * (answers.gradients ? 3 : 1));
-  impl_->family->eval_points(batch, answers);
+  impl_->ask_points(origin, points, count, answers,
+                    [&](const PointBatch& batch) { impl_->family->eval_points(batch, answers); });
 }
 
 void Texture::eval_filtered(const double origin[3], const float* points, const float* radii,
                             std::size_t count, const Answers& answers) const {
-  const DefaultFloatMode mode;
-  const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
-  check_points(batch, impl_->channels() * (answers.gradients ? 3 : 1));
-  check_radii(radii, count);
-  impl_->family->eval_filtered(batch, radii, answers);
+  impl_->ask_points(origin, points, count, answers, [&](const PointBatch& batch) {
+    check_radii(radii, count);
+    impl_->family->eval_filtered(batch, radii, answers);
+  });
 }
 
 void Texture::eval_footprints(const double origin[3], const float* points, const float* axes,
                               std::size_t count, const Answers& answers) const {
-  const DefaultFloatMode mode;
-  const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
-  check_points(batch, impl_->channels() * (answers.gradients ? 3 : 1));
-  check_axes(axes, count);
-  impl_->family->eval_footprints(batch, axes, answers);
+  impl_->ask_points(origin, points, count, answers, [&](const PointBatch& batch) {
+    check_axes(axes, count);
+    impl_->family->eval_footprints(batch, axes, answers);
+  });
 }
 
 void Texture::eval_box(const std::int64_t origin[3], const std::int64_t size[3],
                        float* values) const {
-  const DefaultFloatMode mode;
-  const Box box = checked_box(origin, size, impl_->channels());
-  if (!box.empty()) impl_->family->eval_box(box, values);
+  Box box;
+  impl_->run([&] {
+    box = checked_box(origin, size, impl_->channels());
+    if (!box.empty()) impl_->family->eval_box(box, values);
+  });
+  if (box.empty()) return;
+  const auto voxels = static_cast<std::uint64_t>(box.size(0) * box.size(1) * box.size(2));
+  impl_->answered.of_this_thread().voxels.fetch_add(voxels, std::memory_order_relaxed);
 }
 
 CacheStats Texture::cache_stats() const { return impl_->family->cache_stats(); }
+
+Answered Texture::answered() const { return impl_->answered.total(); }
 
 }  // namespace solidtex::engine

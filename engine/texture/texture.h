@@ -9,21 +9,26 @@
 #include "engine/sampler/sampler.h"
 #include "engine/texture/answers.h"
 #include "engine/texture/brick_cache.h"
+#include "engine/texture/progress.h"
 
 namespace solidtex::engine {
 
-// Immutable but for the cache; queries may run on any number of threads. They check their arguments
-// and throw Error before writing anything.
+// How much was asked for and answered.
+struct Answered {
+  std::uint64_t points = 0, voxels = 0;
+};
+
+// Immutable but for the cache and counters; queries may run on any number of threads. They check
+// their arguments and throw Error before writing anything.
 class Texture {
  public:
+  // Queries run in an arena of so many threads, 0 for the calling thread's.
   Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
-          Precision precision = Precision::full);
+          Precision precision = Precision::full, int threads = 0);
   ~Texture();
 
   // The model's facts. Its tensors have moved into the evaluator.
   const Model& model() const;
-  std::uint64_t seed() const;
-  Precision precision() const;
 
   // Point p is origin + points[3p .. 3p+2]; answers are count x channels.
   void eval_points(const double origin[3], const float* points, std::size_t count,
@@ -38,6 +43,7 @@ class Texture {
   void eval_box(const std::int64_t origin[3], const std::int64_t size[3], float* values) const;
 
   CacheStats cache_stats() const;
+  Answered answered() const;
 
  private:
   struct Impl;

@@ -46,7 +46,7 @@ glm::uvec3 albedo_channels(const solidtex::texture& texture) {
 BrickStatistics brick_statistics(const Scene& scene) {
   BrickStatistics total;
   for (const solidtex::texture& texture : scene.textures) {
-    const solidtex_cache_stats stats = texture.cache_stats();
+    const solidtex_statistics stats = texture.statistics();
     total.needed += stats.brick_count;
     total.computed += stats.miss_count;
     total.peak_bytes += stats.peak_bytes;

@@ -43,28 +43,11 @@ void require(bool condition, const std::string& message) {
 
 std::string text(const char* found) { return found ? found : ""; }
 
-// Asked by the library every now and then: is there a signal, and did its handler raise?
-int signal_has_raised(void*) {
+// Called by the library every now and then: is there a signal, and did its handler raise?
+int signal_has_raised(void*, double) {
   const nb::gil_scoped_acquire lock;
   return PyErr_CheckSignals();
 }
-
-// Ctrl-C for the queries of one thread. A handler that the query calls may make one itself.
-class Interruptible {
- public:
-  Interruptible() {
-    if (depth_++ == 0) solidtex_set_interrupt(signal_has_raised, nullptr);
-  }
-  ~Interruptible() {
-    if (--depth_ == 0) solidtex_set_interrupt(nullptr, nullptr);
-  }
-  Interruptible(const Interruptible&) = delete;
-  Interruptible& operator=(const Interruptible&) = delete;
-
- private:
-  static thread_local int depth_;
-};
-thread_local int Interruptible::depth_ = 0;
 
 // A query without the lock of the interpreter. Handlers of signals run on the main thread, as
 // always; what they raise, such as KeyboardInterrupt, ends the query.
@@ -74,7 +57,6 @@ void run(const Query& query) {
   solidtex_status status;
   {
     const nb::gil_scoped_release unlocked;
-    const Interruptible interruptible;
     status = query();
   }
   if (PyErr_Occurred()) throw nb::python_error();
@@ -112,19 +94,17 @@ void require_apart(const float* out, std::size_t size, const Floats& input, cons
 
 class Texture {
  public:
-  Texture(const nb::bytes& model, std::uint64_t seed, int precision, std::uint64_t cache_limit) {
-    const solidtex_options options = options_of(seed, precision, cache_limit);
-    const std::string name(model.c_str(), model.size());
-    open([&](solidtex_texture** opened) { return solidtex_open(name.c_str(), &options, opened); });
+  Texture(const nb::bytes& model, std::uint64_t seed, const std::string& precision,
+          std::uint64_t cache_limit, std::uint64_t threads)
+      : Texture(seed, precision, cache_limit, threads) {
+    open([&] { return solidtex_open(handle_.get(), model.c_str()); });
   }
 
-  static Texture from_bytes(const nb::bytes& data, std::uint64_t seed, int precision,
-                            std::uint64_t cache_limit) {
-    const solidtex_options options = options_of(seed, precision, cache_limit);
-    Texture result;
-    result.open([&](solidtex_texture** opened) {
-      return solidtex_open_memory(data.c_str(), data.size(), &options, opened);
-    });
+  static Texture from_bytes(const nb::bytes& data, std::uint64_t seed, const std::string& precision,
+                            std::uint64_t cache_limit, std::uint64_t threads) {
+    Texture result(seed, precision, cache_limit, threads);
+    result.open(
+        [&] { return solidtex_open_memory(result.handle_.get(), data.c_str(), data.size()); });
     return result;
   }
 
@@ -151,13 +131,13 @@ class Texture {
       names.push_back(text(solidtex_channel_name(get(), i)));
     return names;
   }
-  std::array<std::uint64_t, 5> cache_stats() const {
-    solidtex_cache_stats stats{};
-    stats.struct_size = sizeof stats;
+  std::array<std::uint64_t, 8> statistics() const {
+    solidtex_statistics found{};
+    found.struct_size = sizeof found;
     solidtex_clear_error();
-    check(solidtex_get_cache_stats(get(), &stats));
-    return {stats.hit_count, stats.miss_count, stats.brick_count, stats.resident_bytes,
-            stats.peak_bytes};
+    check(solidtex_get_statistics(get(), &found));
+    return {found.point_count, found.voxel_count,       found.hit_count,      found.miss_count,
+            found.brick_count, found.brick_nanoseconds, found.resident_bytes, found.peak_bytes};
   }
 
   // At most one of radii and axes.
@@ -203,28 +183,26 @@ class Texture {
  private:
   using Handle = std::shared_ptr<solidtex_texture>;
 
-  Texture() = default;
-
-  static solidtex_options options_of(std::uint64_t seed, int precision, std::uint64_t cache_limit) {
-    solidtex_options options;
-    solidtex_options_init(&options);
-    options.seed = seed;
-    options.precision = static_cast<solidtex_precision>(precision);
-    options.cache_limit_bytes = cache_limit;
-    return options;
+  Texture(std::uint64_t seed, const std::string& precision, std::uint64_t cache_limit,
+          std::uint64_t threads)
+      : handle_(solidtex_new(), solidtex_release) {
+    solidtex_clear_error();
+    solidtex_texture* made = handle_.get();
+    check(solidtex_set_integer(made, "seed", seed));
+    check(solidtex_set_string(made, "precision", precision.c_str()));
+    check(solidtex_set_integer(made, "cache_limit_bytes", cache_limit));
+    check(solidtex_set_integer(made, "threads", threads));
+    check(solidtex_set_progress_callback(made, signal_has_raised, nullptr));
   }
 
   template <class Open>
-  void open(const Open& opened_by) {
-    solidtex_texture* opened = nullptr;
-    solidtex_clear_error();
+  static void open(const Open& open_model) {
     solidtex_status status;
     {
       const nb::gil_scoped_release unlocked;
-      status = opened_by(&opened);
+      status = open_model();
     }
     check(status);
-    handle_.reset(opened, solidtex_close);
   }
 
   const Handle& held() const {
@@ -253,10 +231,11 @@ NB_MODULE(_engine, m) {
       },
       "The instruction set that values are computed with, by Highway's name.");
   nb::class_<Texture>(m, "Texture", "An open model.")
-      .def(nb::init<const nb::bytes&, std::uint64_t, int, std::uint64_t>(), "model"_a, "seed"_a,
-           "precision"_a, "cache_limit"_a)
+      .def(nb::init<const nb::bytes&, std::uint64_t, const std::string&, std::uint64_t,
+                    std::uint64_t>(),
+           "model"_a, "seed"_a, "precision"_a, "cache_limit"_a, "threads"_a)
       .def_static("from_bytes", &Texture::from_bytes, "data"_a, "seed"_a, "precision"_a,
-                  "cache_limit"_a)
+                  "cache_limit"_a, "threads"_a)
       .def("close", &Texture::close)
       .def_prop_ro("family", &Texture::family)
       .def_prop_ro("color_space", &Texture::color_space)
@@ -265,7 +244,7 @@ NB_MODULE(_engine, m) {
       .def_prop_ro("metadata_json", &Texture::metadata_json)
       .def_prop_ro("parameter_count", &Texture::parameter_count)
       .def_prop_ro("channels", &Texture::channels)
-      .def("cache_stats", &Texture::cache_stats)
+      .def("statistics", &Texture::statistics)
       .def("eval_points", &Texture::eval_points, "points"_a, "origin"_a, "radii"_a.none(),
            "axes"_a.none(), "out"_a, "gradients"_a.none() = nb::none(),
            nb::sig("def eval_points(self, points: object, origin: tuple[float, float, float], "

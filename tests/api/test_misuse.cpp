@@ -24,12 +24,18 @@ bool error_has(const std::string& part) {
 }
 
 struct Opened {
-  solidtex_texture* texture = nullptr;
+  solidtex_texture* texture = solidtex_new();
   explicit Opened(const std::vector<std::byte>& bytes) {
-    REQUIRE(solidtex_open_memory(bytes.data(), bytes.size(), nullptr, &texture) == SOLIDTEX_OK);
+    REQUIRE(solidtex_open_memory(texture, bytes.data(), bytes.size()) == SOLIDTEX_OK);
     solidtex_clear_error();
   }
-  ~Opened() { solidtex_close(texture); }
+  ~Opened() { solidtex_release(texture); }
+};
+
+// Not open yet.
+struct Closed {
+  solidtex_texture* texture = solidtex_new();
+  ~Closed() { solidtex_release(texture); }
 };
 
 }  // namespace
@@ -40,19 +46,34 @@ TEST_CASE("misuse: null arguments are named", "[misuse]") {
   float values[8] = {};
   const float point[3] = {};
   const int64_t origin[3] = {}, size[3] = {1, 1, 1};
-  solidtex_cache_stats stats = {sizeof(solidtex_cache_stats), 0, 0, 0, 0, 0};
+  solidtex_statistics statistics = {};
+  statistics.struct_size = sizeof statistics;
   const auto refused = [](solidtex_status status, const char* part) {
     const bool named = error_has(part);
     solidtex_clear_error();
     return status == SOLIDTEX_INVALID_ARGUMENT && named;
   };
-  CHECK(refused(solidtex_open(nullptr, nullptr, &texture), "model is null"));
-  CHECK(texture == nullptr);
-  texture = opened.texture;
-  CHECK(refused(solidtex_open("granite-grey", nullptr, nullptr), "texture is null"));
-  CHECK(refused(solidtex_open_memory(nullptr, 8, nullptr, &texture), "bytes is null"));
-  texture = opened.texture;
-  CHECK(refused(solidtex_open_memory("12345678", 8, nullptr, nullptr), "texture is null"));
+  const Closed closed;
+  uint64_t number = 1;
+  const char* text = "";
+  CHECK(refused(solidtex_open(closed.texture, nullptr), "model is null"));
+  CHECK(refused(solidtex_open(nullptr, "granite-grey"), "texture is null"));
+  CHECK(refused(solidtex_open_memory(closed.texture, nullptr, 8), "bytes is null"));
+  CHECK(refused(solidtex_open_memory(nullptr, "12345678", 8), "texture is null"));
+  CHECK(refused(solidtex_set_integer(nullptr, "seed", 1), "texture is null"));
+  CHECK(refused(solidtex_set_integer(closed.texture, nullptr, 1), "name is null"));
+  CHECK(refused(solidtex_set_string(closed.texture, "precision", nullptr), "value is null"));
+  CHECK(refused(solidtex_get_integer(nullptr, "seed", &number), "texture is null"));
+  CHECK(number == 0);
+  CHECK(refused(solidtex_get_integer(texture, "seed", nullptr), "value is null"));
+  CHECK(refused(solidtex_get_string(texture, nullptr, &text), "name is null"));
+  CHECK(text == nullptr);
+  CHECK(refused(solidtex_set_error_callback(nullptr, nullptr, nullptr), "texture is null"));
+  CHECK(refused(solidtex_set_progress_callback(nullptr, nullptr, nullptr), "texture is null"));
+  CHECK(refused(solidtex_eval_box(closed.texture, origin, size, values), "texture is not open"));
+  CHECK(refused(solidtex_get_statistics(closed.texture, &statistics), "texture is not open"));
+  CHECK((solidtex_name(closed.texture) == nullptr && error_has("texture is not open")));
+  solidtex_clear_error();
   CHECK(refused(solidtex_eval_points(nullptr, nullptr, point, 1, values, nullptr),
                 "texture is null"));
   CHECK(refused(solidtex_eval_points(texture, nullptr, nullptr, 1, values, nullptr),
@@ -74,10 +95,10 @@ TEST_CASE("misuse: null arguments are named", "[misuse]") {
   CHECK(refused(solidtex_eval_box(texture, nullptr, size, values), "origin is null"));
   CHECK(refused(solidtex_eval_box(texture, origin, nullptr, values), "size is null"));
   CHECK(refused(solidtex_eval_box(texture, origin, size, nullptr), "values is null"));
-  CHECK(refused(solidtex_get_cache_stats(nullptr, &stats), "texture is null"));
-  CHECK(refused(solidtex_get_cache_stats(texture, nullptr), "stats is null"));
-  solidtex_close(nullptr);
-  solidtex_options_init(nullptr);
+  CHECK(refused(solidtex_get_statistics(nullptr, &statistics), "texture is null"));
+  CHECK(refused(solidtex_get_statistics(texture, nullptr), "statistics is null"));
+  solidtex_retain(nullptr);
+  solidtex_release(nullptr);
   CHECK(solidtex_error_status() == SOLIDTEX_OK);
 }
 
@@ -91,11 +112,9 @@ TEST_CASE("misuse: facts of a null texture are empty and leave an error", "[misu
   CHECK((solidtex_channel_name(nullptr, 0) == nullptr && failed()));
   CHECK((solidtex_color_space(nullptr) == nullptr && failed()));
   CHECK((solidtex_name(nullptr) == nullptr && failed()));
-  CHECK((solidtex_get_seed(nullptr) == 0 && failed()));
   CHECK((solidtex_metadata_json(nullptr) == nullptr && failed()));
   CHECK((solidtex_parameter_count(nullptr) == 0 && failed()));
   CHECK((solidtex_path(nullptr) == nullptr && failed()));
-  CHECK((solidtex_get_precision(nullptr) == SOLIDTEX_PRECISION_FULL && failed()));
   CHECK((solidtex_get_family(nullptr) == SOLIDTEX_FAMILY_FIELD && failed()));
   const Opened opened(tiny_field_file());
   CHECK(solidtex_channel_name(opened.texture, 2) == nullptr);
@@ -104,33 +123,42 @@ TEST_CASE("misuse: facts of a null texture are empty and leave an error", "[misu
 }
 
 TEST_CASE("misuse: wrong struct sizes", "[misuse]") {
-  const auto bytes = tiny_field_file();
-  solidtex_options options = {0, 0, 0, SOLIDTEX_PRECISION_FULL};
-  solidtex_texture* texture = nullptr;
-  CHECK(solidtex_open_memory(bytes.data(), bytes.size(), &options, &texture) ==
-        SOLIDTEX_INVALID_ARGUMENT);
-  CHECK(error_has("solidtex_options.struct_size is 0, expected 32"));
-  CHECK(texture == nullptr);
-  solidtex_clear_error();
-  const Opened opened(bytes);
-  solidtex_cache_stats stats = {7, 0, 0, 0, 0, 0};
-  CHECK(solidtex_get_cache_stats(opened.texture, &stats) == SOLIDTEX_INVALID_ARGUMENT);
-  CHECK(error_has("solidtex_cache_stats.struct_size is 7, expected 48"));
+  const Opened opened(tiny_field_file());
+  solidtex_statistics statistics = {};
+  statistics.struct_size = 7;
+  CHECK(solidtex_get_statistics(opened.texture, &statistics) == SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(error_has("solidtex_statistics.struct_size is 7, expected 72"));
   solidtex_clear_error();
 }
 
-TEST_CASE("misuse: an unknown precision", "[misuse]") {
-  const auto bytes = tiny_sampler_file();
-  solidtex_options options;
-  solidtex_options_init(&options);
-  const int unknown = 2;
-  std::memcpy(&options.precision, &unknown, sizeof unknown);
-  solidtex_texture* texture = nullptr;
-  CHECK(solidtex_open_memory(bytes.data(), bytes.size(), &options, &texture) ==
-        SOLIDTEX_INVALID_ARGUMENT);
-  CHECK(error_has("solidtex_options.precision is 2, expected SOLIDTEX_PRECISION_FULL (0)"));
-  CHECK(texture == nullptr);
-  solidtex_clear_error();
+TEST_CASE("misuse: parameters that are not there, or out of range, or too late", "[misuse]") {
+  const Closed closed;
+  const auto refused = [](solidtex_status status, const char* part) {
+    const bool named = error_has(part);
+    solidtex_clear_error();
+    return status == SOLIDTEX_INVALID_ARGUMENT && named;
+  };
+  solidtex_texture* texture = closed.texture;
+  CHECK(refused(solidtex_set_integer(texture, "sed", 1),
+                "no parameter \"sed\" of this type; there are the integers cache_limit_bytes, "
+                "seed, threads and the string precision"));
+  CHECK(refused(solidtex_set_integer(texture, "precision", 1), "no parameter \"precision\""));
+  CHECK(refused(solidtex_set_string(texture, "seed", "1"), "no parameter \"seed\""));
+  CHECK(refused(solidtex_set_string(texture, "precision", "half"),
+                "parameter \"precision\" is \"half\", expected \"full\" or \"fast\""));
+  CHECK(refused(solidtex_set_integer(texture, "threads", 1025),
+                "parameter \"threads\" is 1025, expected 0 to 1024"));
+  uint64_t number = 1;
+  const char* text = nullptr;
+  CHECK(refused(solidtex_get_integer(texture, "depth", &number), "no parameter \"depth\""));
+  CHECK(refused(solidtex_get_string(texture, "", &text), "no parameter \"\""));
+
+  const Opened opened(tiny_sampler_file());
+  CHECK(refused(solidtex_set_integer(opened.texture, "seed", 1), "texture is open already"));
+  CHECK(refused(solidtex_set_string(opened.texture, "precision", "fast"), "open already"));
+  CHECK(refused(solidtex_set_error_callback(opened.texture, nullptr, nullptr), "open already"));
+  CHECK(refused(solidtex_set_progress_callback(opened.texture, nullptr, nullptr), "open already"));
+  CHECK(refused(solidtex_open(opened.texture, "granite-grey"), "open already"));
 }
 
 TEST_CASE("misuse: nothing to do is no error and touches nothing", "[misuse]") {
@@ -176,30 +204,31 @@ TEST_CASE("misuse: sizes and coordinates out of range", "[misuse]") {
 }
 
 TEST_CASE("misuse: random and damaged bytes are no model", "[misuse]") {
+  const Closed closed;
   std::mt19937 random(1);
   for (int attempt = 0; attempt < 300; ++attempt) {
     std::vector<std::byte> bytes(random() % 600);
     for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
-    solidtex_texture* texture = nullptr;
     const char empty = 0;
     const void* start = bytes.empty() ? static_cast<const void*>(&empty) : bytes.data();
-    REQUIRE(solidtex_open_memory(start, bytes.size(), nullptr, &texture) == SOLIDTEX_INVALID_MODEL);
-    REQUIRE(texture == nullptr);
+    REQUIRE(solidtex_open_memory(closed.texture, start, bytes.size()) == SOLIDTEX_INVALID_MODEL);
     REQUIRE(error_has("model in memory"));
     solidtex_clear_error();
   }
   const auto valid = tiny_field_file();
   for (std::size_t size = 0; size < valid.size(); size += 5) {
-    solidtex_texture* texture = nullptr;
-    REQUIRE(solidtex_open_memory(valid.data(), size, nullptr, &texture) == SOLIDTEX_INVALID_MODEL);
+    REQUIRE(solidtex_open_memory(closed.texture, valid.data(), size) == SOLIDTEX_INVALID_MODEL);
     solidtex_clear_error();
   }
+  // What has failed may be tried again.
+  CHECK(solidtex_open_memory(closed.texture, valid.data(), valid.size()) == SOLIDTEX_OK);
+  CHECK(std::string(solidtex_name(closed.texture)) == "tiny-field");
 }
 
 TEST_CASE("misuse: the first error of a thread is kept, and is its own", "[misuse]") {
-  solidtex_texture* texture = nullptr;
-  CHECK(solidtex_open(nullptr, nullptr, &texture) == SOLIDTEX_INVALID_ARGUMENT);
-  CHECK(solidtex_open("no/such/file.solidtex", nullptr, &texture) == SOLIDTEX_IO_ERROR);
+  const Closed closed;
+  CHECK(solidtex_open(closed.texture, nullptr) == SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(solidtex_open(closed.texture, "no/such/file.solidtex") == SOLIDTEX_IO_ERROR);
   CHECK(error_has("model is null"));
   CHECK(solidtex_error_status() == SOLIDTEX_INVALID_ARGUMENT);
   std::string elsewhere = "unset";
@@ -207,7 +236,7 @@ TEST_CASE("misuse: the first error of a thread is kept, and is its own", "[misus
   CHECK(elsewhere.empty());
   solidtex_clear_error();
   CHECK(std::string(solidtex_error_message()).empty());
-  CHECK(solidtex_open("no/such/file.solidtex", nullptr, &texture) == SOLIDTEX_IO_ERROR);
+  CHECK(solidtex_open(closed.texture, "no/such/file.solidtex") == SOLIDTEX_IO_ERROR);
   CHECK(error_has("no/such/file.solidtex"));
   solidtex_clear_error();
 }
@@ -224,19 +253,18 @@ TEST_CASE("lookup: a bare name is searched for, an unknown one lists what there 
   setenv("SOLIDTEX_MODEL_PATH", ((folder / "a").string() + ":" + (folder / "b").string()).c_str(),
          1);
 
-  solidtex_texture* texture = nullptr;
-  REQUIRE(solidtex_open("pebbles", nullptr, &texture) == SOLIDTEX_OK);
-  CHECK(solidtex_path(texture) == (folder / "b" / "pebbles.solidtex").string());
-  CHECK(std::string(solidtex_name(texture)) == "tiny-field");
-  solidtex_close(texture);
+  const Closed found, other;
+  REQUIRE(solidtex_open(found.texture, "pebbles") == SOLIDTEX_OK);
+  CHECK(solidtex_path(found.texture) == (folder / "b" / "pebbles.solidtex").string());
+  CHECK(std::string(solidtex_name(found.texture)) == "tiny-field");
 
-  CHECK(solidtex_open("marzipan", nullptr, &texture) == SOLIDTEX_IO_ERROR);
+  CHECK(solidtex_open(other.texture, "marzipan") == SOLIDTEX_IO_ERROR);
   CHECK(error_has("\"marzipan\""));
   CHECK(error_has("pebbles"));
   CHECK(error_has((folder / "a").string()));
   CHECK(error_has("share/solidtex/models"));
   solidtex_clear_error();
-  CHECK(solidtex_open("", nullptr, &texture) == SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(solidtex_open(other.texture, "") == SOLIDTEX_INVALID_ARGUMENT);
   solidtex_clear_error();
   unsetenv("SOLIDTEX_MODEL_PATH");
   fs::remove_all(folder);

@@ -79,7 +79,7 @@ TEST_CASE("print values", "[.]") {
     std::vector<float> values(2 * texture.channel_count());
     texture.eval_points({1e6, 0, -12}, points, values);
     print_bits(values);
-    const solidtex::texture fast(model, {.precision = SOLIDTEX_PRECISION_FAST});
+    const solidtex::texture fast(model, {.precision = "fast"});
     fast.eval_points({}, points, values);
     CHECK(solidtex::target() == target);
   }

@@ -36,14 +36,13 @@ TEST_CASE("wrapper: facts of both families", "[api]") {
   CHECK(sampler.channel_count() == 3);
   CHECK(sampler.color_space() == "linear");
   CHECK(sampler.seed() == 0);
-  CHECK(sampler.precision() == SOLIDTEX_PRECISION_FULL);
+  CHECK(sampler.precision() == "full");
 }
 
 TEST_CASE("wrapper: the lattice family is as exact in fast precision as in full", "[api]") {
   const auto full = solidtex::texture::from_memory(tiny_field_file());
-  const auto fast =
-      solidtex::texture::from_memory(tiny_field_file(), {.precision = SOLIDTEX_PRECISION_FAST});
-  CHECK(fast.precision() == SOLIDTEX_PRECISION_FAST);
+  const auto fast = solidtex::texture::from_memory(tiny_field_file(), {.precision = "fast"});
+  CHECK(fast.precision() == "fast");
   CHECK(box_of(fast, {-3, 5, 9}, 6) == box_of(full, {-3, 5, 9}, 6));
 }
 
@@ -69,12 +68,12 @@ TEST_CASE("wrapper: a moved texture is the same, its cache reports what it did",
   const auto expected = box_of(first, {0, 0, 0}, 4);
   const solidtex::texture second = std::move(first);
   CHECK(box_of(second, {0, 0, 0}, 4) == expected);
-  CHECK(second.cache_stats().miss_count == 0);
+  CHECK(second.statistics().miss_count == 0);
   const std::vector<float> points(30, 1.5f);
   std::vector<float> values(20);
   second.eval_points({0, 0, 0}, points, values);
   second.eval_points({0, 0, 0}, points, values);
-  const solidtex_cache_stats stats = second.cache_stats();
+  const solidtex_statistics stats = second.statistics();
   CHECK(stats.miss_count == 1);
   CHECK(stats.hit_count == 1);
   CHECK(stats.resident_bytes > 0);

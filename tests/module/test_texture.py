@@ -251,13 +251,24 @@ def test_opened_otherwise(tmp_path: Path) -> None:
         pickle.dumps(Texture.from_bytes(path.read_bytes()))
 
 
-def test_cache_stats() -> None:
+def test_statistics() -> None:
     texture = Texture(FIELD)
     texture.eval_points(places(10) * 0.01 + 3)
-    stats = texture.cache_stats()
+    stats = texture.statistics()
     assert stats.misses == stats.bricks == 1 and stats.resident_bytes == stats.peak_bytes > 0
-    texture.eval_points(places(10) * 0.01 + 3)
-    assert texture.cache_stats().hits > stats.hits and texture.cache_stats().misses == 1
+    assert stats.points == 10 and stats.voxels == 0 and stats.brick_nanoseconds > 0
+    texture.eval_points(places(10) * 0.01 + 3, radii=np.ones(10) * 0)
+    texture.eval_box((0, 0, 0), (2, 3, 4))
+    later = texture.statistics()
+    assert later.hits > stats.hits and later.misses == 1
+    assert later.points == 20 and later.voxels == 24
+
+
+def test_threads_of_its_own() -> None:
+    texture = Texture(SAMPLER, threads=2)
+    assert same_bits(texture.eval_points(places()), Texture(SAMPLER).eval_points(places()))
+    with pytest.raises(ValueError, match='"threads" is 5000, expected 0 to 1024'):
+        Texture(SAMPLER, threads=5000)
 
 
 def writable(*shape: int) -> np.ndarray:

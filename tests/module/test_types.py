@@ -28,7 +28,7 @@ with Texture("granite-grey", seed=1, precision="fast") as texture:
     _, gradients = texture.eval_gradients(values, axes=np.eye(3))
     assert_type(gradients, NDArray[np.float32])
     assert_type(texture.channels, tuple[str, ...])
-    assert_type(texture.cache_stats().hits, int)
+    assert_type(texture.statistics().hits, int)
     assert_type(solidtex.target(), str)
 """
 WRONG = ("seed='1'", "precision='half'", "depth=3")

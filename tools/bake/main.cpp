@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <iostream>
 #include <optional>
+#include <utility>
 
 #include "tools/bake/channel_groups.h"
 #include "tools/bake/mesh_job.h"
@@ -101,8 +102,10 @@ void run(const BakeOptions& options) {
   const int threads = options.threads ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
-  const solidtex::texture texture(options.model,
-                                  {.seed = options.seed, .precision = options.precision});
+  solidtex::options chosen{.seed = options.seed, .precision = options.precision};
+  // Ctrl-C ends the queries of a mesh, too, which may be long; those of a volume are blocks.
+  if (!options.mesh.empty()) chosen.progress = [](double) { return !interrupted(); };
+  const solidtex::texture texture(options.model, std::move(chosen));
   const Volume volume{texture, options.origin, options.size};
   channel_group(texture, options.show);  // refuses a wrong name before anything is written
 

@@ -24,17 +24,6 @@ constexpr std::size_t vertices_at_a_time = 4096;
 constexpr int texels_at_a_time = 1 << 16;
 constexpr int default_atlas_size = 1024;
 
-int asked(void*) { return interrupted() ? 1 : 0; }
-
-// Ctrl-C ends queries of the calling thread, too.
-class StopQueries {
- public:
-  StopQueries() { solidtex_set_interrupt(asked, nullptr); }
-  ~StopQueries() { solidtex_set_interrupt(nullptr, nullptr); }
-  StopQueries(const StopQueries&) = delete;
-  StopQueries& operator=(const StopQueries&) = delete;
-};
-
 mesh::Placement placement_of(const BakeOptions& options, const Mesh& mesh) {
   mesh::Placement placement;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -158,7 +147,6 @@ void check_mesh_options(const BakeOptions& options) {
 void bake_mesh(const BakeOptions& options, const solidtex::texture& texture,
                const std::filesystem::path& file) {
   Mesh mesh = mesh::load_mesh(options.mesh);
-  const StopQueries stop_queries;
   try {
     if (options.to == "uv") {
       bake_atlas(options, std::move(mesh), texture, file);

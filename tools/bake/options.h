@@ -16,7 +16,7 @@ struct BakeOptions {
   bool has_size = false;  // given by the user
   Index3 origin{0, 0, 0};
   std::uint64_t seed = 0;
-  solidtex_precision precision = SOLIDTEX_PRECISION_FULL;
+  std::string precision = "full";
   std::int64_t block = 0;  // 0: chosen by the program
   int threads = 0;         // 0: all
   std::filesystem::path output, preview;

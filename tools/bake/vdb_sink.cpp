@@ -55,8 +55,7 @@ openvdb::GridBase::Ptr make_grid(const Volume& volume, const ChannelGroup& group
                    openvdb::StringMetadata(encodings[static_cast<int>(group.encoding)]));
   grid->insertMeta("solidtex_model", openvdb::StringMetadata(volume.texture.name()));
   grid->insertMeta("solidtex_seed", openvdb::StringMetadata(std::to_string(volume.texture.seed())));
-  const bool fast = volume.texture.precision() == SOLIDTEX_PRECISION_FAST;
-  grid->insertMeta("solidtex_precision", openvdb::StringMetadata(fast ? "fast" : "full"));
+  grid->insertMeta("solidtex_precision", openvdb::StringMetadata(volume.texture.precision()));
   return grid;
 }
 

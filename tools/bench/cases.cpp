@@ -39,7 +39,7 @@ const solidtex::texture& Models::sampler() {
 
 const solidtex::texture& Models::fast_sampler() {
   return opened(fast_sampler_, settings_.sampler_model, SOLIDTEX_FAMILY_SAMPLER,
-                {.precision = SOLIDTEX_PRECISION_FAST});
+                {.precision = "fast"});
 }
 
 std::vector<CaseInfo> all_cases() {

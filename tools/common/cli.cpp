@@ -31,13 +31,9 @@ void refuse_overwrite(const std::filesystem::path& path, bool force) {
     throw std::runtime_error(path.string() + ": exists already (--force overwrites it)");
 }
 
-void add_precision(CLI::App& app, solidtex_precision& precision) {
-  app.add_option_function<std::string>(
-         "--precision",
-         [&precision](const std::string& name) {
-           precision = name == "fast" ? SOLIDTEX_PRECISION_FAST : SOLIDTEX_PRECISION_FULL;
-         },
-         "full (default), or fast: sampler models only, almost all values within 1/255")
+void add_precision(CLI::App& app, std::string& precision) {
+  app.add_option("--precision", precision,
+                 "full (default), or fast: sampler models only, almost all values within 1/255")
       ->check(CLI::IsMember({"full", "fast"}))
       ->type_name("full|fast");
 }

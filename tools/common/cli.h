@@ -31,7 +31,7 @@ void throw_if_interrupted();
 void refuse_overwrite(const std::filesystem::path& path, bool force);
 
 // Adds --precision full|fast.
-void add_precision(CLI::App& app, solidtex_precision& precision);
+void add_precision(CLI::App& app, std::string& precision);
 
 // Adds --version, parses, runs `work`. Returns the exit code; what went wrong is on stderr.
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work);

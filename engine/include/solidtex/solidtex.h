@@ -1,7 +1,7 @@
 /* solidtex: solid textures learned from one photograph, evaluated anywhere in 3D space.
  *
- * This is the whole interface of libsolidtex (C99). Open a model, ask for points or for a box of
- * voxels, close it. solidtex.hpp wraps it for C++.
+ * This is the whole interface of libsolidtex (C99). Make a texture, set its parameters, open a
+ * model, ask for points or for a box of voxels, release it. solidtex.hpp wraps it for C++.
  *
  * Space. Coordinates are texels: one texel is one exemplar pixel. Voxel (i,j,k) covers
  * [i,i+1) x [j,j+1) x [k,k+1), its centre is (i+0.5, j+0.5, k+0.5). Coordinates may be negative and
@@ -11,8 +11,10 @@
  * bits come from any box, batch, order, thread count and instruction set (instruction set: in full
  * precision).
  *
- * Threads. A texture is immutable: any number of threads may query it at once. Queries run on the
- * calling thread's oneTBB arena. Errors are kept per thread.
+ * Threads. An open texture does not change: any number of threads may query, retain and release it
+ * at once. What comes before, from solidtex_new to solidtex_open, is for one thread at a time.
+ *
+ * Errors. A function that can fail returns a status, or NULL or 0; the message is the thread's.
  */
 #ifndef SOLIDTEX_H
 #define SOLIDTEX_H
@@ -37,29 +39,11 @@ typedef enum solidtex_status {
   SOLIDTEX_INVALID_MODEL = 3,    /* the file was read but is no valid model */
   SOLIDTEX_OUT_OF_MEMORY = 4,
   SOLIDTEX_INTERNAL_ERROR = 5,
-  SOLIDTEX_CANCELLED = 6 /* the host's interrupt has stopped the query */
+  SOLIDTEX_CANCELLED = 6 /* the host has stopped the query */
 } solidtex_status;
 
-/* An open model. Opaque. */
+/* A texture: parameters, and the model once it is open. Opaque, counted by references. */
 typedef struct solidtex_texture solidtex_texture;
-
-/* How exact values are. */
-typedef enum solidtex_precision {
-  SOLIDTEX_PRECISION_FULL = 0, /* float32 throughout */
-  /* Sampler family, where the processor has a matrix unit for bfloat16 (Intel AMX, Linux): more
-   * than twice as fast, for pictures of 8 bits: 99.9 % of a texture's values lie within 1/255 of
-   * full precision (docs/numerics.md: all of those of the shipped models, their largest error is
-   * 0.4/255). Lattice family, and other processors: the same as full. */
-  SOLIDTEX_PRECISION_FAST = 1
-} solidtex_precision;
-
-/* Options of solidtex_open. Call solidtex_options_init first, then change what you need. */
-typedef struct solidtex_options {
-  size_t struct_size;         /* sizeof(solidtex_options), set by init: keeps the ABI extensible */
-  uint64_t seed;              /* which of the endless variants of the material (default 0) */
-  uint64_t cache_limit_bytes; /* bound on the brick cache (default 256 MiB) */
-  solidtex_precision precision; /* default SOLIDTEX_PRECISION_FULL */
-} solidtex_options;
 
 /* Kind of model. */
 typedef enum solidtex_family {
@@ -83,32 +67,74 @@ SOLIDTEX_API const char* solidtex_error_message(void);
 SOLIDTEX_API solidtex_status solidtex_error_status(void);
 SOLIDTEX_API void solidtex_clear_error(void);
 
-/* Fills the options with their defaults. */
-SOLIDTEX_API void solidtex_options_init(solidtex_options* options);
+/* A texture that is not open yet, with one reference; NULL if there is no memory. */
+SOLIDTEX_API solidtex_texture* solidtex_new(void);
+
+/* One reference more, and one less: the last one frees the texture, when no query on it may be
+ * running. NULL is allowed and does nothing. */
+SOLIDTEX_API void solidtex_retain(solidtex_texture* texture);
+SOLIDTEX_API void solidtex_release(solidtex_texture* texture);
+
+/* Parameters by name, until the texture is open; then setting one is an error. So is a name that is
+ * not there, and the message lists those that are. Numbers:
+ *   "seed"               which of the endless variants of the material: any; 0 at first
+ *   "cache_limit_bytes"  bound on the bricks that the lattice family keeps; 268435456 (256 MiB)
+ *   "threads"            0, the default: queries run in the calling thread's oneTBB arena, so that
+ *                        the host's tbb::task_arena bounds them. 1 to 1024: in an arena of the
+ *                        texture's own of so many slots, the calling thread's among them. A thread
+ *                        that finds it full waits, and a worker may run its query and callbacks.
+ * Texts:
+ *   "precision"  "full", the default: float32 throughout. "fast": sampler family, where the
+ *                processor has a matrix unit for bfloat16 (Intel AMX, Linux): more than twice as
+ *                fast, for pictures of 8 bits: 99.9 % of a texture's values lie within 1/255 of
+ *                full precision (docs/numerics.md: all of those of the shipped models, their
+ *                largest error is 0.4/255). Lattice family, other processors: the same as full. */
+SOLIDTEX_API solidtex_status solidtex_set_integer(solidtex_texture* texture, const char* name,
+                                                  uint64_t value);
+SOLIDTEX_API solidtex_status solidtex_set_string(solidtex_texture* texture, const char* name,
+                                                 const char* value);
+
+/* Reads one, set or not, open or not. A string lives until it is set again, or the texture's end.
+ * On failure *value is 0 or NULL. */
+SOLIDTEX_API solidtex_status solidtex_get_integer(const solidtex_texture* texture, const char* name,
+                                                  uint64_t* value);
+SOLIDTEX_API solidtex_status solidtex_get_string(const solidtex_texture* texture, const char* name,
+                                                 const char** value);
+
+/* Told of every call with this texture that fails, on the thread that made it, before it returns.
+ * NULL for none, as at first; to be set before the texture is open. It throws nothing. */
+typedef void (*solidtex_error_callback)(void* user, solidtex_status status, const char* message);
+SOLIDTEX_API solidtex_status solidtex_set_error_callback(solidtex_texture* texture,
+                                                         solidtex_error_callback told, void* user);
+
+/* Told how much of a query is done, from 0 to 1 and never less than before; not zero stops it. NULL
+ * for none, as at first; to be set before the texture is open. It throws nothing.
+ * A query of more than one block, brick or batch tells it when it begins and then every 50 ms or so
+ * (a thread's next query waits for that, too), between two of them, on the thread that called; of
+ * the end it says nothing. When stopped it ends with SOLIDTEX_CANCELLED: some of its values are
+ * written then, all bricks that were completed stay in the cache. */
+typedef int (*solidtex_progress_callback)(void* user, double done);
+SOLIDTEX_API solidtex_status solidtex_set_progress_callback(solidtex_texture* texture,
+                                                            solidtex_progress_callback told,
+                                                            void* user);
 
 /* Opens a model. `model` is a path to a .solidtex file or the bare name of a shipped one
  * ("granite-grey"), looked up in SOLIDTEX_MODEL_PATH (colon-separated folders), then in
- * share/solidtex/models of the installation. `options` may be NULL. On failure *texture is NULL. */
-SOLIDTEX_API solidtex_status solidtex_open(const char* model, const solidtex_options* options,
-                                           solidtex_texture** texture);
+ * share/solidtex/models of the installation. On failure the texture stays as it was and may be
+ * opened again; one that is open may not. */
+SOLIDTEX_API solidtex_status solidtex_open(solidtex_texture* texture, const char* model);
 
 /* Opens a model that is already in memory (the bytes of a .solidtex file); they are copied. */
-SOLIDTEX_API solidtex_status solidtex_open_memory(const void* bytes, size_t byte_size,
-                                                  const solidtex_options* options,
-                                                  solidtex_texture** texture);
+SOLIDTEX_API solidtex_status solidtex_open_memory(solidtex_texture* texture, const void* bytes,
+                                                  size_t byte_size);
 
-/* Closes a texture; NULL is allowed. No query on it may be running. */
-SOLIDTEX_API void solidtex_close(solidtex_texture* texture);
-
-/* Facts about a texture. The strings live as long as it does; NULL or 0 on bad arguments. */
+/* Facts about an open texture. The strings live as long as it does; NULL or 0 on bad arguments. */
 SOLIDTEX_API solidtex_family solidtex_get_family(const solidtex_texture* texture);
 SOLIDTEX_API size_t solidtex_channel_count(const solidtex_texture* texture);
 SOLIDTEX_API const char* solidtex_channel_name(const solidtex_texture* texture, size_t channel);
 SOLIDTEX_API const char* solidtex_color_space(
     const solidtex_texture* texture); /* srgb|linear|data */
 SOLIDTEX_API const char* solidtex_name(const solidtex_texture* texture);
-SOLIDTEX_API uint64_t solidtex_get_seed(const solidtex_texture* texture);
-SOLIDTEX_API solidtex_precision solidtex_get_precision(const solidtex_texture* texture);
 /* The model's whole metadata document (docs/file-format.md) as JSON text. */
 SOLIDTEX_API const char* solidtex_metadata_json(const solidtex_texture* texture);
 /* Number of float parameters stored in the file. */
@@ -167,28 +193,21 @@ SOLIDTEX_API solidtex_status solidtex_eval_box(const solidtex_texture* texture,
                                                const int64_t origin[3], const int64_t size[3],
                                                float* values);
 
-/* Asked whether to stop: not zero stops. `user` is what the host gave with it. */
-typedef int (*solidtex_interrupt)(void* user);
-
-/* Lets this thread's queries be stopped, until it is set again; NULL for none, which it is at
- * first. A query of more than one block, brick or batch asks when it begins and then every 50 ms or
- * so, between two of them, always on the thread that called it. When told to stop it ends with
- * SOLIDTEX_CANCELLED; some of its values are written then, all bricks that were completed stay in
- * the cache. `ask` makes no query itself and throws nothing. */
-SOLIDTEX_API void solidtex_set_interrupt(solidtex_interrupt ask, void* user);
-
-/* What the brick cache has done so far (zeros for the sampler family). */
-typedef struct solidtex_cache_stats {
-  size_t struct_size;      /* set to sizeof(solidtex_cache_stats) before the call */
-  uint64_t hit_count;      /* bricks found */
-  uint64_t miss_count;     /* bricks computed */
-  uint64_t resident_bytes; /* now held */
-  uint64_t peak_bytes;     /* most ever held */
-  uint64_t brick_count; /* different bricks computed: fewer than miss_count where the bound of the
-                           cache made it forget some that were needed again */
-} solidtex_cache_stats;
-SOLIDTEX_API solidtex_status solidtex_get_cache_stats(const solidtex_texture* texture,
-                                                      solidtex_cache_stats* stats);
+/* What a texture has done so far. Those of bricks are zero for the sampler family. */
+typedef struct solidtex_statistics {
+  size_t struct_size;         /* set to sizeof(solidtex_statistics) before the call */
+  uint64_t point_count;       /* points answered, with footprints or without */
+  uint64_t voxel_count;       /* voxels of boxes answered */
+  uint64_t hit_count;         /* bricks found in the cache */
+  uint64_t miss_count;        /* bricks computed */
+  uint64_t brick_count;       /* different bricks computed: fewer than miss_count where the bound
+                                 of the cache made it forget some that were needed again */
+  uint64_t brick_nanoseconds; /* time spent computing bricks, added up over the threads */
+  uint64_t resident_bytes;    /* held by the cache now */
+  uint64_t peak_bytes;        /* most ever held */
+} solidtex_statistics;
+SOLIDTEX_API solidtex_status solidtex_get_statistics(const solidtex_texture* texture,
+                                                     solidtex_statistics* statistics);
 
 #ifdef __cplusplus
 }

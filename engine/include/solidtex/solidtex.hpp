@@ -6,10 +6,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace solidtex {
@@ -35,42 +37,47 @@ inline std::string target() {
   return name;
 }
 
+// The parameters of solidtex_set_integer and solidtex_set_string, and who hears of progress.
 struct options {
   std::uint64_t seed = 0;
   std::uint64_t cache_limit_bytes = 256ull << 20;
-  solidtex_precision precision = SOLIDTEX_PRECISION_FULL;
+  std::string precision = "full";
+  std::uint64_t threads = 0;
+  // How much of a query is done, from 0 to 1; false stops it. It throws nothing, and runs on the
+  // thread that queries: several at once where several threads do.
+  std::function<bool(double done)> progress = {};
 };
 
-// An open model. Movable; queries are const and may run on any number of threads.
+// An open model. Copies share it; queries are const and may run on any number of threads.
 class texture {
  public:
   // `model`: a path, or the bare name of a shipped model.
-  explicit texture(const std::string& model, options chosen = {}) {
-    const solidtex_options c_options = to_c(chosen);
-    solidtex_texture* opened = nullptr;
-    check([&] { return solidtex_open(model.c_str(), &c_options, &opened); });
-    handle_.reset(opened);
+  explicit texture(const std::string& model, options chosen = {}) : texture(std::move(chosen)) {
+    check([&] { return solidtex_open(made_->handle, model.c_str()); });
   }
 
   static texture from_memory(std::span<const std::byte> bytes, options chosen = {}) {
-    const solidtex_options c_options = to_c(chosen);
-    solidtex_texture* opened = nullptr;
-    check([&] { return solidtex_open_memory(bytes.data(), bytes.size(), &c_options, &opened); });
-    return texture(opened);
+    texture opened(std::move(chosen));
+    check([&] { return solidtex_open_memory(opened.made_->handle, bytes.data(), bytes.size()); });
+    return opened;
   }
 
-  solidtex_family family() const { return solidtex_get_family(handle_.get()); }
-  std::size_t channel_count() const { return solidtex_channel_count(handle_.get()); }
+  solidtex_family family() const { return solidtex_get_family(handle()); }
+  std::size_t channel_count() const { return solidtex_channel_count(handle()); }
   std::string channel_name(std::size_t channel) const {
-    return text(solidtex_channel_name(handle_.get(), channel));
+    return text(solidtex_channel_name(handle(), channel));
   }
-  std::string color_space() const { return text(solidtex_color_space(handle_.get())); }
-  std::string name() const { return text(solidtex_name(handle_.get())); }
-  std::string path() const { return text(solidtex_path(handle_.get())); }
-  std::uint64_t seed() const { return solidtex_get_seed(handle_.get()); }
-  solidtex_precision precision() const { return solidtex_get_precision(handle_.get()); }
-  std::string metadata_json() const { return text(solidtex_metadata_json(handle_.get())); }
-  std::uint64_t parameter_count() const { return solidtex_parameter_count(handle_.get()); }
+  std::string color_space() const { return text(solidtex_color_space(handle())); }
+  std::string name() const { return text(solidtex_name(handle())); }
+  std::string path() const { return text(solidtex_path(handle())); }
+  std::uint64_t seed() const { return integer("seed"); }
+  std::string precision() const {
+    const char* found = nullptr;
+    check([&] { return solidtex_get_string(handle(), "precision", &found); });
+    return found;
+  }
+  std::string metadata_json() const { return text(solidtex_metadata_json(handle())); }
+  std::uint64_t parameter_count() const { return solidtex_parameter_count(handle()); }
 
   // points: n x 3 floats relative to origin. values: n x channel_count() floats. gradients, where
   // wanted: n x channel_count() x 3 floats, derivatives by x, y and z.
@@ -80,7 +87,7 @@ class texture {
     require(points.size() % 3 == 0, "eval_points: points must hold n x 3 floats");
     require_answers(count, values, gradients);
     check([&] {
-      return solidtex_eval_points(handle_.get(), origin.data(), points.data(), count, values.data(),
+      return solidtex_eval_points(handle(), origin.data(), points.data(), count, values.data(),
                                   gradients.data());
     });
   }
@@ -93,8 +100,8 @@ class texture {
     require(points.size() == 3 * count, "eval_filtered: points must hold n x 3 floats and radii n");
     require_answers(count, values, gradients);
     check([&] {
-      return solidtex_eval_filtered(handle_.get(), origin.data(), points.data(), radii.data(),
-                                    count, values.data(), gradients.data());
+      return solidtex_eval_filtered(handle(), origin.data(), points.data(), radii.data(), count,
+                                    values.data(), gradients.data());
     });
   }
 
@@ -107,8 +114,8 @@ class texture {
             "eval_footprints: points must hold n x 3 floats and axes n x 9");
     require_answers(count, values, gradients);
     check([&] {
-      return solidtex_eval_footprints(handle_.get(), origin.data(), points.data(), axes.data(),
-                                      count, values.data(), gradients.data());
+      return solidtex_eval_footprints(handle(), origin.data(), points.data(), axes.data(), count,
+                                      values.data(), gradients.data());
     });
   }
 
@@ -120,30 +127,52 @@ class texture {
                                      static_cast<std::size_t>(size[1]) *
                                      static_cast<std::size_t>(size[2]) * channel_count(),
             "eval_box: values must hold size[0] x size[1] x size[2] x channels floats");
-    check([&] {
-      return solidtex_eval_box(handle_.get(), origin.data(), size.data(), values.data());
-    });
+    check([&] { return solidtex_eval_box(handle(), origin.data(), size.data(), values.data()); });
   }
 
-  solidtex_cache_stats cache_stats() const {
-    solidtex_cache_stats stats{};
-    stats.struct_size = sizeof stats;
-    check([&] { return solidtex_get_cache_stats(handle_.get(), &stats); });
-    return stats;
+  solidtex_statistics statistics() const {
+    solidtex_statistics found{};
+    found.struct_size = sizeof found;
+    check([&] { return solidtex_get_statistics(handle(), &found); });
+    return found;
   }
 
-  const solidtex_texture* handle() const { return handle_.get(); }
+  // Lives as long as this or a copy of it.
+  const solidtex_texture* handle() const { return made_ ? made_->handle : nullptr; }
 
  private:
-  explicit texture(solidtex_texture* opened) : handle_(opened) {}
+  // What the callback of the handle reads lives as long as the handle.
+  struct made {
+    explicit made(options chosen) : progress(std::move(chosen.progress)) {}
+    made(const made&) = delete;
+    made& operator=(const made&) = delete;
+    ~made() { solidtex_release(handle); }
 
-  static solidtex_options to_c(const options& chosen) {
-    solidtex_options result;
-    solidtex_options_init(&result);
-    result.seed = chosen.seed;
-    result.cache_limit_bytes = chosen.cache_limit_bytes;
-    result.precision = chosen.precision;
-    return result;
+    std::function<bool(double)> progress;
+    solidtex_texture* handle = solidtex_new();
+  };
+
+  explicit texture(options chosen) : made_(std::make_shared<made>(chosen)) {
+    if (!made_->handle) throw error(SOLIDTEX_OUT_OF_MEMORY, "not enough memory");
+    set("seed", chosen.seed);
+    set("cache_limit_bytes", chosen.cache_limit_bytes);
+    set("threads", chosen.threads);
+    check(
+        [&] { return solidtex_set_string(made_->handle, "precision", chosen.precision.c_str()); });
+    if (!made_->progress) return;
+    const auto go_on = [](void* user, double done) {
+      return static_cast<made*>(user)->progress(done) ? 0 : 1;
+    };
+    check([&] { return solidtex_set_progress_callback(made_->handle, go_on, made_.get()); });
+  }
+
+  void set(const char* name, std::uint64_t value) {
+    check([&] { return solidtex_set_integer(made_->handle, name, value); });
+  }
+  std::uint64_t integer(const char* name) const {
+    std::uint64_t value = 0;
+    check([&] { return solidtex_get_integer(handle(), name, &value); });
+    return value;
   }
 
   static std::string text(const char* found) { return found ? found : ""; }
@@ -167,10 +196,7 @@ class texture {
     if (status != SOLIDTEX_OK) throw error(status, solidtex_error_message());
   }
 
-  struct closer {
-    void operator()(solidtex_texture* handle) const { solidtex_close(handle); }
-  };
-  std::unique_ptr<solidtex_texture, closer> handle_;
+  std::shared_ptr<made> made_;
 };
 
 }  // namespace solidtex

@@ -74,8 +74,7 @@ std::size_t TextureReader::load_texture(const Place& place) {
   const json& color = file_.at(place);
   const std::string model = model_of(place / "solid");
   const std::uint64_t seed = color.value("seed", std::uint64_t{0});
-  const auto precision = color.value("precision", "full") == "fast" ? SOLIDTEX_PRECISION_FAST
-                                                                    : SOLIDTEX_PRECISION_FULL;
+  const std::string precision = color.value("precision", "full");
   const auto key = std::make_tuple(model, seed, precision);
   if (const auto known = textures_.find(key); known != textures_.end()) return known->second;
   scene_.textures.push_back(file_.load(place / "solid", [&] {

@@ -31,7 +31,7 @@ class TextureReader {
   const SceneFile& file_;
   Scene& scene_;
   std::map<std::pair<std::string, ImageEncoding>, std::size_t> images_;
-  std::map<std::tuple<std::string, std::uint64_t, solidtex_precision>, std::size_t> textures_;
+  std::map<std::tuple<std::string, std::uint64_t, std::string>, std::size_t> textures_;
 };
 
 }  // namespace solidtex::pathtracer

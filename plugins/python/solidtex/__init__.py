@@ -21,10 +21,9 @@ from solidtex.errors import (
     ModelError,
     OutOfMemory,
 )
-from solidtex.texture import CacheStats, Texture
+from solidtex.texture import Statistics, Texture
 
 __all__ = [
-    "CacheStats",
     "Cancelled",
     "Error",
     "FileError",
@@ -32,6 +31,7 @@ __all__ = [
     "InvalidArgument",
     "ModelError",
     "OutOfMemory",
+    "Statistics",
     "Texture",
     "target",
     "version",

@@ -17,7 +17,7 @@ from solidtex.errors import InvalidArgument
 Floats = NDArray[np.float32]
 Precision = Literal["full", "fast"]
 
-PRECISIONS = ("full", "fast")  # in the order of solidtex_precision
+PRECISIONS = ("full", "fast")
 CACHE_LIMIT = 256 << 20
 LARGEST_UNSIGNED = (1 << 64) - 1
 
@@ -32,17 +32,23 @@ class SupportsDLPack(Protocol):
 Out = TypeVar("Out", bound=SupportsDLPack)
 
 
-class CacheStats(NamedTuple):
-    """What the brick cache has done so far; zeros for the sampler family."""
+class Statistics(NamedTuple):
+    """What a texture has done so far; those of bricks are zero for the sampler family."""
 
+    points: int
+    """Points answered, with footprints or without."""
+    voxels: int
+    """Voxels of boxes answered."""
     hits: int
-    """Bricks found."""
+    """Bricks found in the cache."""
     misses: int
     """Bricks computed."""
     bricks: int
     """Different bricks computed: fewer than misses where the limit made it forget some."""
+    brick_nanoseconds: int
+    """Time spent computing bricks, added up over the threads."""
     resident_bytes: int
-    """Now held."""
+    """Held by the cache now."""
     peak_bytes: int
     """Most ever held."""
 
@@ -65,6 +71,7 @@ class Texture:
         seed: int = 0,
         precision: Precision = "full",
         cache_limit: int = CACHE_LIMIT,
+        threads: int = 0,
     ) -> None:
         """Opens a model.
 
@@ -74,11 +81,14 @@ class Texture:
         precision: "full" is float32 throughout. "fast" is for pictures of 8 bits: more than twice
             as fast for the sampler family on processors with AMX, elsewhere the same as full.
         cache_limit: bytes that the cache of bricks may hold (lattice family).
+        threads: how many of them run queries, 1 to 1024; 0 for as many as there are cores. With a
+            number a query may run on another thread than the one that asks, where Ctrl-C cannot
+            stop it.
         """
         encoded = os.fsencode(model)
         if b"\0" in encoded:
             raise InvalidArgument(f"model: found a null byte in {model!r}, expected none")
-        self._options = _options(seed, precision, cache_limit)
+        self._options = _options(seed, precision, cache_limit, threads)
         self._engine = _engine.Texture(encoded, *self._options)
 
     @classmethod
@@ -88,10 +98,11 @@ class Texture:
         seed: int = 0,
         precision: Precision = "full",
         cache_limit: int = CACHE_LIMIT,
+        threads: int = 0,
     ) -> Texture:
         """Opens the content of a .solidtex file, which is copied."""
         texture = cls.__new__(cls)
-        texture._options = _options(seed, precision, cache_limit)
+        texture._options = _options(seed, precision, cache_limit, threads)
         texture._engine = _engine.Texture.from_bytes(data, *texture._options)
         return texture
 
@@ -128,7 +139,7 @@ class Texture:
     @property
     def precision(self) -> Precision:
         """As opened."""
-        return "fast" if self._options[1] else "full"
+        return self._options[1]
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -252,9 +263,9 @@ class Texture:
         mean: Floats = self.eval_points(np.zeros(3, np.float32), radii=np.inf)
         return mean
 
-    def cache_stats(self) -> CacheStats:
-        """What the brick cache has done so far."""
-        return CacheStats(*self._engine.cache_stats())
+    def statistics(self) -> Statistics:
+        """What the texture has done so far."""
+        return Statistics(*self._engine.statistics())
 
     def close(self) -> None:
         """Frees the model, when the queries that run have ended. Closing twice is allowed."""
@@ -275,15 +286,20 @@ class Texture:
     def __reduce__(self) -> tuple[Any, ...]:
         if not self.path:
             raise TypeError("a texture opened from bytes cannot be pickled")
-        seed, _, cache_limit = self._options
-        return Texture, (self.path, seed, self.precision, cache_limit)
+        return Texture, (self.path, *self._options)
 
 
-def _options(seed: int, precision: str, cache_limit: int) -> tuple[int, int, int]:
+def _options(
+    seed: int, precision: Precision, cache_limit: int, threads: int
+) -> tuple[int, Precision, int, int]:
     if precision not in PRECISIONS:
         raise InvalidArgument(f"precision: found {precision!r}, expected one of {PRECISIONS}")
-    index = PRECISIONS.index(precision)
-    return _unsigned("seed", seed), index, _unsigned("cache_limit", cache_limit)
+    return (
+        _unsigned("seed", seed),
+        precision,
+        _unsigned("cache_limit", cache_limit),
+        _unsigned("threads", threads),
+    )
 
 
 def _unsigned(name: str, value: int) -> int:

@@ -27,7 +27,8 @@ int main(int argc, char** argv) {
   solidtex_texture* texture = NULL;
   size_t channels;
 
-  check(solidtex_open(argc > 1 ? argv[1] : "granite-grey", NULL, &texture));
+  texture = solidtex_new();
+  check(solidtex_open(texture, argc > 1 ? argv[1] : "granite-grey"));
   channels = solidtex_channel_count(texture);
   if (channels == 0 || channels > MAX_CHANNELS) return 2;
   printf("solidtex %s, %s, %u channels\n", solidtex_version(), solidtex_name(texture),
@@ -36,6 +37,6 @@ int main(int argc, char** argv) {
   print_values("point ", values, POINTS, channels);
   check(solidtex_eval_box(texture, corner, size, values));
   print_values("voxel ", values, (size_t)EDGE * EDGE * EDGE, channels);
-  solidtex_close(texture);
+  solidtex_release(texture);
   return 0;
 }

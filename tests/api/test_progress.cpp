@@ -1,0 +1,156 @@
+// A host hears how much of its queries is done, on its own thread, and stops them.
+#include <solidtex/solidtex.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "catch.hpp"
+#include "tiny_model.h"
+
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr int64_t kOrigin[3] = {-5, 7, 1000}, kSize[3] = {300, 70, 70};
+
+struct Host {
+  int stop_at = 0;  // the number of the call that is answered with "stop", 0 for none
+  std::vector<double> heard = {};
+  bool on_other_thread = false;
+  std::thread::id thread = std::this_thread::get_id();
+
+  static int hear(void* user, double done) {
+    Host& host = *static_cast<Host*>(user);
+    host.on_other_thread |= std::this_thread::get_id() != host.thread;
+    host.heard.push_back(done);
+    return static_cast<int>(host.heard.size()) == host.stop_at;
+  }
+};
+
+struct Opened {
+  solidtex_texture* texture = solidtex_new();
+  explicit Opened(const std::vector<std::byte>& bytes, Host* host = nullptr) {
+    // What a thread heard of another query must be so long ago.
+    if (host) std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    solidtex_set_progress_callback(texture, host ? Host::hear : nullptr, host);
+    REQUIRE(solidtex_open_memory(texture, bytes.data(), bytes.size()) == SOLIDTEX_OK);
+    solidtex_clear_error();
+  }
+  ~Opened() { solidtex_release(texture); }
+
+  std::vector<float> room(std::size_t count) const {
+    return std::vector<float>(count * solidtex_channel_count(texture), kNan);
+  }
+  solidtex_status box(std::vector<float>& values) const {
+    values = room(static_cast<std::size_t>(kSize[0] * kSize[1] * kSize[2]));
+    return solidtex_eval_box(texture, kOrigin, kSize, values.data());
+  }
+  // With footprints or without, in a cube so large that there are many bricks.
+  solidtex_status points(std::vector<float>& values, float radius = 0) const {
+    std::vector<float> places(3 * 40000);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      places[i] = static_cast<float>((i * 7919) % 1009) * 0.37f;
+    const std::size_t count = places.size() / 3;
+    values = room(count);
+    if (radius == 0)
+      return solidtex_eval_points(texture, nullptr, places.data(), count, values.data(), nullptr);
+    std::vector<float> radii(count, radius);
+    radii[7] = 0;
+    return solidtex_eval_filtered(texture, nullptr, places.data(), radii.data(), count,
+                                  values.data(), nullptr);
+  }
+};
+
+std::size_t unwritten(const std::vector<float>& values) {
+  return static_cast<std::size_t>(
+      std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); }));
+}
+
+bool stopped(solidtex_status status) {
+  const std::string message = solidtex_error_message();
+  solidtex_clear_error();
+  return status == SOLIDTEX_CANCELLED && message.find("stopped") != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("progress: a query that is told to stop says so and leaves work undone", "[progress]") {
+  const auto bytes = GENERATE(as<std::vector<std::byte>>{}, tiny_field_file(), tiny_sampler_file());
+  for (const bool box : {true, false}) {
+    Host host{.stop_at = 1};
+    const Opened opened(bytes, &host);
+    std::vector<float> values;
+    CHECK(stopped(box ? opened.box(values) : opened.points(values)));
+    CHECK(unwritten(values) > 0);
+    CHECK(host.heard == std::vector<double>{0});
+    CHECK_FALSE(host.on_other_thread);
+  }
+}
+
+TEST_CASE("progress: hearing of it changes no bit, and it never goes back", "[progress]") {
+  const auto bytes = GENERATE(as<std::vector<std::byte>>{}, tiny_field_file(), tiny_sampler_file());
+  const float radius = GENERATE(0.0f, 3.0f, 20.0f);
+  const Opened silent(bytes);
+  std::vector<float> expected, values;
+  REQUIRE(silent.points(expected, radius) == SOLIDTEX_OK);
+  REQUIRE(unwritten(expected) == 0);
+
+  Host host;
+  const Opened opened(bytes, &host);
+  CHECK(opened.points(values, radius) == SOLIDTEX_OK);
+  CHECK(values == expected);
+  REQUIRE(!host.heard.empty());
+  CHECK(std::is_sorted(host.heard.begin(), host.heard.end()));
+  CHECK(host.heard.front() >= 0);
+  CHECK(host.heard.back() <= 1);
+  CHECK_FALSE(host.on_other_thread);
+}
+
+TEST_CASE("progress: a long query is stopped on its way", "[progress]") {
+  Host host{.stop_at = 4};
+  const Opened opened(tiny_sampler_file(), &host);
+  std::vector<float> values;
+  solidtex_status status = SOLIDTEX_OK;
+  // Until a box is large enough for this machine.
+  for (int64_t edge = 128; status == SOLIDTEX_OK && edge <= 1024; edge *= 2) {
+    host.heard.clear();
+    const int64_t size[3] = {edge, edge, 128};
+    values = opened.room(static_cast<std::size_t>(edge * edge * 128));
+    status = solidtex_eval_box(opened.texture, kOrigin, size, values.data());
+  }
+  CHECK(stopped(status));
+  REQUIRE(host.heard.size() == 4);
+  CHECK(std::is_sorted(host.heard.begin(), host.heard.end()));
+  CHECK(host.heard.back() > 0);
+  const double written = 1 - static_cast<double>(unwritten(values)) / double(values.size());
+  CHECK(host.heard.back() < written + 0.1);  // cubes at the edges of the box are smaller
+}
+
+TEST_CASE("progress: each thread's queries tell it on that thread", "[progress]") {
+  struct Threads {
+    std::thread::id wrong = std::this_thread::get_id();
+    std::atomic<int> calls = 0, on_wrong = 0;
+    static int hear(void* user, double) {
+      auto& threads = *static_cast<Threads*>(user);
+      ++threads.calls;
+      threads.on_wrong += std::this_thread::get_id() == threads.wrong;
+      return 0;
+    }
+  } threads;
+  solidtex_texture* texture = solidtex_new();
+  const auto bytes = tiny_field_file();
+  solidtex_set_progress_callback(texture, Threads::hear, &threads);
+  REQUIRE(solidtex_open_memory(texture, bytes.data(), bytes.size()) == SOLIDTEX_OK);
+  std::thread([&] {
+    std::vector<float> values(static_cast<std::size_t>(kSize[0] * kSize[1] * kSize[2]) * 2);
+    solidtex_eval_box(texture, kOrigin, kSize, values.data());
+  }).join();
+  CHECK(threads.calls > 0);
+  CHECK(threads.on_wrong == 0);
+  solidtex_release(texture);
+}
