@@ -15,8 +15,8 @@ HOSTS = REPOSITORY / "docs" / "hosts"
 PICTURES = REPOSITORY / "docs" / "images" / "hosts"
 
 
-def programs(page: str) -> list[str]:
-    return re.findall(r"^```python\n(.*?)^```", (HOSTS / page).read_text(), re.M | re.S)
+def programs(page: str, language: str = "python") -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", (HOSTS / page).read_text(), re.M | re.S)
 
 
 def run(program: str, folder: Path) -> str:
@@ -64,3 +64,32 @@ def test_mitsuba(tmp_path: Path) -> None:
     assert made.shape == shown.shape and shown.std() > 20
     # Another version may sample differently: as much as noise leaves of means over 400 pixels.
     assert np.abs(blocks(made) - blocks(shown)).max() < 6
+
+
+def test_link(tmp_path: Path) -> None:
+    """The host is built against an installation in two ways, and renders the picture shown."""
+    build, prefix = os.environ["SOLIDTEX_BUILD"], tmp_path / "moved"
+    install = ["cmake", "--install", build, "--prefix", str(tmp_path / "first")]
+    subprocess.run(install, check=True, capture_output=True)
+    (tmp_path / "first").rename(prefix)  # an installation can be moved
+    (tmp_path / "ball.cpp").write_text(programs("link.md", "cpp")[0])
+    (tmp_path / "CMakeLists.txt").write_text(programs("link.md", "cmake")[0])
+    (pkg_config,) = prefix.glob("**/pkgconfig")
+    environment = {**os.environ, "CXXFLAGS": "-Wall -Wextra -Werror"}
+    environment.pop("SOLIDTEX_MODEL_PATH", None)
+    pictures = []
+    for commands in programs("link.md", "sh"):
+        script = commands.replace("/opt/solidtex/lib/pkgconfig", str(pkg_config))
+        script = "set -e\n" + script.replace("/opt/solidtex", str(prefix))
+        command = ["bash", "-c", script]
+        done = subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, f"{script}\n{done.stdout}{done.stderr}"
+        assert "0 %" in done.stderr
+        pictures.append(pixels(tmp_path / "ball.ppm"))
+        (tmp_path / "ball.ppm").unlink()
+    assert len(pictures) == 2 and (pictures[0] == pictures[1]).all()
+    shown = pixels(PICTURES / "link.png")
+    # Another libm may round an 8-bit value the other way.
+    assert np.abs(pictures[0] - shown).max() <= 1 and shown.std() > 20

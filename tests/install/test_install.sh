@@ -30,6 +30,7 @@ export PKG_CONFIG_PATH=$prefix/$libdir/pkgconfig
   $(pkg-config --cflags --libs solidtex) -Wl,-rpath,"$(pkg-config --variable=libdir solidtex)"
 
 models=("$(pkg-config --variable=models solidtex)"/*.solidtex)
+[ -s "$prefix/share/doc/solidtex/LICENSE" ] || fail "no licence is installed in $prefix"
 [ -f "${models[0]}" ] || fail "no model is installed in $prefix"
 for model in "${models[@]}"; do
   name=$(basename "$model" .solidtex)
