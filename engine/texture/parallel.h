@@ -46,6 +46,7 @@ void for_each_part(std::size_t count, Grain grain, const Work& work) {
   if (count == 0) return;
   if (count <= grain.least) return work(std::size_t{0}, count);
   LoopProgress progress(count);
+  progress.check();  // before a worker may have done a part
   const auto work_on = [&](const tbb::blocked_range<std::size_t>& part) {
     if (!progress.is_heard()) return work(part.begin(), part.end());
     for (std::size_t begin = part.begin(); begin < part.end(); begin += grain.strip) {
