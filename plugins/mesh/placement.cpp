@@ -3,6 +3,7 @@
 #include <algorithm>
 
 namespace solidtex::mesh {
+namespace {
 
 double default_texels_per_unit(const Mesh& mesh) {
   glm::dvec3 low(mesh.positions.front()), high = low;
@@ -16,6 +17,17 @@ double default_texels_per_unit(const Mesh& mesh) {
     throw MeshError(mesh.file + ": found all vertices at one point, expected a surface");
   }
   return kDefaultExtent / longest;
+}
+
+}  // namespace
+
+Placement place(const Mesh& mesh, const std::array<std::int64_t, 3>& origin,
+                std::optional<double> texels_per_unit) {
+  Placement placement;
+  std::ranges::transform(origin, placement.origin.begin(),
+                         [](std::int64_t texel) { return static_cast<double>(texel); });
+  placement.texels_per_unit = texels_per_unit ? *texels_per_unit : default_texels_per_unit(mesh);
+  return placement;
 }
 
 }  // namespace solidtex::mesh

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 
 #include "plugins/mesh/mesh.h"
 
@@ -13,11 +15,12 @@ struct Placement {
   double texels_per_unit = 1;
 };
 
-// Texels along the longest side of a mesh that nobody has placed: enough to see the material.
+// Texels along the longest side of a mesh that nobody has scaled: enough to see the material.
 inline constexpr double kDefaultExtent = 512;
 
-// That many texels for the longest side of the mesh's box. Throws MeshError for a mesh that is a
-// single point.
-double default_texels_per_unit(const Mesh& mesh);
+// At an origin in texels; without texels_per_unit the longest side of the mesh's box is
+// kDefaultExtent long. Throws MeshError for a mesh that is then a single point.
+Placement place(const Mesh& mesh, const std::array<std::int64_t, 3>& origin,
+                std::optional<double> texels_per_unit);
 
 }  // namespace solidtex::mesh

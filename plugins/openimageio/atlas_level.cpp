@@ -39,20 +39,11 @@ class AtlasLevel final : public Level {
   mesh::Atlas atlas_;
 };
 
-mesh::Placement placement_of(const Query& query, const mesh::Mesh& mesh) {
-  mesh::Placement placement;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    placement.origin[axis] = static_cast<double>(query.origin[axis]);
-  }
-  placement.texels_per_unit = query.scale ? *query.scale : mesh::default_texels_per_unit(mesh);
-  return placement;
-}
-
 }  // namespace
 
 std::vector<std::unique_ptr<const Level>> atlas_levels(const Query& query) {
   const auto mesh = std::make_shared<const mesh::Mesh>(mesh::load_mesh(query.mesh));
-  const mesh::Placement placement = placement_of(query, *mesh);
+  const mesh::Placement placement = mesh::place(*mesh, query.origin, query.scale);
   const int tile = query.tile ? query.tile : kAtlasTile;
   std::vector<std::unique_ptr<const Level>> levels;
   for (int size = query.size[0]; size > 0; size /= 2) {

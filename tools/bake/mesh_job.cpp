@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "plugins/mesh/atlas.h"
@@ -25,16 +26,11 @@ constexpr int texels_at_a_time = 1 << 16;
 constexpr int default_atlas_size = 1024;
 
 mesh::Placement placement_of(const BakeOptions& options, const Mesh& mesh) {
-  mesh::Placement placement;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    placement.origin[axis] = static_cast<double>(options.origin[axis]);
+  if (options.texels_per_unit != 0) {
+    return mesh::place(mesh, options.origin, options.texels_per_unit);
   }
-  placement.texels_per_unit = options.texels_per_unit;
-  if (options.texels_per_unit == 0) {
-    placement.texels_per_unit = mesh::default_texels_per_unit(mesh);
-    std::cerr << fmt::format("{}: --texels-per-unit {:.6g}\n", mesh.file,
-                             placement.texels_per_unit);
-  }
+  const mesh::Placement placement = mesh::place(mesh, options.origin, std::nullopt);
+  std::cerr << fmt::format("{}: --texels-per-unit {:.6g}\n", mesh.file, placement.texels_per_unit);
   return placement;
 }
 
