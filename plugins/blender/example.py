@@ -1,5 +1,6 @@
-"""Renders one mesh with a baked solid texture in three ways, with Blender as a module (`bpy`):
+"""Renders one mesh with a solid texture in four ways, with Blender as a module (`bpy`):
 
+    python example.py osl MESH.ply GRANITE.solidtex TEXELS_PER_UNIT OUT.png
     python example.py volume MESH.ply GRANITE.vdb TEXELS_PER_UNIT OUT.png
     python example.py vertices COLORED.ply OUT.png
     python example.py atlas UNWRAPPED.obj ATLAS.exr OUT.png
@@ -16,6 +17,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import solidtex_osl
 import solidtex_vdb
 
 SIZE, SAMPLES = 320, 48
@@ -96,7 +98,10 @@ def main(arguments: list[str]) -> None:
     if way == "unwrap":
         unwrap(target, out)
         return
-    if way == "volume":
+    if way == "osl":
+        model, texels = others
+        solidtex_osl.apply(target, model, float(texels))
+    elif way == "volume":
         vdb, texels = others
         solidtex_vdb.apply(target, vdb, float(texels), subdivide=1)
     elif way == "vertices":
