@@ -33,17 +33,21 @@ set(PROJECT_VERSION_MINOR ${CMAKE_MATCH_3})
 set(PROJECT_VERSION_PATCH ${CMAKE_MATCH_4})
 set(PROJECT_VERSION_TWEAK ${CMAKE_MATCH_5})
 set(PROJ_NAME OIIO)
-set(PROJ_NAMESPACE_V OpenImageIO_v${CMAKE_MATCH_2}_${CMAKE_MATCH_3})
+set(PROJ_NAMESPACE OpenImageIO)
+set(PROJ_VERSION_NAMESPACE v${CMAKE_MATCH_2}_${CMAKE_MATCH_3})
+set(PROJ_NAMESPACE_V ${PROJ_NAMESPACE}_${PROJ_VERSION_NAMESPACE})
 set(CMAKE_CXX_STANDARD 17)
 set(Imath_VERSION_MAJOR 3)
 set(Imath_VERSION_MINOR 1)
 set(OIIO_TBB 0)
+set(OIIO_USE_COMPILED_FMT_VALUE 0)
 
 # The namespace is in the names of the library's symbols: a library of another version, or one that
 # was built with other names, is found out here and not when the host passes over the plugin.
-file(STRINGS ${LIBRARY} symbol LIMIT_COUNT 1 REGEX ${PROJ_NAMESPACE_V})
+file(STRINGS ${LIBRARY} symbol LIMIT_COUNT 1
+     REGEX "${PROJ_NAMESPACE}(_|[0-9]+)${PROJ_VERSION_NAMESPACE}")
 if(NOT symbol)
-  message(FATAL_ERROR "${LIBRARY}: no symbols of ${PROJ_NAMESPACE_V}, "
+  message(FATAL_ERROR "${LIBRARY}: no symbols of ${PROJ_VERSION_NAMESPACE}, "
                       "expected the library that ${SOURCE} is the source of")
 endif()
 
