@@ -36,7 +36,7 @@ def pixels(path: Path) -> np.ndarray:
 
 def test_python(tmp_path: Path) -> None:
     pytest.importorskip("solidtex", reason="the Python module solidtex was not built")
-    first, *others = programs("python.md")
+    first, *others, lazy = programs("python.md")
     assert "albedo.r" in run(first, tmp_path)
     made, shown = pixels(tmp_path / "python.png"), pixels(PICTURES / "python.png")
     assert (made == shown).all() and made.std() > 10
@@ -46,6 +46,7 @@ def test_python(tmp_path: Path) -> None:
     assert len(said) == 2
     for message in said:
         assert message in printed
+    run(lazy, tmp_path)
 
 
 def blocks(picture: np.ndarray) -> np.ndarray:
