@@ -1,14 +1,12 @@
 #include "engine/sampler/sampler.h"
 
-#include <hwy/aligned_allocator.h>
-
 #include <algorithm>
 #include <array>
-#include <new>
 
 #include "engine/kernels/kernels.h"
 #include "engine/noise/noise.h"
 #include "engine/noise/solidtex_1.h"
+#include "engine/sampler/part_buffers.h"
 
 namespace solidtex::engine {
 
@@ -16,6 +14,12 @@ namespace {
 
 // Up to so many points are evaluated one by one: a block costs as much as four of them.
 constexpr std::size_t kFewPoints = 4;
+
+// Of a batch, those at its end that do not fill a block.
+std::size_t alone(std::size_t count) {
+  const std::size_t rest = count % kOctaveBlock;
+  return rest <= kFewPoints ? rest : 0;
+}
 
 // What a layer does to the derivatives of its inputs, but for the activation.
 LinearLayer without_bias(const LinearLayer& layer) {
@@ -78,40 +82,6 @@ LinearLayer pack(const Tensor& weight, const Tensor& noise, std::vector<float> b
 
 }  // namespace
 
-// Where a block of points is, and where that is in one octave.
-struct Sampler::Lookup {
-  PlanarPositions positions;
-  OctaveCells cells;
-};
-
-// Everything a block of points needs, planar. An activation buffer has the rows of a layer's input:
-// the previous layer's units, then its octaves. Those of slopes have three derivatives in each row,
-// slope_pitch points wide.
-struct Sampler::BlockBuffers {
-  BlockBuffers(std::size_t rows, std::size_t count, bool with_slopes)
-      : slope_pitch(with_slopes ? rounded_up(count) : 0),
-        storage(hwy::AllocateAligned<float>(2 * rows * (kOctaveBlock + 3 * slope_pitch))) {
-    if (!storage) throw std::bad_alloc();
-    current = storage.get();
-    next = current + rows * kOctaveBlock;
-    slopes = next + rows * kOctaveBlock;
-    next_slopes = slopes + rows * 3 * slope_pitch;
-  }
-  static std::size_t rounded_up(std::size_t count) {
-    constexpr std::size_t kStep = kernels::kPointStep;
-    return (std::min<std::size_t>(count, kOctaveBlock) + kStep - 1) / kStep * kStep;
-  }
-  std::array<float*, 3> slopes_of(int row) const {
-    float* first = slopes + static_cast<std::size_t>(row) * 3 * slope_pitch;
-    return {first, first + slope_pitch, first + 2 * slope_pitch};
-  }
-  std::size_t slope_pitch;
-  hwy::AlignedFreeUniquePtr<float[]> storage;
-  float *current, *next, *slopes, *next_slopes;
-  Lookup lookup;
-  PlanarSpreads footprints;
-};
-
 Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed,
                  Precision precision)
     : width_(model.width),
@@ -129,6 +99,7 @@ Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t se
   for (const LinearLayer& layer : layers_) {
     point_layers_.emplace_back(layer);
     slope_layers_.push_back(without_bias(layer));
+    point_slope_layers_.emplace_back(slope_layers_.back());
   }
   if (precision == Precision::fast && MatrixNetwork::supported())
     fast_.emplace(std::span(layers_).first(hidden.size()));
@@ -142,32 +113,41 @@ std::size_t Sampler::activation_rows() const {
 
 void Sampler::evaluate(const double* positions, std::size_t count, float* values) const {
   if (fast_) return evaluate_fast(positions, count, values);
-  const std::size_t alone = count % kOctaveBlock <= kFewPoints ? count % kOctaveBlock : 0;
-  if (count > alone) evaluate_faded(positions, nullptr, count - alone, values);
-  for (std::size_t point = count - alone; point < count; ++point)
+  const std::size_t in_blocks = count - alone(count);
+  evaluate_parts(positions, nullptr, in_blocks, kOctaveBlock, values, nullptr);
+  for (std::size_t point = in_blocks; point < count; ++point)
     evaluate_point(positions + 3 * point, values + point * channels());
 }
 
 void Sampler::evaluate_faded(const double* positions, const Spread* footprints, std::size_t count,
                              float* values, float* gradients) const {
-  BlockBuffers buffers(activation_rows(), count, gradients != nullptr);
-  for (std::size_t done = 0; done < count; done += kOctaveBlock) {
-    const auto block = static_cast<int>(std::min<std::size_t>(count - done, kOctaveBlock));
+  const std::size_t in_blocks = count - alone(count), first = in_blocks * channels();
+  evaluate_parts(positions, footprints, in_blocks, kOctaveBlock, values, gradients);
+  evaluate_parts(positions + 3 * in_blocks, footprints ? footprints + in_blocks : nullptr,
+                 count - in_blocks, 1, values + first, gradients ? gradients + 3 * first : nullptr);
+}
+
+void Sampler::evaluate_parts(const double* positions, const Spread* footprints, std::size_t count,
+                             std::size_t part, float* values, float* gradients) const {
+  if (count == 0) return;
+  PartBuffers buffers(activation_rows(), std::min(count, part), gradients != nullptr);
+  for (std::size_t done = 0; done < count; done += part) {
     const std::size_t first = done * channels();
-    evaluate_block(positions + 3 * done, footprints ? footprints + done : nullptr, block, buffers,
-                   values + first, gradients ? gradients + 3 * first : nullptr);
+    evaluate_part(positions + 3 * done, footprints ? footprints + done : nullptr,
+                  static_cast<int>(std::min(count - done, part)), buffers, values + first,
+                  gradients ? gradients + 3 * first : nullptr);
   }
 }
 
-void Sampler::evaluate_block(const double* positions, const Spread* footprints, int count,
-                             BlockBuffers& buffers, float* values, float* gradients) const {
+void Sampler::evaluate_part(const double* positions, const Spread* footprints, int count,
+                            PartBuffers& buffers, float* values, float* gradients) const {
   buffers.lookup.positions.assign(positions, count);
   if (footprints) buffers.footprints.assign(footprints, count);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const int inputs = l == 0 ? 0 : width_;
     for (int t = inputs; t < layers_[l].terms; ++t) {
       const int octave = static_cast<int>(l) * octaves_per_layer_ + (t - inputs);
-      float* noise = buffers.current + t * kOctaveBlock;
+      float* noise = buffers.values_of(t);
       const std::array<float*, 3> slopes = buffers.slopes_of(t);
       if (gradients) {
         octave_slopes(octave, count, buffers.lookup, noise, slopes.data());
@@ -179,25 +159,41 @@ void Sampler::evaluate_block(const double* positions, const Spread* footprints, 
       divisors.apply(count, noise);
       if (gradients) std::ranges::for_each(slopes, [&](float* s) { divisors.apply(count, s); });
     }
-    evaluate_layer(l, count, buffers);
+    if (buffers.is_point) {
+      point_layer(l, buffers);
+    } else {
+      block_layer(l, count, buffers);
+    }
   }
-  interleave(buffers.current, kOctaveBlock, count, channels(), values);
+  interleave(buffers.current, static_cast<int>(buffers.pitch), count, channels(), values);
   if (gradients)
     for (int p = 0; p < count; ++p)
       for (int c = 0; c < channels(); ++c)
         for (const float* slope : buffers.slopes_of(c)) *gradients++ = slope[p];
 }
 
-void Sampler::evaluate_layer(std::size_t l, int count, BlockBuffers& buffers) const {
+void Sampler::block_layer(std::size_t l, int count, PartBuffers& buffers) const {
   const LinearLayer& layer = layers_[l];
   kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
   std::swap(buffers.current, buffers.next);
-  if (buffers.slope_pitch == 0) return;
-  const auto columns = static_cast<int>(3 * buffers.slope_pitch);
+  if (!buffers.with_slopes) return;
+  const auto columns = static_cast<int>(buffers.row_pitch);
   kernels::dense(slope_layers_[l], buffers.slopes, columns, columns, buffers.next_slopes);
   std::swap(buffers.slopes, buffers.next_slopes);
   kernels::activate_slopes(layer, buffers.current, kOctaveBlock,
-                           static_cast<std::ptrdiff_t>(buffers.slope_pitch), buffers.slopes);
+                           static_cast<std::ptrdiff_t>(buffers.axis_pitch), buffers.slopes);
+}
+
+void Sampler::point_layer(std::size_t l, PartBuffers& buffers) const {
+  kernels::dense_point(point_layers_[l], buffers.current, buffers.next);
+  std::swap(buffers.current, buffers.next);
+  if (!buffers.with_slopes) return;
+  for (std::size_t at = 0; at < 3 * buffers.axis_pitch; at += buffers.axis_pitch) {
+    kernels::dense_point(point_slope_layers_[l], buffers.slopes + at, buffers.next_slopes + at);
+    for (int o = 0; o < layers_[l].outputs; ++o)
+      buffers.next_slopes[at + o] *= buffers.current[o] > 0 ? 1 : layers_[l].slope;
+  }
+  std::swap(buffers.slopes, buffers.next_slopes);
 }
 
 void Sampler::octave_noise(int octave, int count, Lookup& lookup, float* values) const {

@@ -17,6 +17,9 @@ namespace solidtex::engine {
 // Full: float32 throughout. Fast: see docs/numerics.md.
 enum class Precision { full, fast };
 
+struct Lookup;
+struct PartBuffers;
+
 class Sampler {
  public:
   Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t seed,
@@ -40,13 +43,14 @@ class Sampler {
   float kept(const Spread& footprint) const { return fade_.kept(footprint); }
 
  private:
-  struct Lookup;
-  struct BlockBuffers;
-
-  void evaluate_block(const double* positions, const Spread* footprints, int count,
-                      BlockBuffers& buffers, float* values, float* gradients) const;
+  // So many points at a time: a block, or one.
+  void evaluate_parts(const double* positions, const Spread* footprints, std::size_t count,
+                      std::size_t part, float* values, float* gradients) const;
+  void evaluate_part(const double* positions, const Spread* footprints, int count,
+                     PartBuffers& buffers, float* values, float* gradients) const;
   // One layer, and the same for the derivatives of its inputs.
-  void evaluate_layer(std::size_t layer, int count, BlockBuffers& buffers) const;
+  void block_layer(std::size_t layer, int count, PartBuffers& buffers) const;
+  void point_layer(std::size_t layer, PartBuffers& buffers) const;
   void evaluate_fast(const double* positions, std::size_t count, float* values) const;
   void octave_noise(int octave, int count, Lookup& lookup, float* values) const;
   void octave_slopes(int octave, int count, Lookup& lookup, float* values,
@@ -63,8 +67,9 @@ class Sampler {
   // constant input is part of its bias. The last one is the linear output.
   std::vector<LinearLayer> layers_;
   std::vector<PointLayer> point_layers_;   // the same
-  std::vector<LinearLayer> slope_layers_;  // the same without biases and activations
-  std::optional<MatrixNetwork> fast_;      // the same, where fast precision is asked for and there
+  std::vector<LinearLayer> slope_layers_;  // without biases and activations
+  std::vector<PointLayer> point_slope_layers_;
+  std::optional<MatrixNetwork> fast_;  // the same, where fast precision is asked for and there
 };
 
 }  // namespace solidtex::engine
