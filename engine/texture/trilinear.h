@@ -69,10 +69,10 @@ inline void interpolate(const float* brick, const BrickGrid& grid,
   }
 }
 
-// How it changes with the position, [channel][3].
-inline void interpolate_slopes(const float* brick, const BrickGrid& grid,
-                               const std::array<AxisCell, 3>& cell, std::size_t channels,
-                               float* slopes) {
+// The same, and how it changes with the position, [channel][3].
+inline void interpolate_with_slopes(const float* brick, const BrickGrid& grid,
+                                    const std::array<AxisCell, 3>& cell, std::size_t channels,
+                                    float* values, float* slopes) {
   const auto voxels = static_cast<std::size_t>(grid.voxels());
   const std::size_t step_z = channels, step_y = voxels * step_z, step_x = voxels * step_y;
   const float* corner =
@@ -87,7 +87,9 @@ inline void interpolate_slopes(const float* brick, const BrickGrid& grid,
     const float high = along_z(upper), high_y = along_z(upper + step_y);
     const float low_rise = lerp(y, rise(corner), rise(corner + step_y));
     const float high_rise = lerp(y, rise(upper), rise(upper + step_y));
-    *slopes++ = per_texel * (lerp(y, high, high_y) - lerp(y, low, low_y));
+    const float low_value = lerp(y, low, low_y), high_value = lerp(y, high, high_y);
+    values[channel] = lerp(x, low_value, high_value);
+    *slopes++ = per_texel * (high_value - low_value);
     *slopes++ = per_texel * lerp(x, low_y - low, high_y - high);
     *slopes++ = per_texel * lerp(x, low_rise, high_rise);
   }
