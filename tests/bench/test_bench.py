@@ -14,9 +14,13 @@ import pytest
 BENCH = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bench"
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md"
 # Those that run on all threads, and those that run on one.
-PARALLEL = ["field.256", "sampler.batch", "sampler.fast", "sampler.coherent", "bake.memory"]
-SINGLE = ["field.32", "field.16", "field.16.neighbours", "field.voxel", "sampler.point"]
+PARALLEL = ["field.256", "sampler.batch", "sampler.batch.gradients", "sampler.fast"]
+PARALLEL += ["sampler.coherent", "bake.memory"]
+SINGLE = ["field.32", "field.16", "field.16.neighbours", "field.voxel"]
+SINGLE += ["sampler.point", "sampler.point.gradients"]
 NOISE = ["noise.uniform", "noise.normal"]
+UNCOUNTED = [*NOISE, "field.cached", "field.cached.gradients"]
+"""Single ones without arithmetic to count."""
 
 
 def bench(*arguments: object, **options) -> subprocess.CompletedProcess[str]:
@@ -42,7 +46,7 @@ def test_every_case_runs(tmp_path: Path, clock: str) -> None:
     report, text = measured(tmp_path, "*", "--threads", 2, "--clock", clock)
     assert [report[key] for key in ("threads", "clock", "quick")] == [2, clock, True]
     cases = {case["name"]: case for case in report["cases"]}
-    assert sorted(cases) == sorted(PARALLEL + SINGLE + NOISE)
+    assert sorted(cases) == sorted(PARALLEL + SINGLE + UNCOUNTED)
     peaks = {peak["threads"]: peak["flops"] for peak in report["peaks"]}
     assert sorted(peaks) == [1, 2] and min(peaks.values()) > 0
     for name, case in cases.items():
@@ -50,13 +54,17 @@ def test_every_case_runs(tmp_path: Path, clock: str) -> None:
         assert case["threads"] == (2 if name in PARALLEL else 1)
         assert_positive(case, "best_seconds", "median_seconds", "repetitions")
         assert_positive(case, "units_per_call", "units_per_second")
-        if name in NOISE:
+        if name in UNCOUNTED:
             continue
         assert_positive(case, "direct_flops")
         fraction = case["direct_flops"] / peaks[case["threads"]]
         assert case["peak_fraction"] == pytest.approx(fraction)
     assert cases["bake.memory"]["peak_resident_bytes"] > 1 << 20
     assert_positive(report["ratios"], "field.16 / field.256", "sampler.fast / sampler.batch")
+    for name in ("field.cached", "sampler.batch", "sampler.point"):
+        seconds = [cases[case]["best_seconds"] for case in (f"{name}.gradients", name)]
+        ratio = report["ratios"][f"{name}.gradients / {name}"]
+        assert ratio == pytest.approx(seconds[0] / seconds[1])
 
 
 def test_arithmetic_is_that_of_the_papers(tmp_path: Path) -> None:
@@ -102,7 +110,7 @@ def test_help_version_and_list() -> None:
     assert "Examples:" in bench("--help").stdout
     assert bench("--version").stdout.startswith("solidtex-bench ")
     listed = [line.split()[0] for line in bench("--list").stdout.splitlines()]
-    assert sorted(listed) == sorted(PARALLEL + SINGLE + NOISE)
+    assert sorted(listed) == sorted(PARALLEL + SINGLE + UNCOUNTED)
 
 
 def documented_commands() -> list[list[str]]:

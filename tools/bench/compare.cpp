@@ -68,10 +68,10 @@ void take(const ordered_json& report, std::size_t target, std::size_t targets,
 }
 
 std::string text_of(const std::vector<std::string>& targets, const std::vector<Row>& rows) {
-  std::string text = fmt::format("{:<20} {:>7}", "case", "threads");
+  std::string text = fmt::format("{:<23} {:>7}", "case", "threads");
   for (const std::string& target : targets) text += fmt::format(" {:>24}", target);
   for (const Row& row : rows) {
-    text += fmt::format("\n{:<20} {:>7}", row.name, row.threads);
+    text += fmt::format("\n{:<23} {:>7}", row.name, row.threads);
     for (const double rate : row.units_per_second)
       text += fmt::format(" {:>16} {:>5.1f} %", format_rate(rate, row.unit + "/s"),
                           100 * rate / row.units_per_second[0]);

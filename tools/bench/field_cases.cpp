@@ -1,6 +1,7 @@
-// The lattice family, through solidtex_eval_box.
+// The lattice family, through solidtex_eval_box, and points that its cache answers.
 #include "tools/bench/cases.h"
 #include "tools/bench/cost.h"
+#include "tools/bench/points.h"
 
 namespace solidtex::tools {
 namespace {
@@ -54,6 +55,15 @@ Case neighbours(const solidtex::texture& texture, std::int64_t edge, std::int64_
   return cubes(texture, edge, std::move(offsets), false);
 }
 
+// Points whose bricks are there: interpolation alone.
+Case cached_points(const solidtex::texture& texture, const CaseSettings& settings,
+                   bool with_gradients) {
+  PointQuery query = batch_of(settings, lay_on_plane);
+  query.with_gradients = with_gradients;
+  query.again = true;
+  return point_case(texture, query);
+}
+
 }  // namespace
 
 std::vector<CaseInfo> field_cases() {
@@ -76,6 +86,12 @@ std::vector<CaseInfo> field_cases() {
       {.name = "field.voxel",
        .about = "one voxel, at a place never asked for before",
        .make = [](Models& m, const S& s) { return cubes_apart(m.field(), 1, s.quick ? 1 : 16); }},
+      {.name = "field.cached",
+       .about = "4096 points side by side on a plane, whose bricks are in the cache",
+       .make = [](Models& m, const S& s) { return cached_points(m.field(), s, false); }},
+      {.name = "field.cached.gradients",
+       .about = "the points of field.cached with gradients",
+       .make = [](Models& m, const S& s) { return cached_points(m.field(), s, true); }},
   };
 }
 

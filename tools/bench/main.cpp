@@ -18,7 +18,7 @@ using namespace solidtex::tools;
 
 void print_list() {
   for (const CaseInfo& info : all_cases())
-    std::cout << fmt::format("{:<20} {:<12} {}{}\n", info.name,
+    std::cout << fmt::format("{:<23} {:<12} {}{}\n", info.name,
                              info.parallel ? "all threads" : "one thread", info.about,
                              info.usual ? "" : " (only when named)");
 }

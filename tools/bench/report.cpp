@@ -39,7 +39,7 @@ void add_ratio(std::vector<Ratio>& ratios, const std::string& name, const std::s
     ratios.push_back({name, about, value(*upper) / value(*lower)});
 }
 
-constexpr char row_format[] = "{:<20} {:>7} {:>9} {:>9} {:>5} {:>16} {:>9} {:>8}\n";
+constexpr char row_format[] = "{:<23} {:>7} {:>9} {:>9} {:>5} {:>16} {:>9} {:>8}\n";
 
 std::string row(const Results& results, const Measurement& m) {
   const bool counted = m.work.multiply_adds_per_unit > 0;
@@ -86,6 +86,14 @@ std::vector<Ratio> derived_ratios(const Results& results, const MeasureSettings&
   for (const char* name : {"sampler.fast", "sampler.coherent"})
     add_ratio(ratios, fmt::format("{} / sampler.batch", name), "points a second",
               results.find(name, threads), results.find("sampler.batch", threads), rate);
+  const auto add_gradients = [&](const std::string& name, int of_threads) {
+    add_ratio(ratios, fmt::format("{0}.gradients / {0}", name), "time a point",
+              results.find(name + ".gradients", of_threads), results.find(name, of_threads),
+              thread_seconds_per_unit);
+  };
+  add_gradients("field.cached", 1);
+  add_gradients("sampler.batch", threads);
+  add_gradients("sampler.point", 1);
   for (const Measurement& m : results.measurements)
     if (m.info.parallel && m.threads > 1)
       add_ratio(ratios, fmt::format("{}, threads 1 -> {}", m.info.name, m.threads),

@@ -1,0 +1,31 @@
+// Cases that ask for points, of either family.
+#pragma once
+
+#include "tools/bench/cases.h"
+
+namespace solidtex::tools {
+
+using Points = std::vector<float>;
+using FillPoints = std::function<void(Points&)>;
+
+// Uniform in a cube: hardly two points share a cell of the finer octaves, or a brick.
+void scatter(Points& points);
+
+// A square of a plane that no axis lies in, a texel between neighbours, as a camera sees it.
+void lay_on_plane(Points& points);
+
+constexpr float cube_texels = 256;  // edge of the cube to scatter in
+
+struct PointQuery {
+  FillPoints fill;
+  int count = 0, per_call = 0;
+  bool with_gradients = false;
+  bool again = false;  // the same points in every repetition, asked for before
+};
+
+// A square batch of points, one call.
+PointQuery batch_of(const CaseSettings& settings, FillPoints fill);
+
+Case point_case(const solidtex::texture& texture, const PointQuery& query);
+
+}  // namespace solidtex::tools
