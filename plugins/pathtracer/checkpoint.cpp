@@ -1,12 +1,10 @@
 #include "plugins/pathtracer/checkpoint.h"
 
-#include <cstring>
 #include <fstream>
-#include <iterator>
 #include <solidtex/solidtex.hpp>
 #include <stdexcept>
 
-#include "plugins/pathtracer/sampling.h"
+#include "plugins/mesh/fingerprint.h"
 #include "plugins/pathtracer/scene.h"
 #include "plugins/pathtracer/written_file.h"
 
@@ -17,52 +15,15 @@ using nlohmann::json;
 
 constexpr const char* kKind = "solidtex-checkpoint 1";
 
-// Not cryptographic: it tells an edited scene from the one that the render began with.
-class Fingerprint {
- public:
-  void add(const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    hash_ = mix(hash_ ^ size);
-    for (; size >= 8; bytes += 8, size -= 8) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, bytes, 8);
-      hash_ = mix(hash_ ^ word);
-    }
-    std::uint64_t rest = 0;
-    if (size > 0) std::memcpy(&rest, bytes, size);  // an empty vector's data may be null
-    hash_ = mix(hash_ ^ rest);
-  }
-  template <class T>
-  void add(const std::vector<T>& values) {
-    add(values.data(), values.size() * sizeof(T));
-  }
-  void add(const Mesh& mesh) {
-    add(mesh.positions);
-    add(mesh.normals);
-    add(mesh.uvs);
-    add(mesh.triangles);
-  }
-  void add(const std::string& text) { add(text.data(), text.size()); }
-  std::uint64_t value() const { return hash_; }
-
- private:
-  std::uint64_t hash_ = 0;
-};
-
-std::string content_of(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 // The scene's text and what it refers to.
 std::uint64_t fingerprint_of(const Scene& scene) {
-  Fingerprint result;
+  mesh::Fingerprint result;
   result.add(scene.source);
   for (const Mesh& mesh : scene.meshes) result.add(mesh);
   for (const MeshLight& light : scene.mesh_lights) result.add(light.mesh);
   for (const ColorImage& image : scene.images) result.add(image.pixels);
   if (scene.environment) result.add(scene.environment->image.pixels);
-  for (const solidtex::texture& texture : scene.textures) result.add(content_of(texture.path()));
+  for (const solidtex::texture& texture : scene.textures) result.add_content_of(texture.path());
   return result.value();
 }
 

@@ -1,0 +1,60 @@
+// Tells long work's inputs from those that it began with. Not cryptographic.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "plugins/mesh/mesh.h"
+
+namespace solidtex::mesh {
+
+class Fingerprint {
+ public:
+  void add(const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    hash_ = mix(hash_ ^ size);
+    for (; size >= 8; bytes += 8, size -= 8) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, bytes, 8);
+      hash_ = mix(hash_ ^ word);
+    }
+    std::uint64_t rest = 0;
+    if (size > 0) std::memcpy(&rest, bytes, size);  // an empty vector's data may be null
+    hash_ = mix(hash_ ^ rest);
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    add(values.data(), values.size() * sizeof(T));
+  }
+  void add(const Mesh& mesh) {
+    add(mesh.positions);
+    add(mesh.normals);
+    add(mesh.uvs);
+    add(mesh.triangles);
+  }
+  void add(const std::string& text) { add(text.data(), text.size()); }
+
+  void add_content_of(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    add(std::string(std::istreambuf_iterator<char>(stream), {}));
+  }
+  std::uint64_t value() const { return hash_; }
+
+ private:
+  // The output function of SplitMix64: a well mixed bijection of 64-bit words.
+  static std::uint64_t mix(std::uint64_t x) {
+    x += 0x9e3779b97f4a7c15ull;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+    return x ^ (x >> 31);
+  }
+
+  std::uint64_t hash_ = 0;
+};
+
+}  // namespace solidtex::mesh
