@@ -77,6 +77,8 @@ void bake(const BakeOptions& options, const Volume& volume, AtomicFile& file) {
 void bake_on_mesh(const BakeOptions& options, const Volume& volume, AtomicFile& file) {
   bake_mesh(options, volume.texture, file.temporary_path());
   file.commit();
+  std::error_code ignored;
+  fs::remove(options.checkpoint, ignored);
   std::cout << options.output.string() << std::endl;
 }
 

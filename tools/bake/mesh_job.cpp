@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "plugins/mesh/atlas.h"
+#include "plugins/mesh/fingerprint.h"
 #include "plugins/mesh/vertices.h"
+#include "tools/bake/checkpoint.h"
 #include "tools/bake/encoding.h"
 #include "tools/bake/exr_file.h"
 #include "tools/bake/ply.h"
@@ -19,6 +21,7 @@
 namespace solidtex::tools {
 namespace {
 
+namespace fs = std::filesystem;
 using mesh::Mesh;
 
 constexpr std::size_t vertices_at_a_time = 4096;
@@ -45,17 +48,46 @@ int atlas_size(const BakeOptions& options) {
   return static_cast<int>(x);
 }
 
+// What must be the same for a bake to go on with the same bits.
+nlohmann::ordered_json identity_of(const BakeOptions& options, const Mesh& mesh,
+                                   const mesh::Placement& placement,
+                                   const solidtex::texture& texture) {
+  mesh::Fingerprint of_model, of_mesh;
+  of_model.add_content_of(texture.path());
+  of_mesh.add(mesh);
+  nlohmann::ordered_json identity = {
+      {"version", solidtex::version()}, {"model", of_model.value()},
+      {"mesh", of_mesh.value()},        {"to", options.to},
+      {"origin", options.origin},       {"texels-per-unit", placement.texels_per_unit},
+      {"seed", options.seed},           {"precision", options.precision}};
+  if (options.precision != "full") identity["target"] = solidtex::target();
+  if (options.to != "uv") return identity;
+  identity["size"] = atlas_size(options);
+  identity["margin"] = options.margin;
+  return identity;
+}
+
+Checkpoint checkpoint_of(const BakeOptions& options, const Mesh& mesh,
+                         const mesh::Placement& placement, const solidtex::texture& texture) {
+  if (options.checkpoint.empty()) return {};
+  return {options.checkpoint, identity_of(options, mesh, placement, texture)};
+}
+
 std::vector<float> vertex_values(const Mesh& mesh, const mesh::Placement& placement,
-                                 const solidtex::texture& texture) {
+                                 const solidtex::texture& texture, Checkpoint finished) {
   Progress progress("Baking " + texture.name(), mesh.positions.size());
   const std::vector<float> radii = mesh::vertex_radii(mesh);
-  std::vector<float> values;
+  std::vector<float> values, part;
   for (std::size_t first = 0; first < radii.size(); first += vertices_at_a_time) {
     throw_if_interrupted();
     const std::size_t count = std::min(vertices_at_a_time, radii.size() - first);
-    const auto found =
-        evaluate_vertices(mesh, placement, texture, first, std::span(radii).subspan(first, count));
-    values.insert(values.end(), found.begin(), found.end());
+    part.resize(count * texture.channel_count());
+    if (!finished.read(part)) {
+      part = evaluate_vertices(mesh, placement, texture, first,
+                               std::span(radii).subspan(first, count));
+      finished.append(part);
+    }
+    values.insert(values.end(), part.begin(), part.end());
     progress.advance(count);
   }
   progress.finish();
@@ -85,17 +117,21 @@ std::vector<PlyProperty> properties_of(const solidtex::texture& texture,
 }
 
 void bake_vertices(const BakeOptions& options, Mesh loaded, const solidtex::texture& texture,
-                   const std::filesystem::path& file) {
+                   const fs::path& file) {
   const Mesh mesh = mesh::share_vertices(std::move(loaded));
-  const std::vector<float> values = vertex_values(mesh, placement_of(options, mesh), texture);
+  const mesh::Placement placement = placement_of(options, mesh);
+  const std::vector<float> values =
+      vertex_values(mesh, placement, texture, checkpoint_of(options, mesh, placement, texture));
   write_ply(file, mesh, properties_of(texture, values, options.color_type != "float"));
 }
 
 void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture& texture,
-                const std::filesystem::path& file) {
+                const fs::path& file) {
   const auto mesh = std::make_shared<const Mesh>(std::move(loaded));
   const int size = atlas_size(options);
-  const mesh::Atlas atlas(mesh, placement_of(options, *mesh), size, options.margin);
+  const mesh::Placement placement = placement_of(options, *mesh);
+  const mesh::Atlas atlas(mesh, placement, size, options.margin);
+  Checkpoint finished = checkpoint_of(options, *mesh, placement, texture);
   const std::vector<Encoding> encodings = channel_encodings(texture);
   ExrFile image(file, size, size, exr_names(texture));
   Progress progress("Baking " + texture.name(),
@@ -109,7 +145,10 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
     const std::size_t texels =
         static_cast<std::size_t>(size) * static_cast<std::size_t>(band.height());
     values.resize(texels * encodings.size());
-    atlas.evaluate(texture, band, values.data());
+    if (!finished.read(values)) {
+      atlas.evaluate(texture, band, values.data());
+      finished.append(values);
+    }
     overlapping += atlas.overlapping_texels(band);
     for (std::size_t i = 0; i < values.size(); ++i) {
       values[i] = light_value(values[i], encodings[i % encodings.size()]);
@@ -125,6 +164,12 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
       overlapping);
 }
 
+// After Ctrl-C.
+[[noreturn]] void stop(const BakeOptions& options) {
+  if (options.checkpoint.empty()) throw Interrupted();
+  throw Interrupted(options.checkpoint.string() + " keeps what is done");
+}
+
 }  // namespace
 
 void check_mesh_options(const BakeOptions& options) {
@@ -138,10 +183,16 @@ void check_mesh_options(const BakeOptions& options) {
     throw std::runtime_error("--size: found it with --to vertex-color, expected it with --to uv");
   }
   if (is_atlas) atlas_size(options);
+  const auto same_place = [](const fs::path& a, const fs::path& b) {
+    return fs::weakly_canonical(fs::absolute(a)) == fs::weakly_canonical(fs::absolute(b));
+  };
+  if (!options.checkpoint.empty() && same_place(options.checkpoint, options.output)) {
+    throw std::runtime_error(options.checkpoint.string() +
+                             ": found it as --checkpoint and -o, expected two files");
+  }
 }
 
-void bake_mesh(const BakeOptions& options, const solidtex::texture& texture,
-               const std::filesystem::path& file) {
+void bake_mesh(const BakeOptions& options, const solidtex::texture& texture, const fs::path& file) {
   Mesh mesh = mesh::load_mesh(options.mesh);
   try {
     if (options.to == "uv") {
@@ -149,8 +200,10 @@ void bake_mesh(const BakeOptions& options, const solidtex::texture& texture,
     } else {
       bake_vertices(options, std::move(mesh), texture, file);
     }
+  } catch (const Interrupted&) {
+    stop(options);
   } catch (const solidtex::error&) {
-    throw_if_interrupted();
+    if (interrupted()) stop(options);
     throw;
   }
 }

@@ -102,6 +102,10 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
       ->check(CLI::Range(0, 64))
       ->type_name("N")
       ->needs(mesh);
+  app.add_option("--checkpoint", options.checkpoint,
+                 "Keep what is baked of a mesh in this file, and go on from it if it is there")
+      ->type_name("FILE")
+      ->needs(mesh);
   for (const char* name : {"--slices", "--block"}) mesh->excludes(app.get_option(name));
 }
 

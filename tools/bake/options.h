@@ -21,7 +21,8 @@ struct BakeOptions {
   int threads = 0;         // 0: all
   std::filesystem::path output, preview;
   std::string slices, show;
-  std::filesystem::path mesh;  // empty: a box of voxels
+  std::filesystem::path mesh;        // empty: a box of voxels
+  std::filesystem::path checkpoint;  // empty: none
   std::string to, color_type = "uchar";
   double texels_per_unit = 0;  // 0: as the mesh's size suggests
   int margin = 8;
