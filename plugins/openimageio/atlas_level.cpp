@@ -1,6 +1,8 @@
 #include "plugins/openimageio/atlas_level.h"
 
 #include <algorithm>
+#include <mutex>
+#include <optional>
 
 #include "plugins/mesh/atlas.h"
 
@@ -13,9 +15,16 @@ class AtlasLevel final : public Level {
  public:
   AtlasLevel(std::shared_ptr<const mesh::Mesh> mesh, const mesh::Placement& placement, int size,
              int tile)
-      : atlas_(std::move(mesh), placement, size) {
+      : mesh_(std::move(mesh)), placement_(placement) {
     size_ = {size, size, 1};
     tile_ = {tile, tile, 1};
+  }
+
+  // Made when first asked for: who opens a file looks at few of its levels, and to sort a million
+  // triangles into all of 13 took more than half as long as to load them. Throws MeshError.
+  const mesh::Atlas& atlas() const {
+    std::call_once(is_made_, [&] { atlas_.emplace(mesh_, placement_, size_[0]); });
+    return *atlas_;
   }
 
   // Beyond the image there is nothing: 0.
@@ -28,7 +37,7 @@ class AtlasLevel final : public Level {
     if (inside.width() <= 0 || inside.height() <= 0) return;
     const std::size_t row = static_cast<std::size_t>(inside.width()) * channels;
     std::vector<float> found(row * static_cast<std::size_t>(inside.height()));
-    atlas_.evaluate(texture, inside, found.data());
+    atlas().evaluate(texture, inside, found.data());
     const std::size_t stride = static_cast<std::size_t>(region.size(0)) * channels;
     for (std::size_t y = 0; y * row < found.size(); ++y) {
       std::copy_n(&found[y * row], row, values + y * stride);
@@ -36,7 +45,10 @@ class AtlasLevel final : public Level {
   }
 
  private:
-  mesh::Atlas atlas_;
+  std::shared_ptr<const mesh::Mesh> mesh_;
+  mesh::Placement placement_;
+  mutable std::once_flag is_made_;
+  mutable std::optional<mesh::Atlas> atlas_;
 };
 
 }  // namespace
@@ -47,7 +59,9 @@ std::vector<std::unique_ptr<const Level>> atlas_levels(const Query& query) {
   const int tile = query.tile ? query.tile : kAtlasTile;
   std::vector<std::unique_ptr<const Level>> levels;
   for (int size = query.size[0]; size > 0; size /= 2) {
-    levels.push_back(std::make_unique<AtlasLevel>(mesh, placement, size, tile));
+    auto level = std::make_unique<AtlasLevel>(mesh, placement, size, tile);
+    if (levels.empty()) level->atlas();  // refuses a mesh that has none
+    levels.push_back(std::move(level));
   }
   return levels;
 }
