@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
 # run_page.sh PAGE BUILD PICTURE
-# Runs the shell commands of PAGE as they are written there, in a folder where BUILD is called
-# build, and compares the picture they make with PICTURE.
+# Runs the first shell commands of PAGE as they are written there, in a folder where BUILD is called
+# build, and compares the picture they make with PICTURE. Those of wheels are run, when asked, by
+# tests/hosts/test_openimageio_wheel.py.
 set -euo pipefail
 page=$1 build=$2 picture=$3
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 fail() { echo "error: $*" >&2; exit 1; }
 
-awk '/^```/ { inside = ($0 == "```sh"); next } inside' "$page" > "$work/commands.sh"
+awk '/^```/ { if (inside) exit; inside = ($0 == "```sh"); next } inside' "$page" > "$work/commands.sh"
 [ -s "$work/commands.sh" ] || fail "$page has no commands"
 ln -s "$build" "$work/build"
 cd "$work"
