@@ -2,13 +2,12 @@
 commands of the page make its picture, and the node set-up has the library's values."""
 
 import os
-import re
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
-from test_pages import HOSTS, PICTURES, REPOSITORY, blocks, pixels
+from test_pages import PICTURES, REPOSITORY, blocks, pixels, programs
 
 import solidtex
 
@@ -44,18 +43,29 @@ def run(command: list, folder: Path, **options: object) -> str:
     return done.stdout
 
 
+def run_commands(commands: str, folder: Path, bpy: str) -> None:
+    """Where `python` is the one with Blender."""
+    path = folder / "bin"
+    path.mkdir()
+    (path / "python").write_text(f'#!/bin/sh\nexec "{Path(bpy).absolute()}" -B "$@"\n')
+    (path / "python").chmod(0o755)
+    environment = {**os.environ, "PATH": f"{path}:{os.environ['PATH']}", "PYTHONPATH": ""}
+    run(["bash", "-euo", "pipefail", "-c", commands], folder, env=environment)
+
+
+def light(values: np.ndarray) -> np.ndarray:
+    """The decoded albedo of encoded values."""
+    low = values[:, :3].clip(0)
+    return np.where(low <= 0.04045, low / 12.92, ((low + 0.055) / 1.055) ** 2.4)
+
+
 @needs_bpy
 def test_the_page_makes_its_picture(tmp_path: Path) -> None:
-    (commands,) = re.findall(r"^```sh\n(.*?)^```", (HOSTS / "blender.md").read_text(), re.M | re.S)
+    (commands,) = programs("blender.md", "sh")
     (tmp_path / "build").symlink_to(BUILD)
     for name in ("plugins", "scenes"):
         (tmp_path / name).symlink_to(REPOSITORY / name)
-    programs = tmp_path / "bin"
-    programs.mkdir()
-    (programs / "python").write_text(f'#!/bin/sh\nexec "{Path(BPY).absolute()}" -B "$@"\n')
-    (programs / "python").chmod(0o755)
-    path = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}", "PYTHONPATH": ""}
-    run(["bash", "-euo", "pipefail", "-c", commands], tmp_path, env=path)
+    run_commands(commands, tmp_path, BPY)
     made = np.concatenate([pixels(tmp_path / f"{way}.png") for way in WAYS], axis=1)
     shown = pixels(PICTURES / "blender.png")
     assert made.shape == shown.shape and shown.std() > 10
@@ -79,9 +89,8 @@ def test_attributes_have_the_values_of_the_library(tmp_path: Path) -> None:
     assert len(found) > 1500  # subdivided
     texture = solidtex.Texture("paint-rusted")
     values = texture.eval_points(10 * found[:, :3].astype(np.float64) + (100, 50, -7))
-    low = values[:, :3].clip(0)
-    light = np.where(low <= 0.04045, low / 12.92, ((low + 0.055) / 1.055) ** 2.4)
+    albedo = light(values)
     roughness = values[:, texture.channels.index("roughness")]
-    assert light.std() > 0.01
-    assert np.abs(found[:, 3:6] - light).max() < 1e-4
+    assert albedo.std() > 0.01
+    assert np.abs(found[:, 3:6] - albedo).max() < 1e-4
     assert np.abs(found[:, 6] - roughness).max() < 1e-4

@@ -3,20 +3,18 @@ default): the page's commands build the plugin for the OpenImageIO inside it and
 and the shader gives what the library does, at every level of detail."""
 
 import os
-import re
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
-from test_blender import run
-from test_pages import HOSTS, PICTURES, REPOSITORY, blocks, pixels
+from test_blender import light, run, run_commands
+from test_pages import PICTURES, REPOSITORY, blocks, link_sources, pixels, programs
 
 import solidtex
 
 BPY = os.environ.get("SOLIDTEX_BPY45", "")
 MODELS = ("marble", "paint-rusted")
-PAGE = "blender-osl.md"
 pytestmark = pytest.mark.skipif(not BPY, reason="SOLIDTEX_BPY45 names no Python with bpy 4.5")
 
 SCALE, ORIGIN, SIDE = 10.0, (100.5, 50.25, -7.0), 96
@@ -63,16 +61,9 @@ def environment(**others: str) -> dict[str, str]:
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the commands of the page have run."""
     folder = tmp_path_factory.mktemp("page")
-    for path in REPOSITORY.iterdir():
-        if not path.name.startswith((".", "build", "results")):
-            (folder / path.name).symlink_to(path)
-    programs = folder / "bin"
-    programs.mkdir()
-    (programs / "python").write_text(f'#!/bin/sh\nexec "{Path(BPY).absolute()}" -B "$@"\n')
-    (programs / "python").chmod(0o755)
-    (commands,) = re.findall(r"^```sh\n(.*?)^```", (HOSTS / PAGE).read_text(), re.M | re.S)
-    path = f"{programs}:{os.environ['PATH']}"
-    run(["bash", "-euo", "pipefail", "-c", commands], folder, env=environment(PATH=path))
+    link_sources(folder)
+    (commands,) = programs("blender-osl.md", "sh")
+    run_commands(commands, folder, BPY)
     return folder
 
 
@@ -92,11 +83,6 @@ def points(units: float) -> np.ndarray:
     at = ((np.arange(SIDE) + 0.5) / SIDE - 0.5) * units
     y, x = np.meshgrid(-at, at, indexing="ij")
     return SCALE * np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3) + ORIGIN
-
-
-def light(values: np.ndarray) -> np.ndarray:
-    low = values[:, :3].clip(0)
-    return np.where(low <= 0.04045, low / 12.92, ((low + 0.055) / 1.055) ** 2.4)
 
 
 def test_the_page_makes_its_picture(made: Path) -> None:

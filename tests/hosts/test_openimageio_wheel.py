@@ -8,20 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_blender import run
-from test_pages import HOSTS, REPOSITORY, pixels
+from test_pages import REPOSITORY, link_sources, pixels, programs
 
 pytestmark = pytest.mark.skipif(
     "SOLIDTEX_WHEELS" not in os.environ, reason="SOLIDTEX_WHEELS is not set"
 )
-COMMANDS = re.findall(r"^```sh\n(.*?)^```", (HOSTS / "openimageio.md").read_text(), re.M | re.S)[1]
 
 
 @pytest.mark.parametrize("version", ["3.0.19.1", "3.2.2.0"])
 def test_the_plugin_built_for_a_wheel_gives_the_same_picture(version: str, tmp_path: Path) -> None:
-    for path in REPOSITORY.iterdir():
-        if not path.name.startswith((".", "build", "results")):
-            (tmp_path / path.name).symlink_to(path)
-    commands = re.sub(r"^version=.*", f"version={version}", COMMANDS)
+    link_sources(tmp_path)
+    _, of_wheels = programs("openimageio.md", "sh")
+    commands = re.sub(r"^version=.*", f"version={version}", of_wheels)
     assert version in commands
     run(["bash", "-euo", "pipefail", "-c", commands], tmp_path)
     plugin = Path(os.environ["SOLIDTEX_BUILD"]) / "lib" / "openimageio"

@@ -19,6 +19,13 @@ def programs(page: str, language: str = "python") -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", (HOSTS / page).read_text(), re.M | re.S)
 
 
+def link_sources(folder: Path) -> None:
+    """A folder that is like the root of the repository before anything was built."""
+    for path in REPOSITORY.iterdir():
+        if not path.name.startswith((".", "build", "results")):
+            (folder / path.name).symlink_to(path)
+
+
 def run(program: str, folder: Path) -> str:
     """In a folder that has the scenes, as the root of the repository has."""
     link = folder / "scenes"
