@@ -265,6 +265,11 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
             "[generator]\nkind = 'lattice'\nstatistics = 'trained'\n[early]\nsteps = 9",
             "early.steps: found 9, expected 0 where generator.statistics are trained",
         ),
+        (
+            "[generator]\nkind = 'pyramid'\n[start]\nsmoothing = 0.5",
+            "start.smoothing: found 0.5, expected 0 for generator.kind pyramid",
+        ),
+        ("[start]\nfine_noise = 0", "start.fine_noise: found 0.0, expected 0.001 to 1"),
         ("[early]\nsteps = -1", "early.steps: found -1, expected 0 to 1e+06"),
         ("[slicing]\nplanes = 'any'", 'slicing.planes: found "any", expected axes'),
     ],

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from solidtex_export.generators.build import Generator, build_generator
-from solidtex_export.generators.lattice import FieldGenerator
+from solidtex_export.generators.lattice import FieldGenerator, LatticeGenerator
+from solidtex_export.generators.lattice_start import quiet_fine_noise, smooth_coarse_features
 from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.training.axes import grain_ratio
 from solidtex_export.training.config import Config
@@ -30,6 +31,9 @@ def build(
 ) -> tuple[Generator, SliceSource, SliceSource | None]:
     """The generator, its slices, and its oblique slices where the method has some."""
     generator = build_generator(config.family, config.generator)
+    if isinstance(generator, LatticeGenerator):
+        smooth_coarse_features(generator, config.method.start.smoothing)
+        quiet_fine_noise(generator, config.method.start.fine_noise)
     if isinstance(generator, FieldGenerator):
         return generator, LatticeSlices(generator), _oblique(config, generator)
     planes = _planes(config)

@@ -45,6 +45,17 @@ class Generator:
 
 
 @dataclass(frozen=True)
+class Start:
+    """Initial weights of the lattice generator (generators/lattice_start.py); the defaults leave
+    them as the paper's."""
+
+    smoothing: float = number(0, 1, 0.0)
+    """Share, in their variance, of weights that smooth what comes from a coarser level."""
+    fine_noise: float = number(1e-3, 1, 1.0)
+    """Size of what the noise of finer levels gives, relative to the coarsest's."""
+
+
+@dataclass(frozen=True)
 class Slicing:
     """Which slices of the solid are compared with a photograph."""
 
@@ -141,6 +152,7 @@ class Method:
     generator: Generator
     optimiser: Optimiser
     losses: tuple[Loss, ...]
+    start: Start = field(default_factory=Start)
     slicing: Slicing = field(default_factory=Slicing)
     early: Early = field(default_factory=Early)
     critic: Critic = field(default_factory=Critic)
