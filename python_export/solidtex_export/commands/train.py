@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import hashlib
 import sys
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import torch
@@ -14,7 +16,7 @@ from solidtex_export.descriptor.weights import WeightsError, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.statistics import LayerError
 from solidtex_export.losses.vgg import VggError, read_weights
-from solidtex_export.training import ranks
+from solidtex_export.training import ranks, trial
 from solidtex_export.training.acceleration import compile_generator
 from solidtex_export.training.config import Config, exemplar_records
 from solidtex_export.training.divergence import TrainError
@@ -53,16 +55,32 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     if args.vgg:
         read_weights(args.vgg)  # refuses a bad file before there is a result folder
     weights = PretrainedWeights(args.vgg, learned)
-    folder = ResultFolder(args.result)
     own_ranks, device = ranks.join(args.device != "cpu" and torch.cuda.is_available())
-    if own_ranks.leads:
-        folder.open(config, exemplars)
-    own_ranks.wait()
-    trainer = Trainer(config, exemplars, device, folder, own_ranks, weights)
+
+    def make(config: Config, path: Path) -> Trainer:
+        folder = ResultFolder(path)
+        if own_ranks.leads:
+            folder.open(config, exemplars)
+        own_ranks.wait()
+        return Trainer(config, exemplars, device, folder, own_ranks, weights)
+
+    config = with_start(config, args.result, make)
+    trainer = make(config, args.result)
     if args.compile:
         compile_generator(trainer.generator)
-    folder.resume(trainer.restore)
+    trainer.folder.resume(trainer.restore)
     return trainer
+
+
+def with_start(config: Config, result: Path, make: Callable[[Config, Path], Trainer]) -> Config:
+    """With what the trial of starts found, or finds now, where there is one."""
+    found = ResultFolder(result).recorded("trial")
+    if found is None and trial.wanted(config) and not ResultFolder(result).begun:
+        found = trial.choose_start(config, make, run_in_terminal)
+        distances = ", ".join(f"{d:g}" for d in found["distances"])
+        start = ", ".join(f"{key} {value:g}" for key, value in found["start"].items())
+        print(f"{result}: starts are {distances} away; taking {start}", flush=True)
+    return replace(config, trial=found)
 
 
 def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:
@@ -120,6 +138,9 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{args.result}: resuming at step {trainer.step}")
         print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
         run_in_terminal(trainer)
+    except trial.Interrupted:
+        print(f"{args.result}: stopped before it began; the same command starts again")
+        return INTERRUPTED
     except FAILURES as error:
         print(f"solidtex-train: {error}", file=sys.stderr)
         return 1

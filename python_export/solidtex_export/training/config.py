@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.method import Method
+from solidtex_export.training.method import Method, Start
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,19 @@ class Config:
     """File name and SHA-256 of the weights of VGG-19, where they are used."""
     descriptor: dict[str, str] | None = None
     """The same of the learned descriptor."""
+    trial: dict[str, Any] | None = None
+    """What the trial of several starts found, where there was one (training/trial.py)."""
+
+    @property
+    def start(self) -> Start:
+        return Start(**self.trial["start"]) if self.trial else self.method.start
+
+    @property
+    def time_limit(self) -> float | None:
+        """Seconds of the training, those of the trial taken off."""
+        if self.minutes is None:
+            return None
+        return max(60 * self.minutes - (self.trial or {}).get("seconds", 0), 1.0)
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

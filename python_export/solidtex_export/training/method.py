@@ -56,6 +56,20 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Trial:
+    """Short trainings that choose one of several starts, before one that is long enough
+    (training/trial.py)."""
+
+    steps: int = number(0, 1_000_000, 0)
+    """Of each; a training of fewer than four times as many has none."""
+    minutes: float = number(0, 1e6, 10.0)
+    """The shortest training by time that has one; its own time is part of them."""
+    starts: tuple[Start, ...] = ()
+    tolerance: float = number(1, 1e6, 1.0)
+    """The first is taken whose distance is at most that many times the lowest."""
+
+
+@dataclass(frozen=True)
 class Slicing:
     """Which slices of the solid are compared with a photograph."""
 
@@ -153,6 +167,8 @@ class Method:
     optimiser: Optimiser
     losses: tuple[Loss, ...]
     start: Start = field(default_factory=Start)
+    """Unless there is a trial."""
+    trial: Trial = field(default_factory=Trial)
     slicing: Slicing = field(default_factory=Slicing)
     early: Early = field(default_factory=Early)
     critic: Critic = field(default_factory=Critic)

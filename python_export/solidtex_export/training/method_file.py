@@ -145,10 +145,14 @@ def _check(method: Method, label: str) -> None:
         expected = "0 where generator.statistics are trained all along"
         raise _wrong(label, "early.steps", method.early.steps, expected)
     if method.generator.kind != "lattice":
+        kind = method.generator.kind
         for f in dataclasses.fields(method.start):
             if (value := getattr(method.start, f.name)) != f.default:
-                expected = f"{f.default:g} for generator.kind {method.generator.kind}"
+                expected = f"{f.default:g} for generator.kind {kind}"
                 raise _wrong(label, f"start.{f.name}", value, expected)
+        if method.trial.starts:
+            expected = f"none for generator.kind {kind}"
+            raise _wrong(label, "trial.starts", len(method.trial.starts), expected)
     if method.family == "field" and method.slicing.planes != "axes":
         expected = "axes for this generator (oblique_share adds oblique slices)"
         raise _wrong(label, "slicing.planes", method.slicing.planes, expected)

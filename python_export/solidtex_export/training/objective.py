@@ -84,6 +84,11 @@ class Objective:
         for loss, saved in zip(self._wavelets, state, strict=True):
             loss.restore(saved)
 
+    def forget(self) -> None:
+        """Judge the next slices by themselves."""
+        for loss in self._wavelets:
+            loss.restore({"average": [], "seen": 0})
+
     def critic_losses(self, index: int) -> list[Tensor]:
         """What the critics of that photograph have to minimise, on the slices they remember."""
         with self._autocast():
