@@ -64,7 +64,7 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
         own_ranks.wait()
         return Trainer(config, exemplars, device, folder, own_ranks, weights)
 
-    config = with_start(config, args.result, make)
+    config = with_start(config, args.result, make, own_ranks)
     trainer = make(config, args.result)
     if args.compile:
         compile_generator(trainer.generator)
@@ -72,11 +72,18 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     return trainer
 
 
-def with_start(config: Config, result: Path, make: Callable[[Config, Path], Trainer]) -> Config:
+def with_start(
+    config: Config, result: Path, make: Callable[[Config, Path], Trainer], own_ranks: ranks.Ranks
+) -> Config:
     """With what the trial of starts found, or finds now, where there is one."""
-    found = ResultFolder(result).recorded("trial")
-    if found is None and trial.wanted(config) and not ResultFolder(result).begun:
-        found = trial.choose_start(config, make, run_in_terminal)
+    folder = ResultFolder(result)
+    (begun,) = own_ranks.agree(folder.begun() if own_ranks.leads else False)
+    if begun:
+        return replace(config, trial=folder.recorded("trial"))
+    if not trial.wanted(config):
+        return config
+    found = trial.choose_start(config, make, run_in_terminal)
+    if own_ranks.leads:
         distances = ", ".join(f"{d:g}" for d in found["distances"])
         start = ", ".join(f"{key} {value:g}" for key, value in found["start"].items())
         print(f"{result}: starts are {distances} away; taking {start}", flush=True)

@@ -44,10 +44,10 @@ class Config:
 
     @property
     def time_limit(self) -> float | None:
-        """Seconds of the training, those of the trial taken off."""
+        """Seconds of the training: without those of the trial, but half of the minutes at least."""
         if self.minutes is None:
             return None
-        return max(60 * self.minutes - (self.trial or {}).get("seconds", 0), 1.0)
+        return max(60 * self.minutes - (self.trial or {}).get("seconds", 0), 30 * self.minutes)
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

@@ -36,28 +36,27 @@ class ResultFolder:
         self._config = path / "config.json"
         self._log = path / "log.csv"
 
-    @property
     def begun(self) -> bool:
-        return self._config.exists()
-
-    def recorded(self, key: str) -> Any:
-        """That key of a training that was begun here; none in a new folder, refused elsewhere."""
+        """Whether a training was begun here; other folders than new ones are refused."""
         if self.path.exists() and not self.path.is_dir():
             raise ResultError(f"{self.path}: found a file, expected a folder or nothing")
         if self._config.exists():
-            found = self._read_config()
-            return found.get(key) if isinstance(found, dict) else None
+            return True
         if self.path.exists() and any(self.path.iterdir()):
             raise ResultError(
                 f"{self.path}: found a folder without config.json that is not empty, expected a"
                 f" result of {self.program} or a new folder"
             )
-        return None
+        return False
+
+    def recorded(self, key: str) -> Any:
+        """What config.json has under that key, if anything."""
+        found = self._read_config()
+        return found.get(key) if isinstance(found, dict) else None
 
     def open(self, config: Documented, exemplars: list[Exemplar]) -> None:
         """Create the folder, or check that it holds this very training."""
-        self.recorded("")
-        if self._config.exists():
+        if self.begun():
             self._check(config)
             return
         self.path.mkdir(parents=True, exist_ok=True)
