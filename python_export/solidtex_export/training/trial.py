@@ -1,9 +1,9 @@
 """Which of several starts suits a photograph: short trainings decide.
 
 A lattice whose coarse levels speak first (generators/lattice_start.py) draws long veins and ragged
-crystals, but makes bands of fine grain; one that is as built turns veins into strokes. Statistics
-of the photograph do not tell which it needs: thin veins have the correlation length and the
-spectrum of fine grain. What each gives after some hundred steps does. Product of the losses, times
+crystals, but makes bands of fine grain; one that is as built turns veins into strokes. Spectrum
+and correlation length of the photograph do not tell which it needs: thin veins have those of fine
+grain. What each gives after some hundred steps does. Product of the losses, times
 1000, smooth and as built:
 
                 300 steps     500 steps
@@ -68,7 +68,7 @@ def choose_start(
             steps=config.method.trial.steps,
             minutes=None,
             size=min(config.size, SIZE),
-            trial={"start": asdict(start)},
+            method=replace(config.method, start=start),
         )
         with tempfile.TemporaryDirectory(prefix="solidtex-trial-") as folder:
             trainer = make(short, Path(folder) / "result")
