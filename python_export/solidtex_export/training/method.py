@@ -16,7 +16,7 @@ DESCRIPTORS = ("vgg", "learned", "random")
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 CRITIC_LOSSES = ("style", "adversarial")
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
-LOSSES = ("wavelets", *DESCRIPTOR_LOSSES, *CRITIC_LOSSES)
+LOSSES = ("wavelets", "tones", *DESCRIPTOR_LOSSES, *CRITIC_LOSSES)
 RULES = ("sum", "unit-gradients")
 STATISTICS = ("measured", "trained")
 

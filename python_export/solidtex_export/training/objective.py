@@ -13,6 +13,7 @@ from torch import Tensor
 from solidtex_export.losses.critic import adversarial_loss, style_loss
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
 from solidtex_export.losses.statistics import Features, feature_loss
+from solidtex_export.losses.tones import tone_distance
 from solidtex_export.losses.wavelets import WaveletLoss
 from solidtex_export.training.exemplar import random_crops, random_symmetry
 from solidtex_export.training.method import CRITIC_LOSSES, DESCRIPTOR_LOSSES, Loss, Method
@@ -113,6 +114,8 @@ class Objective:
                 loss = self._descriptors[key].loss(self._turned(slices), reals)
             elif term.kind == "wavelets":
                 loss = self._wavelets[index](slices)
+            elif term.kind == "tones":
+                loss = tone_distance(slices, self._exemplars[index])
             elif term.kind in CRITIC_LOSSES:
                 judged = judged or self._judged(slices, index)
                 loss = judged[term.kind](term)
