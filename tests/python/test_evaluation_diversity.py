@@ -102,6 +102,15 @@ def test_angles_are_counterclockwise() -> None:
     assert found.angle == pytest.approx(45, abs=2) and found.coherence > 0.95
 
 
+def test_bands_under_grain_show_in_the_coarse_coherence() -> None:
+    rows, columns = np.indices((96, 96))
+    bands = 0.3 * np.cos(2 * np.pi * (rows + columns) / 40)
+    grain = np.random.default_rng(3).standard_normal((96, 96))
+    found = directionality((bands + grain)[None, ..., None])
+    assert found.coherence < 0.1
+    assert found.coarse_coherence > 0.5 and found.coarse_angle == pytest.approx(45, abs=5)
+
+
 def test_streaks_that_turn_raise_only_the_local_coherence() -> None:
     isotropic = np.stack([blobs(s, 96, 96) for s in range(8)])
     streaks = [blobs(s, 96, 96, sigma=(2, 8) if s % 2 else (8, 2)) for s in range(8)]

@@ -12,6 +12,7 @@ from solidtex_export.evaluation.metrics.autocorrelation import correlation
 from solidtex_export.evaluation.pictures import luminance
 
 GRADIENT_SIGMA = 1.0  # pixels
+COARSE_SIGMA = 4.0  # pixels: bands of a dozen and more, that fine grain hides from the other
 LOCAL_SIGMA = 6.0  # pixels: the window of the local structure tensor
 
 
@@ -22,15 +23,18 @@ class Directionality:
     Lengths are the lags at which the autocorrelation of luminance falls to one half (None where
     it never does). `coherence` is that of the mean structure tensor (Bigün and Granlund 1987),
     (l1 - l2) / (l1 + l2): 0 without, 1 with one direction only; `angle` is that direction, degrees
-    counterclockwise from the right, 0 ... 180. `local_coherence` is the mean of the coherence of
-    the tensor in a Gaussian window of 6 pixels: streaks that turn from place to place raise it, and
-    leave the other.
+    counterclockwise from the right, 0 ... 180. `coarse_coherence` and `coarse_angle` are the same
+    of derivatives at sigma = 4 pixels: wide bands. `local_coherence` is the mean of the coherence
+    of the tensor in a Gaussian window of 6 pixels: streaks that turn from place to place raise it,
+    and leave the others.
     """
 
     length_across: float | None
     length_down: float | None
     coherence: float
     angle: float
+    coarse_coherence: float
+    coarse_angle: float
     local_coherence: float
 
 
@@ -39,14 +43,19 @@ def directionality(crops: np.ndarray) -> Directionality:
     gray = luminance(crops)
     middle = gray.shape[1] // 2
     rho = correlation(gray[..., None], middle)[..., 0]
-    xx, yy, xy = _structure_tensor(gray)
-    mean_tensor = float(xx.mean()), float(yy.mean()), float(xy.mean())
+    xx, yy, xy = tensor = _structure_tensor(gray, GRADIENT_SIGMA)
+    mean, coarse_mean = (
+        [float(part.mean()) for part in parts]
+        for parts in (tensor, _structure_tensor(gray, COARSE_SIGMA))
+    )
     smooth = [gaussian_filter(part, (0, LOCAL_SIGMA, LOCAL_SIGMA)) for part in (xx, yy, xy)]
     return Directionality(
         length_across=half_length(rho[middle, middle:]),
         length_down=half_length(rho[middle:, middle]),
-        coherence=float(_coherence(*mean_tensor)),
-        angle=_angle(*mean_tensor),
+        coherence=float(_coherence(*mean)),
+        angle=_angle(*mean),
+        coarse_coherence=float(_coherence(*coarse_mean)),
+        coarse_angle=_angle(*coarse_mean),
         local_coherence=float(_coherence(*smooth).mean()),
     )
 
@@ -62,10 +71,10 @@ def half_length(rho: np.ndarray) -> float | None:
     return float(lag - 1 + (rho[lag - 1] - 0.5) / (rho[lag - 1] - rho[lag]))
 
 
-def _structure_tensor(gray: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _structure_tensor(gray: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Products of the derivatives to the right and upwards: xx, yy and xy."""
-    up = -gaussian_filter(gray, (0, GRADIENT_SIGMA, GRADIENT_SIGMA), (0, 1, 0))
-    right = gaussian_filter(gray, (0, GRADIENT_SIGMA, GRADIENT_SIGMA), (0, 0, 1))
+    up = -gaussian_filter(gray, (0, sigma, sigma), (0, 1, 0))
+    right = gaussian_filter(gray, (0, sigma, sigma), (0, 0, 1))
     return np.square(right), np.square(up), right * up
 
 
