@@ -1,5 +1,7 @@
 """The wavelet loss: what it must tell apart, and what it must not."""
 
+import math
+
 import numpy as np
 import pytest
 import torch
@@ -88,9 +90,42 @@ def test_earlier_slices_count_and_survive_a_restart() -> None:
 def test_smaller_slices_leave_the_average_of_coarse_octaves_alone() -> None:
     loss = WaveletLoss(blobs(1), SLICE, "all")
     loss(crop(blobs(2)))
-    before = loss.state()["average"][-1][0]
+    before = loss.state()[""]["average"][-1][0]
     loss(blobs(2)[None, :, :24, :24])
-    assert torch.equal(loss.state()["average"][-1][0], before)
+    assert torch.equal(loss.state()[""]["average"][-1][0], before)
+
+
+def slanted(angle: float) -> Tensor:
+    """Crests along one direction, degrees: [1, 3, SLICE, SLICE]."""
+    row, column = np.mgrid[:SLICE, :SLICE]
+    across = column * math.sin(math.radians(angle)) + row * math.cos(math.radians(angle))
+    return torch.from_numpy(np.sign(np.sin(across / 3))).float().expand(1, 3, SLICE, SLICE)
+
+
+def test_a_slant_of_one_direction_is_not_made_up_for_by_that_of_another() -> None:
+    loss = WaveletLoss(blobs(1), SLICE, "all")
+    for _ in range(3):
+        apart = [float(loss(slanted(angle), view)) for angle, view in ((45, "x"), (-45, "y"))]
+        mixed = [float(loss(slanted(angle), "random")) for angle in (45, -45)]
+    assert min(apart) > 1.1 * max(mixed)
+
+
+def test_the_average_of_a_coarse_octave_goes_back_further() -> None:
+    loss = WaveletLoss(blobs(1), SLICE, "all")
+    seen = torch.randn(80, 1, 3, SLICE, SLICE, generator=torch.Generator().manual_seed(2))
+    for slices in seen:
+        loss(slices)
+    before = loss.state()[""]["average"]
+    loss(crop(blobs(2)))
+    after = loss.state()[""]["average"]
+    found = WaveletLoss(blobs(1), SLICE, "all")
+    found(crop(blobs(2)))
+    alone = found.state()[""]["average"]
+    shares = [
+        float(((new[1] - old[1]) @ (one[1] - old[1])) / (one[1] - old[1]).square().sum())
+        for old, new, one in zip(before, after, alone, strict=True)
+    ]
+    assert shares == pytest.approx([1 / 8, 1 / 16, 1 / 32, 1 / 64][: len(shares)], rel=1e-3)
 
 
 def test_empty_channels_do_not_count() -> None:
@@ -99,3 +134,13 @@ def test_empty_channels_do_not_count() -> None:
     tinted = slices + 0.01 * torch.randn(slices.shape, generator=torch.Generator().manual_seed(1))
     assert fresh_distance(grey, tinted) == pytest.approx(fresh_distance(grey, slices), rel=0.1)
     assert fresh_distance(torch.zeros(3, SIDE, SIDE), slices) > 0
+
+
+def test_rounding_is_not_to_be_learnt() -> None:
+    generator = torch.Generator().manual_seed(1)
+    rounding = 0.05 * torch.randn(3, SIDE, SIDE, generator=generator)
+    only_first = torch.tensor([1.0, 0, 0]).view(3, 1, 1)
+    grey = blobs(1) * only_first
+    exemplar = grey + rounding * (1 - only_first)
+    slices = crop(blobs(2) * only_first)
+    assert fresh_distance(exemplar, slices) == pytest.approx(fresh_distance(grey, slices))

@@ -56,16 +56,17 @@ class Objective:
         return self._names
 
     def gradient(
-        self, slices: Tensor, index: int, progress: float
+        self, slices: Tensor, index: int, progress: float, view: str = ""
     ) -> tuple[Tensor, dict[str, float]]:
         """Gradient with respect to `slices` [batch, channel, side, side], and each term's value.
 
+        What is remembered of earlier slices is that of the same view (wavelets.py).
         Sum: of weighted losses, as in the papers. Unit gradients: each term's gradient is scaled to
         length one before it is weighted, since a raw sum would be dominated by the critic.
         """
         slices = slices.detach().float().requires_grad_()
         with self._autocast():
-            losses = self._losses(slices, index, progress)
+            losses = self._losses(slices, index, progress, view)
         if self._method.mixing == "sum":
             total = torch.stack([term.weight * loss for term, loss in losses.values()]).sum()
             (gradient,) = torch.autograd.grad(total, slices)
@@ -88,7 +89,7 @@ class Objective:
     def forget(self) -> None:
         """Judge the next slices by themselves."""
         for loss in self._wavelets:
-            loss.restore({"average": [], "seen": 0})
+            loss.forget()
 
     def critic_losses(self, index: int) -> list[Tensor]:
         """What the critics of that photograph have to minimise, on the slices they remember."""
@@ -97,7 +98,7 @@ class Objective:
             return self._opponents[index].losses(reals, self._turned)
 
     def _losses(
-        self, slices: Tensor, index: int, progress: float
+        self, slices: Tensor, index: int, progress: float, view: str
     ) -> dict[str, tuple[Loss, Tensor]]:
         terms = [
             (name, term)
@@ -113,7 +114,7 @@ class Objective:
                 reals = self._reals(index, 1, int(REAL_SIZE * slices.shape[2]))
                 loss = self._descriptors[key].loss(self._turned(slices), reals)
             elif term.kind == "wavelets":
-                loss = self._wavelets[index](slices)
+                loss = self._wavelets[index](slices, view)
             elif term.kind == "tones":
                 loss = tone_distance(slices, self._exemplars[index])
             elif term.kind in CRITIC_LOSSES:

@@ -177,7 +177,8 @@ class Trainer:
         with self._autocast():
             drawn = source.draw(direction, size, self.method.slicing.batch)
         index = self.config.exemplar_index(direction)
-        gradient, values = self.objective.gradient(drawn, index, progress)
+        view = direction if self.method.slicing.planes == "axes" and not oblique else "random"
+        gradient, values = self.objective.gradient(drawn, index, progress, view)
         if not gradient.isfinite().all():
             raise not_finite(self.step, "a gradient")
         drawn.backward((weight * gradient).to(drawn.dtype))
