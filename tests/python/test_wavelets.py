@@ -125,7 +125,7 @@ def test_the_average_of_a_coarse_octave_goes_back_further() -> None:
         float(((new[1] - old[1]) @ (one[1] - old[1])) / (one[1] - old[1]).square().sum())
         for old, new, one in zip(before, after, alone, strict=True)
     ]
-    assert shares == pytest.approx([1 / 8, 1 / 16, 1 / 32, 1 / 64][: len(shares)], rel=1e-3)
+    assert shares == pytest.approx([1 / 4, 1 / 8, 1 / 16, 1 / 32][: len(shares)], rel=1e-3)
 
 
 def test_empty_channels_do_not_count() -> None:

@@ -41,7 +41,7 @@ EMPTY = 0.06  # deviation of a whitened channel; rounding to 8 bits is 0.04 of m
 PARTS = 12  # of the photograph, whose differences are the unit
 PART_SIDE = 0.75  # of the photograph's shorter side, at most
 UNIT_FLOOR = 1e-4
-MEMORY = 8.0  # slices of a view that the average of the finest octave goes back
+MEMORY = 4.0  # slices of a view that the average of the finest octave goes back
 
 Statistics = list[tuple[Tensor, Tensor]]
 """Per octave: second moments [map, map] and means [map] of the rectified responses."""
