@@ -12,7 +12,7 @@ A slice is compared with the whole exemplar: crops whose shares differ would pul
 barycentre, in which two tones have a third between them.
 
 Early it harms: what is dark already becomes darker, so that veins which have yet to be found
-become rows of dots (marble, 600 and 1500 steps). So lattice.toml lets it join later.
+leave gaps (marble, 600 steps). So lattice.toml lets it join later.
 
 Tried with crops, 600 steps each, by eye, with weights beside the other losses' 2.4:
 0.3 leaves some white cores, 0.5 hardly any, and beige granite has its black specks; 1 gives flatter
