@@ -9,8 +9,10 @@ is the unit of each octave's distance.
 
 Each direction of slices has an average of its own, since a slant across one would else be made up
 for by that across another; and that of a coarse octave, of which a slice shows little, goes back
-further. Tried besides: the gradient of a slice as if it were the whole average, which puts more
-weight on coarse octaves: bands of grey in granite.
+further. Not so of random planes, which cannot lean together: the sampler came out worse at 45
+degrees by it (beige granite, 400 steps, two seeds: patterns 1.60, 1.53; without 1.34, 1.18).
+Tried besides: the gradient of a slice as if it were the whole average, which puts more weight on
+coarse octaves: bands of grey in granite.
 
 What was measured on granite (128 x 229 texels): by the Gram matrices of a random network redrawn
 for every step, slices that the eye refuses at once were nearer to the photograph than its own parts
@@ -49,8 +51,9 @@ Statistics = list[tuple[Tensor, Tensor]]
 
 @dataclass
 class Average:
-    """Of the slices that were seen of one view."""
+    """Of the slices that were seen of one view; coarse octaves go back further if it `deepens`."""
 
+    deepens: bool
     statistics: Statistics = field(default_factory=list)
     seen: int = 0
 
@@ -59,7 +62,8 @@ class Average:
         known = min(len(self.statistics), len(found))
         mixed = []
         for octave, (old, new) in enumerate(zip(self.statistics, found, strict=False)):
-            share = max(1 / (MEMORY * 2**octave), 1 / (self.seen + 1))
+            memory = MEMORY * 2**octave if self.deepens else MEMORY
+            share = max(1 / memory, 1 / (self.seen + 1))
             mixed.append((torch.lerp(old[0], new[0], share), torch.lerp(old[1], new[1], share)))
         return mixed + found[known:]
 
@@ -91,9 +95,9 @@ class WaveletLoss:
 
     def __call__(self, slices: Tensor, view: str = "") -> Tensor:
         """The distance of `slices` [batch, channel, rows, columns], averaged with earlier ones of
-        the same view: the axis that they are normal to, or planes at random."""
+        the same view: the axis that they are normal to, or "" for random planes."""
         with torch.autocast(slices.device.type, enabled=False):
-            average = self._averages.setdefault(view, Average())
+            average = self._averages.setdefault(view, Average(deepens=bool(view)))
             mixed = average.mixed_with(self._moments(slices.float()[:, self._filled]))
             average.remember(mixed)
             distances = [
@@ -118,7 +122,9 @@ class WaveletLoss:
         device = self._filters.device
         self._averages = {
             view: Average(
-                [(g.to(device), m.to(device)) for g, m in saved["average"]], saved["seen"]
+                bool(view),
+                [(g.to(device), m.to(device)) for g, m in saved["average"]],
+                saved["seen"],
             )
             for view, saved in state.items()
         }
