@@ -51,18 +51,20 @@ Statistics = list[tuple[Tensor, Tensor]]
 
 @dataclass
 class Average:
-    """Of the slices that were seen of one view; coarse octaves go back further if it `deepens`."""
+    """Of the slices that were seen of one view."""
 
-    deepens: bool
     statistics: Statistics = field(default_factory=list)
     seen: int = 0
 
-    def mixed_with(self, found: Statistics) -> Statistics:
-        """This and a slice's, of which each octave has its share; octaves may be missing."""
+    def mixed_with(self, found: Statistics, deepens: bool) -> Statistics:
+        """This and a slice's, of which each octave has its share; octaves may be missing.
+
+        If it `deepens`, coarse octaves go back further.
+        """
         known = min(len(self.statistics), len(found))
         mixed = []
         for octave, (old, new) in enumerate(zip(self.statistics, found, strict=False)):
-            memory = MEMORY * 2**octave if self.deepens else MEMORY
+            memory = MEMORY * 2**octave if deepens else MEMORY
             share = max(1 / memory, 1 / (self.seen + 1))
             mixed.append((torch.lerp(old[0], new[0], share), torch.lerp(old[1], new[1], share)))
         return mixed + found[known:]
@@ -97,8 +99,9 @@ class WaveletLoss:
         """The distance of `slices` [batch, channel, rows, columns], averaged with earlier ones of
         the same view: the axis that they are normal to, or "" for random planes."""
         with torch.autocast(slices.device.type, enabled=False):
-            average = self._averages.setdefault(view, Average(deepens=bool(view)))
-            mixed = average.mixed_with(self._moments(slices.float()[:, self._filled]))
+            average = self._averages.setdefault(view, Average())
+            found = self._moments(slices.float()[:, self._filled])
+            mixed = average.mixed_with(found, deepens=bool(view))
             average.remember(mixed)
             distances = [
                 (d / unit + 1e-6).sqrt()
@@ -122,9 +125,7 @@ class WaveletLoss:
         device = self._filters.device
         self._averages = {
             view: Average(
-                bool(view),
-                [(g.to(device), m.to(device)) for g, m in saved["average"]],
-                saved["seen"],
+                [(g.to(device), m.to(device)) for g, m in saved["average"]], saved["seen"]
             )
             for view, saved in state.items()
         }
