@@ -11,10 +11,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
 from PIL import Image
+from small_trainings import SMALL, make_trainer, save_photo, save_vgg, train
 
 from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
@@ -22,53 +22,13 @@ from solidtex_export.losses import vgg
 from solidtex_export.training.divergence import TrainError
 from solidtex_export.training.method_file import MethodError, load_method, shipped
 from solidtex_export.training.result import ResultError
-from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
-
-LATTICE = ["generator.sizes.levels=3", "generator.sizes.step_channels=2"]
-SAMPLER = ["generator.sizes.octaves=4", "generator.sizes.hidden_layers=3"]
-SAMPLER += ["generator.sizes.width=8"]
-CRITIC = ["critic.widths=[4,6]", "critic.batch=2"]
-RANDOM = ["losses.0.groups=[[4],[4]]"]
-SMALL = {
-    "lattice": [*LATTICE, *CRITIC],
-    "sampler": [*SAMPLER, *CRITIC],
-    "gutierrez": [*LATTICE, *RANDOM],
-    "babichev": [*LATTICE, *(f"losses.{i}.groups=[[4],[4],[4]]" for i in range(4))],
-    "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
-    "gramgan": [*SAMPLER, *CRITIC],
-    "henzler": [*SAMPLER, *RANDOM],
-    "random-networks-lattice": [*LATTICE, *CRITIC, *RANDOM],
-    "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
-}
 
 
 @pytest.fixture
 def photo(tmp_path: Path) -> Path:
-    """Two-coloured stripes and specks."""
-    random = np.random.default_rng(1)
-    pixels = random.integers(90, 140, (56, 64, 3))
-    pixels[:, ::5] = (200, 120, 60)
-    path = tmp_path / "photo.png"
-    Image.fromarray(pixels.astype(np.uint8)).save(path)
-    return path
-
-
-def make_trainer(photos: list[Path], result: Path, method: str, *more: str) -> Trainer:
-    settings = [part for setting in SMALL[method] for part in ("--set", setting)]
-    arguments = [*map(str, photos), "-o", str(result), "--method", method, *settings, *more]
-    arguments += ["--size", "32", "--resolution", "48", "--device", "cpu"]
-    p = cli_train.parser()
-    args = p.parse_args(arguments)
-    args.steps = args.steps or 4
-    cli_train.check(p, args)
-    return cli_train.make_trainer(args)
-
-
-def train(trainer: Trainer, steps: int | None = None) -> Trainer:
-    trainer.run(lambda: trainer.step == steps, lambda t: None)
-    return trainer
+    return save_photo(tmp_path / "photo.png")
 
 
 def test_every_shipped_method_is_tested() -> None:
@@ -156,13 +116,7 @@ def test_oblique_slices_take_their_share_of_steps(photo: Path, tmp_path: Path) -
 
 
 def test_vgg_weights_of_the_users(photo: Path, tmp_path: Path) -> None:
-    widths = [w for w, n in zip(vgg.WIDTHS, vgg.CONVOLUTIONS, strict=True) for _ in range(n)]
-    state = {}
-    for index, ins, outs in zip(vgg.TORCHVISION_INDICES, [3, *widths], widths, strict=False):
-        state[f"features.{index}.weight"] = torch.randn(outs, ins, 3, 3) * (2 / (9 * ins)) ** 0.5
-        state[f"features.{index}.bias"] = torch.zeros(outs)
-    file = tmp_path / "vgg.pth"
-    torch.save(state, file)
+    file = save_vgg(tmp_path / "vgg.pth")
     result = tmp_path / "r"
     options = ("--vgg", str(file), "--directions", "z")
     trainer = train(make_trainer([photo], result, "babichev", *options), steps=1)
@@ -191,7 +145,7 @@ TWO_RANKS = """
 import sys, torch, torch.distributed as dist
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from test_methods import make_trainer, train
+from small_trainings import make_trainer, train
 
 def check_equal(values, what):
     both = [torch.empty_like(values) for _ in range(2)]

@@ -1,0 +1,66 @@
+"""Every method in small, for tests: its settings, a photograph, and trainers of a few steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import torch
+from PIL import Image
+
+from solidtex_export.commands import train as cli_train
+from solidtex_export.losses import vgg
+from solidtex_export.training.trainer import Trainer
+
+LATTICE = ["generator.sizes.levels=3", "generator.sizes.step_channels=2"]
+SAMPLER = ["generator.sizes.octaves=4", "generator.sizes.hidden_layers=3"]
+SAMPLER += ["generator.sizes.width=8"]
+CRITIC = ["critic.widths=[4,6]", "critic.batch=2"]
+RANDOM = ["losses.0.groups=[[4],[4]]"]
+SMALL = {
+    "lattice": [*LATTICE, *CRITIC],
+    "sampler": [*SAMPLER, *CRITIC],
+    "gutierrez": [*LATTICE, *RANDOM],
+    "babichev": [*LATTICE, *(f"losses.{i}.groups=[[4],[4],[4]]" for i in range(4))],
+    "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
+    "gramgan": [*SAMPLER, *CRITIC],
+    "henzler": [*SAMPLER, *RANDOM],
+    "random-networks-lattice": [*LATTICE, *CRITIC, *RANDOM],
+    "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
+}
+
+
+def save_photo(path: Path) -> Path:
+    """Two-coloured stripes and specks."""
+    random = np.random.default_rng(1)
+    pixels = random.integers(90, 140, (56, 64, 3))
+    pixels[:, ::5] = (200, 120, 60)
+    Image.fromarray(pixels.astype(np.uint8)).save(path)
+    return path
+
+
+def save_vgg(path: Path) -> Path:
+    """Random weights of VGG-19, as torchvision names them."""
+    widths = [w for w, n in zip(vgg.WIDTHS, vgg.CONVOLUTIONS, strict=True) for _ in range(n)]
+    state = {}
+    for index, ins, outs in zip(vgg.TORCHVISION_INDICES, [3, *widths], widths, strict=False):
+        state[f"features.{index}.weight"] = torch.randn(outs, ins, 3, 3) * (2 / (9 * ins)) ** 0.5
+        state[f"features.{index}.bias"] = torch.zeros(outs)
+    torch.save(state, path)
+    return path
+
+
+def make_trainer(photos: list[Path], result: Path, method: str, *more: str) -> Trainer:
+    settings = [part for setting in SMALL[method] for part in ("--set", setting)]
+    arguments = [*map(str, photos), "-o", str(result), "--method", method, *settings, *more]
+    arguments += ["--size", "32", "--resolution", "48", "--device", "cpu"]
+    p = cli_train.parser()
+    args = p.parse_args(arguments)
+    args.steps = args.steps or 4
+    cli_train.check(p, args)
+    return cli_train.make_trainer(args)
+
+
+def train(trainer: Trainer, steps: int | None = None) -> Trainer:
+    trainer.run(lambda: trainer.step == steps, lambda t: None)
+    return trainer
