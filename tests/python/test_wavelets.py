@@ -7,6 +7,7 @@ import pytest
 import torch
 from torch import Tensor
 
+from solidtex_export.losses.slants import WEIGHT
 from solidtex_export.losses.wavelets import WaveletLoss, filter_bank, orientations
 
 SIDE = 128
@@ -90,9 +91,9 @@ def test_earlier_slices_count_and_survive_a_restart() -> None:
 def test_smaller_slices_leave_the_average_of_coarse_octaves_alone() -> None:
     loss = WaveletLoss(blobs(1), SLICE, "all")
     loss(crop(blobs(2)))
-    before = loss.state()[""]["average"][-1][0]
+    before = loss.state()["averages"][""]["average"][-1][0]
     loss(blobs(2)[None, :, :24, :24])
-    assert torch.equal(loss.state()[""]["average"][-1][0], before)
+    assert torch.equal(loss.state()["averages"][""]["average"][-1][0], before)
 
 
 def slanted(angle: float) -> Tensor:
@@ -120,12 +121,12 @@ def test_the_average_of_a_coarse_octave_goes_back_further_along_an_axis(
     seen = torch.randn(80, 1, 3, SLICE, SLICE, generator=torch.Generator().manual_seed(2))
     for slices in seen:
         loss(slices, view)
-    before = loss.state()[view]["average"]
+    before = loss.state()["averages"][view]["average"]
     loss(crop(blobs(2)), view)
-    after = loss.state()[view]["average"]
+    after = loss.state()["averages"][view]["average"]
     found = WaveletLoss(blobs(1), SLICE, "all")
     found(crop(blobs(2)))
-    alone = found.state()[""]["average"]
+    alone = found.state()["averages"][""]["average"]
     shares = [
         float(((new[1] - old[1]) @ (one[1] - old[1])) / (one[1] - old[1]).square().sum())
         for old, new, one in zip(before, after, alone, strict=True)
@@ -149,3 +150,19 @@ def test_rounding_is_not_to_be_learnt() -> None:
     exemplar = grey + rounding * (1 - only_first)
     slices = crop(blobs(2) * only_first)
     assert fresh_distance(exemplar, slices) == pytest.approx(fresh_distance(grey, slices))
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "angle", "forbidden"),
+    [("all", 45, True), ("all", 0, True), ("flips", 45, True), ("flips", 0, False),
+     ("none", 45, False)],
+)  # fmt: skip
+def test_slices_may_not_all_lean_alike(
+    symmetry: str, angle: int, forbidden: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distances = []
+    for weight in (0.0, WEIGHT):
+        monkeypatch.setattr("solidtex_export.losses.slants.WEIGHT", weight)
+        loss = WaveletLoss(blobs(1), SLICE, symmetry)
+        distances.append([float(loss(slanted(angle), "x")) for _ in range(8)][-1])
+    assert (distances[1] > distances[0] + 0.05) == forbidden

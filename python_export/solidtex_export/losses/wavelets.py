@@ -14,6 +14,9 @@ degrees by it (beige granite, 400 steps, two seeds: patterns 1.60, 1.53; without
 Tried besides: the gradient of a slice as if it were the whole average, which puts more weight on
 coarse octaves: bands of grey in granite.
 
+Where the photograph may be flipped, slants that all slices of a direction share are judged once
+more by themselves (losses/slants.py).
+
 What was measured on granite (128 x 229 texels): by the Gram matrices of a random network redrawn
 for every step, slices that the eye refuses at once were nearer to the photograph than its own parts
 are (0.7 to 1.0 times as far), and so was noise with its spectrum and random phases (0.7); averaged
@@ -31,6 +34,8 @@ from typing import Any
 import torch
 import torch.nn.functional as F
 from torch import Tensor
+
+from solidtex_export.losses.slants import CommonSlants, slants
 
 ORIENTATIONS = 4
 SIDE = 7  # of a filter, in pixels
@@ -80,6 +85,7 @@ class WaveletLoss:
 
     def __init__(self, exemplar: Tensor, size: int, symmetry: str) -> None:
         self._filters = filter_bank().to(exemplar.device)
+        self._symmetry = symmetry
         self._deviations: list[Tensor] = []
         # Of a grey exemplar two channels are empty: relative to nothing, all that a slice has in
         # them would be infinitely far. Nor is rounding to be learnt: with its octaves beside those
@@ -94,6 +100,7 @@ class WaveletLoss:
                        for g, m in self._target]  # fmt: skip
         self._units = self._measure_units(exemplar, size)
         self._averages: dict[str, Average] = {}
+        self._slants: dict[str, CommonSlants] = {}
 
     def __call__(self, slices: Tensor, view: str = "") -> Tensor:
         """The distance of `slices` [batch, channel, rows, columns], averaged with earlier ones of
@@ -109,26 +116,33 @@ class WaveletLoss:
                 for d, unit in zip(self._distance(octave, statistics), self._units[octave],
                                    strict=True)
             ]  # fmt: skip
-            return torch.stack(distances).mean()
+            total = torch.stack(distances).mean()
+            if view and self._symmetry != "none":
+                common = self._slants.setdefault(view, CommonSlants())
+                total = total + common.loss(slants(self._energies(found), self._symmetry))
+            return total
 
     def forget(self) -> None:
         """Judge the next slices by themselves."""
         self._averages = {}
+        self._slants = {}
 
     def state(self) -> dict[str, Any]:
-        return {
+        averages = {
             view: {"average": [[g.cpu(), m.cpu()] for g, m in a.statistics], "seen": a.seen}
             for view, a in self._averages.items()
         }
+        return {"averages": averages, "slants": {v: s.state() for v, s in self._slants.items()}}
 
     def restore(self, state: dict[str, Any]) -> None:
         device = self._filters.device
-        self._averages = {
-            view: Average(
-                [(g.to(device), m.to(device)) for g, m in saved["average"]], saved["seen"]
-            )
-            for view, saved in state.items()
-        }
+        self.forget()
+        for view, saved in state["averages"].items():
+            statistics = [(g.to(device), m.to(device)) for g, m in saved["average"]]
+            self._averages[view] = Average(statistics, saved["seen"])
+        for view, saved in state["slants"].items():
+            self._slants[view] = CommonSlants()
+            self._slants[view].restore(saved, device)
 
     def _responses(self, image: Tensor) -> list[Tensor]:
         """Per octave, responses [batch, channel * filter, rows, columns]."""
@@ -174,6 +188,18 @@ class WaveletLoss:
         return (
             covariance / torch.outer(deviation, deviation)
         ).square().mean(), means.square().mean()
+
+    def _energies(self, found: Statistics) -> Tensor:
+        """Of the waves in each orientation [octave, orientation]."""
+        energies = []
+        for octave, (second, _) in enumerate(found):
+            count = len(self._deviations[octave])
+            diagonal = second.diagonal()
+            own = diagonal[: 2 * count] if octave == 0 else diagonal[-2 * count :]
+            both = own.view(2, count).sum(0) * self._deviations[octave].square()
+            waves = both.view(-1, len(self._filters))[:, : 2 * ORIENTATIONS]
+            energies.append(waves.reshape(-1, ORIENTATIONS, 2).sum((0, 2)))
+        return torch.stack(energies)
 
     def _measure_units(self, exemplar: Tensor, size: int) -> list[tuple[Tensor, Tensor]]:
         """Per octave, the mean distance of parts as large as a slice."""
