@@ -17,6 +17,10 @@ veins in any direction by chance:
     16                                none                     specks instead of veins
     64                                blots with pale specks   -
     certain, in variances, 0.2        none                     veins that close
+
+Too early it harms as tones do: of weights as they are built, 430 steps on marble, all along left
+scattered specks, from 40 % on veins that close in all directions, none veins with a slant; rust of
+500 steps keeps its grain.
 """
 
 from __future__ import annotations
@@ -25,6 +29,7 @@ import torch
 from torch import Tensor
 
 WEIGHT = 0.2
+START = 0.4  # of the training; slants are remembered from its beginning on
 MEMORY = 32.0  # slices that the average goes back
 CERTAINTY = 2.0  # variances of such an average that a slant's square must exceed to be certain
 
