@@ -35,7 +35,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from solidtex_export.losses.slants import START, CommonSlants, slants
+from solidtex_export.losses.slants import CommonSlants, slants
 
 ORIENTATIONS = 4
 SIDE = 7  # of a filter, in pixels
@@ -102,10 +102,9 @@ class WaveletLoss:
         self._averages: dict[str, Average] = {}
         self._slants: dict[str, CommonSlants] = {}
 
-    def __call__(self, slices: Tensor, view: str = "", progress: float = 1.0) -> Tensor:
+    def __call__(self, slices: Tensor, view: str = "") -> Tensor:
         """The distance of `slices` [batch, channel, rows, columns], averaged with earlier ones of
-        the same view: the axis that they are normal to, or "" for random planes. Slants count from
-        some progress of the training on, 0 to 1."""
+        the same view: the axis that they are normal to, or "" for random planes."""
         with torch.autocast(slices.device.type, enabled=False):
             average = self._averages.setdefault(view, Average())
             found = self._moments(slices.float()[:, self._filled])
@@ -120,9 +119,7 @@ class WaveletLoss:
             total = torch.stack(distances).mean()
             if view and self._symmetry != "none":
                 common = self._slants.setdefault(view, CommonSlants())
-                leaning = common.loss(slants(self._energies(found), self._symmetry))
-                if progress >= START:
-                    total = total + leaning
+                total = total + common.loss(slants(self._energies(found), self._symmetry))
             return total
 
     def forget(self) -> None:

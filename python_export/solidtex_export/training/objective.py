@@ -114,7 +114,7 @@ class Objective:
                 reals = self._reals(index, 1, int(REAL_SIZE * slices.shape[2]))
                 loss = self._descriptors[key].loss(self._turned(slices), reals)
             elif term.kind == "wavelets":
-                loss = self._wavelets[index](slices, view, progress)
+                loss = self._wavelets[index](slices, view)
             elif term.kind == "tones":
                 loss = tone_distance(slices, self._exemplars[index])
             elif term.kind in CRITIC_LOSSES:
