@@ -26,7 +26,7 @@ from solidtex_export.training.exemplar import load_exemplar
 from solidtex_export.training.fixed_noise import FixedNoise
 from solidtex_export.training.method import Early, Optimiser
 from solidtex_export.training.optimiser import half_cosine, learning_rate
-from solidtex_export.training.slices import LatticeSlices
+from solidtex_export.training.slices import LatticeSlices, SamplerSlices
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
@@ -133,6 +133,12 @@ def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> Non
     images = [LatticeSlices(generator).draw(d, 8, 1) for d in "xyz"]
     assert captured == [(0, 2, 1), (1, 2, 0), (2, 1, 0)]  # normal, rows, columns
     assert all(i[0, 0, 0, 0] == 7 and i[0, 0, 7, 0] == 0 for i in images)  # rows run downwards
+
+
+@pytest.mark.parametrize(("planes", "views"), [("axes", "xyz"), ("any", ""), ("about-z", "")])
+def test_only_slices_along_the_axes_are_judged_by_direction(planes: str, views: str) -> None:
+    slices = SamplerSlices(OctaveSampler(octaves=8, hidden_layers=3, width=16), planes)
+    assert "".join(slices.view(d) for d in "xyz") == views
 
 
 def test_effective_tensors_are_what_the_sampler_computes() -> None:

@@ -43,6 +43,10 @@ class ObliqueSlices:
         block = self.generator(noise, box, order)
         return bilinear_columns(block, u, v).flip(2)
 
+    def view(self, direction: str) -> str:
+        """None: they lie at any angle."""
+        return ""
+
 
 def bilinear_columns(block: Tensor, u: Tensor, v: Tensor) -> Tensor:
     """Values [batch, channel, row, column] of block [batch, channel, row, i, j] at (i, j) = (u, v).

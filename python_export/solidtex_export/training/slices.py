@@ -28,6 +28,10 @@ class SliceSource(Protocol):
     def draw(self, direction: str, size: int, batch: int) -> Tensor:
         """Whitened slices [batch, channel, size, size]."""
 
+    def view(self, direction: str) -> str:
+        """What slices of that direction have in common: the axis that they are normal to, or ""
+        for random planes."""
+
 
 class LatticeSlices:
     """Axis slices, one voxel thick, at random offsets modulo 2^K (Gutierrez et al., equation 8)."""
@@ -45,6 +49,9 @@ class LatticeSlices:
         y = self.generator(noise, box, (normal, rows, columns))
         return y.squeeze(2).flip(2)
 
+    def view(self, direction: str) -> str:
+        return direction
+
 
 class SamplerSlices:
     """Planes through the point family, each through its own realisation of the noise.
@@ -59,6 +66,9 @@ class SamplerSlices:
 
     def draw(self, direction: str, size: int, batch: int) -> Tensor:
         return torch.stack([self._draw_one(direction, size) for _ in range(batch)])
+
+    def view(self, direction: str) -> str:
+        return direction if self.planes == "axes" else ""
 
     def _draw_one(self, direction: str, size: int) -> Tensor:
         device = self.generator.color_mean.device

@@ -177,8 +177,7 @@ class Trainer:
         with self._autocast():
             drawn = source.draw(direction, size, self.method.slicing.batch)
         index = self.config.exemplar_index(direction)
-        view = direction if self.method.slicing.planes == "axes" and not oblique else ""
-        gradient, values = self.objective.gradient(drawn, index, progress, view)
+        gradient, values = self.objective.gradient(drawn, index, progress, source.view(direction))
         if not gradient.isfinite().all():
             raise not_finite(self.step, "a gradient")
         drawn.backward((weight * gradient).to(drawn.dtype))
