@@ -15,6 +15,7 @@ from PIL import Image
 from solidtex_export.commands import train as command
 from solidtex_export.training import trial
 from solidtex_export.training.config import Config
+from solidtex_export.training.method_file import load_method
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
@@ -99,6 +100,13 @@ def test_ctrl_c_in_a_trial_leaves_nothing(
     assert command.main(arguments(photo, tmp_path / "r", "--steps", "8")) == 130
     assert "the same command starts again" in capsys.readouterr().out
     assert not (tmp_path / "r").exists()
+
+
+def test_all_that_judge_a_start_train_it_from_the_beginning() -> None:
+    joined = {term.kind: term.start for term in trial.judging(load_method("lattice").losses)}
+    late = {kind for kind, start in joined.items() if start > 0}
+    assert joined.keys() >= {"descriptor", "wavelets", "tones"}
+    assert late == {"style", "adversarial"}
 
 
 def test_distances_are_those_of_the_losses_without_a_critic(photo: Path, tmp_path: Path) -> None:

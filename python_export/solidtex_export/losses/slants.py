@@ -18,10 +18,9 @@ veins in any direction by chance:
     64                                blots with pale specks   -
     certain, in variances, 0.2        none                     veins that close
 
-All that from the beginning of a training on. Joining at 40 %, as tones do, helps marble in short
-trainings of weights as they are built (430 steps: veins that close; else scattered specks), but in
-long ones from the smooth start it is the other way round (1500 steps: specks instead of veins).
-Rust's patterns along the axes after 1500 steps were 1.63 without slants, 1.77 and, at 40 %, 1.47.
+All that from the beginning of a training on, wavelets too. Slants alone joining at 40 % helped
+marble in short trainings (430 steps: veins that close; else specks), in long ones it was the other
+way round. Now wavelets and slants join together, when outlines are there (methods/lattice.toml).
 """
 
 from __future__ import annotations
