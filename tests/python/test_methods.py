@@ -235,6 +235,7 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
             "trial.starts: found 2, expected none for generator.kind sampler",
         ),
         ("[trial]\nstarts = [{ smooth = 1 }]", "trial.starts.0.smooth: found an unknown key"),
+        ("[trial]\njudges = ['style']", 'trial.judges.0: found "style", expected one of'),
         ("[start]\nfine_noise = 0", "start.fine_noise: found 0.0, expected 0.001 to 1"),
         ("[early]\nsteps = -1", "early.steps: found -1, expected 0 to 1e+06"),
         ("[slicing]\nplanes = 'any'", 'slicing.planes: found "any", expected axes'),

@@ -19,8 +19,8 @@ from solidtex_export.training.method_file import load_method
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
-SMOOTH = {"smoothing": 0.5, "fine_noise": 0.2}
-AS_BUILT = {"smoothing": 0.0, "fine_noise": 1.0}
+SMALL_STEPS = {"smoothing": 0.5, "fine_noise": 0.2, "early": False}
+LARGE_STEPS = SMALL_STEPS | {"early": True}
 
 
 @pytest.fixture
@@ -46,24 +46,24 @@ def make_trainer(*args: Any) -> Trainer:
 def test_what_is_found_is_written_down(photo: Path, tmp_path: Path) -> None:
     assert command.main(arguments(photo, tmp_path / "r", "--steps", "8")) == 0
     record = json.loads((tmp_path / "r" / "config.json").read_text())["trial"]
-    smooth, as_built = record["distances"]
-    assert record["start"] == (SMOOTH if smooth <= 1.6 * as_built else AS_BUILT)
+    small, large = record["distances"]
+    assert record["start"] == (SMALL_STEPS if small <= 4.2 * large else LARGE_STEPS)
     assert record["seconds"] == 0  # steps are counted, not time
 
 
-@pytest.mark.parametrize("start", [AS_BUILT, SMOOTH])
+@pytest.mark.parametrize("start", [SMALL_STEPS, LARGE_STEPS])
 def test_after_a_trial_training_is_as_without(
-    photo: Path, tmp_path: Path, start: dict[str, float], monkeypatch: pytest.MonkeyPatch
+    photo: Path, tmp_path: Path, start: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whichever start it takes: the smooth one up to 1.6 times the other's distance. A second call
+    """Whichever start it takes: small steps up to 4.2 times the other's distance. A second call
     resumes without a trial."""
-    far = 1.5 if start == SMOOTH else 1.7
-    monkeypatch.setattr(trial, "distance", lambda t: far if t.config.start.smoothing else 1.0)
+    far = 4.1 if start == SMALL_STEPS else 4.3
+    monkeypatch.setattr(trial, "distance", lambda t: 1.0 if t.config.start.early else far)
     trained = make_trainer(photo, tmp_path / "r", "--steps", "8")
     assert trained.config.trial is not None and trained.config.trial["start"] == start
     monkeypatch.setattr(trial, "choose_start", None)
     assert make_trainer(photo, tmp_path / "r", "--steps", "8").config == trained.config
-    named = [f"--set=start.{key}={value}" for key, value in start.items()]
+    named = [f"--set=start.{key}={json.dumps(value)}" for key, value in start.items()]
     other = make_trainer(photo, tmp_path / "o", "--steps", "8", "--set", "trial.starts=[]", *named)
     for key, value in other.state()["generator"].items():
         assert torch.equal(value, trained.state()["generator"][key]), key
@@ -76,7 +76,7 @@ def test_short_trainings_have_none(
     for index, length in enumerate((("--steps", "7"), ("--minutes", "9"))):
         trainer = make_trainer(photo, tmp_path / str(index), *length)
         assert trainer.config.trial is None
-        assert trainer.config.start.smoothing == 0
+        assert trainer.config.start.smoothing == 0 and trainer.config.early.steps > 0
 
 
 def test_the_time_of_a_trial_is_part_of_the_minutes(photo: Path, tmp_path: Path) -> None:
@@ -109,9 +109,12 @@ def test_all_that_judge_a_start_train_it_from_the_beginning() -> None:
     assert late == {"style", "adversarial"}
 
 
-def test_distances_are_those_of_the_losses_without_a_critic(photo: Path, tmp_path: Path) -> None:
-    """A solid far from the photograph is judged farther; the same one twice alike."""
-    trainer = make_trainer(photo, tmp_path / "r", "--steps", "4")
+def test_judges_see_a_solid_that_is_farther_from_the_photograph(
+    photo: Path, tmp_path: Path
+) -> None:
+    """And the same one twice alike."""
+    joined = ("--set", "losses.2.start=0")  # tones, as in a trial
+    trainer = make_trainer(photo, tmp_path / "r", "--steps", "4", *joined)
     trainer.run(lambda: False, lambda t: None)
     near = trial.distance(trainer)
     assert trial.distance(trainer) == near

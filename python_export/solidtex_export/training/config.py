@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.method import Method, Start
+from solidtex_export.training.method import Early, Method, Start
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,10 @@ class Config:
     @property
     def start(self) -> Start:
         return Start(**self.trial["start"]) if self.trial else self.method.start
+
+    @property
+    def early(self) -> Early:
+        return self.method.early if self.start.early else Early()
 
     @property
     def time_limit(self) -> float | None:

@@ -16,13 +16,14 @@ DESCRIPTORS = ("vgg", "learned", "random")
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 CRITIC_LOSSES = ("style", "adversarial")
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
-LOSSES = ("wavelets", "tones", *DESCRIPTOR_LOSSES, *CRITIC_LOSSES)
+JUDGES = ("wavelets", "tones", *DESCRIPTOR_LOSSES)
+LOSSES = (*JUDGES, *CRITIC_LOSSES)
 RULES = ("sum", "unit-gradients")
 STATISTICS = ("measured", "trained")
 
 
-def choice(*values: str, default: str | None = None) -> Any:
-    """A string field with few possible values."""
+def choice(*values: str, default: str | tuple[str, ...] | None = None) -> Any:
+    """A string field with few possible values, or an array of such."""
     metadata = {"choices": values}
     return (
         field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
@@ -46,13 +47,15 @@ class Generator:
 
 @dataclass(frozen=True)
 class Start:
-    """Initial weights of the lattice generator (generators/lattice_start.py); the defaults leave
-    them as the paper's."""
+    """How a lattice generator begins: its initial weights (generators/lattice_start.py), which the
+    defaults leave as the paper's, and its early part."""
 
     smoothing: float = number(0, 1, 0.0)
     """Share, in their variance, of weights that smooth what comes from a coarser level."""
     fine_noise: float = number(1e-3, 1, 1.0)
     """Size of what the noise of finer levels gives, relative to the coarsest's."""
+    early: bool = True
+    """With the method's early part, where it has one."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,8 @@ class Trial:
     minutes: float = number(0, 1e6, 10.0)
     """The shortest training by time that has one; its own time is part of them."""
     starts: tuple[Start, ...] = ()
+    judges: tuple[str, ...] = choice(*JUDGES, default=("descriptor", "wavelets", "tones"))
+    """Kinds of the losses whose product is a start's distance."""
     tolerance: float = number(1, 1e6, 1.0)
     """The first is taken whose distance is at most that many times the lowest."""
 

@@ -58,9 +58,7 @@ class Trainer:
         self.generator.color_mean.copy_(mean)
         self.generator.color_basis.copy_(basis)
         self.generator.to(device)
-        self.optimizer = GeneratorOptimiser(
-            self.generator, self.method.optimiser, self.method.early
-        )
+        self.optimizer = GeneratorOptimiser(self.generator, self.method.optimiser, config.early)
         critic_count = len(exemplars) if self.method.uses_critic else 0
         settings = self.method.critic
         self.opponents = [Opponent(settings, len(mean), device) for _ in range(critic_count)]
@@ -126,7 +124,7 @@ class Trainer:
     def _settle_when_due(self) -> None:
         """Ends the early part, or what would be one: statistics are fixed where they are measured,
         and the optimiser begins anew."""
-        if self.settled or self.method.early.progress(self.step, self.progress) < 1:
+        if self.settled or self.config.early.progress(self.step, self.progress) < 1:
             return
         self.settled = True
         if self.method.generator.statistics == "measured":

@@ -1,23 +1,28 @@
 """Which of several starts suits a photograph: short trainings decide.
 
-A lattice whose coarse levels speak first (generators/lattice_start.py) draws long veins and ragged
-crystals, but makes bands of fine grain; one that is as built turns veins into strokes. Spectrum
-and correlation length of the photograph do not tell which it needs: thin veins have those of fine
-grain. What each gives after some hundred steps does. Product of the losses, smooth and as built,
-and what both gave after 1500 steps, by eye and by patterns along the axes and at 45 degrees:
+Large early steps, in which each slice has its own statistics, draw long thin lines, and bands of
+what is none: rust became stripes that lean alike through the whole solid, brick rows of crumbs.
+Without them marble's veins are specks. Spectrum and correlation length of the photograph do not
+tell which it needs: thin veins have those of fine grain. What each gives after some hundred steps
+does. Product of network and tones, both from the smooth start (generators/lattice_start.py), and
+what they gave after 1500 steps, by eye and by the coarse coherence of slices normal to x, y and z:
 
-                    smooth   as built
-    grey granite    4.1e-4    4.9e-6   brush strokes 1.01, 2.80; even grain 0.95, 2.48
-    brick           2.3e-3    1.3e-4   crumbs in rows; scattered crumbs
-    beige granite   1.5e-5    8.0e-7   leans a little 1.33, 2.94; streaked 1.57, 3.75
-    rust            6.3e-5    5.2e-5   not compared
-    marble          3.8e-5    3.3e-5   veins; strokes (after 500 steps)
+                    small steps   large steps
+    marble           4.6e-4        7.6e-5   specks; veins
+    grey granite     7.6e-4        2.6e-4   even grain 0.19, 0.11, 0.07; brush strokes
+    rust             1.7e-4        1.1e-4   patches 0.13, 0.13, 0.04; stripes 0.53, 0.14, 0.11
+    brick            1.4e-3        1.7e-3   round crumbs 0.02, 0.08, 0.03; crumbs in rows
 
-Of beige granite it takes the worse, which the network and the wavelets alone would too (1.9e-3 and
-6.8e-4; brick 4.2e-3 and 1.7e-3, grey granite 9.6e-3 and 1.7e-3, marble 2.2e-3 and 1.7e-3).
-Veins take longer to learn than grain, so the smooth start is taken unless it is 1.6 times as far.
-All losses but the critic's count from a trial's beginning: with wavelets and tones from 40 % on, as
-in the training, the starts were alike (grey granite 1.4e-5 and 1.1e-5).
+(Rust's stripes after 2360.) Large steps are mostly ahead after so few, so they are taken only where
+small ones are 4.2 times as far. All losses but the critic's count from a trial's beginning.
+Wavelets do not judge, since they compare the energy that a vein has, which scattered dots have too:
+with them small steps were 8.4 times as far on marble, 6.1 on grey granite, 2.6 on rust and 1.9 on
+brick, so that marble is less apart.
+
+Before, the trial was between the smooth start and weights as they are built, both with large steps.
+As built, which it took of grey granite (patterns 0.95, 2.48, now 1.24, 3.26), gives sharper grain
+with a weave; but it took it of beige granite too, with streaks, and could not tell rust (products
+6.3e-5 and 5.2e-5), which became stripes, from marble (3.8e-5 and 3.3e-5).
 """
 
 from __future__ import annotations
@@ -36,7 +41,9 @@ from solidtex_export.training.method import CRITIC_LOSSES, Loss
 from solidtex_export.training.trainer import Trainer
 
 SIZE = 96  # side of a trial's slices, at most
-SLICES = 8  # judged, for each direction
+SLICES = 8  # judged together, for each direction
+JUDGEMENTS = 4
+TINY = 1e-30  # losses have logarithms
 LONG_ENOUGH = 4  # a training with as many times the steps of a trial has one
 
 Record = dict[str, Any]
@@ -98,20 +105,26 @@ def judging(losses: tuple[Loss, ...]) -> tuple[Loss, ...]:
 
 
 def distance(trainer: Trainer) -> float:
-    """Product of the losses that need no critic, of many slices taken together.
+    """Product of the losses that judge, as a mean of logarithms over many slices.
 
-    A product, since their units differ; many slices, since one differs from the photograph as two
-    parts of the photograph do.
+    A product, since their units differ; many slices together, since one differs from the photograph
+    as two parts of the photograph do; and several times, since the descriptor sees other crops and
+    turns of the colours in each.
     """
     config = trainer.config
-    total = 0.0
+    judges = [
+        name
+        for name, term in zip(trainer.objective.names, config.method.losses, strict=True)
+        if term.kind in config.method.trial.judges
+    ]
+    logarithms = []
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        for direction in config.directions:
+        for direction in list(config.directions) * JUDGEMENTS:
             with torch.no_grad():
                 drawn = [trainer.slices.draw(direction, config.size, 1) for _ in range(SLICES)]
             trainer.objective.forget()
             index = config.exemplar_index(direction)
             _, values = trainer.objective.gradient(torch.cat(drawn), index, progress=0.0)
-            total += sum(math.log(v) for v in values.values() if not math.isnan(v) and v > 0)
-    return math.exp(total / len(config.directions))
+            logarithms.append(sum(math.log(max(values[name], TINY)) for name in judges))
+    return math.exp(sum(logarithms) / len(logarithms))
