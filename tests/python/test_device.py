@@ -36,11 +36,9 @@ def test_tensors_of_two_devices_do_not_mix(device: torch.device) -> None:
 
 @pytest.mark.parametrize("method", sorted(SMALL))
 def test_method_trains_there(method: str, tmp_path: Path, device: torch.device) -> None:
-    """With a trial where it has one, a map and a stop in between."""
+    """With a map and a stop in between."""
     photo = save_photo(tmp_path / "photo.png")
     options = ["--map", f"wear={photo}"]
-    if method == "lattice":
-        options += ["--set", "trial.steps=1"]
     assert train(make_trainer([photo], tmp_path / "r", method, *options), 3).step == 3
     trainer = train(make_trainer([photo], tmp_path / "r", method, *options))
     assert trainer.finished

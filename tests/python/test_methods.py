@@ -230,14 +230,10 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
             "[generator]\nkind = 'pyramid'\n[start]\nsmoothing = 0.5",
             "start.smoothing: found 0.5, expected 0 for generator.kind pyramid",
         ),
-        (
-            "[generator]\nkind = 'sampler'\n[trial]\nstarts = [{}, {}]",
-            "trial.starts: found 2, expected none for generator.kind sampler",
-        ),
-        ("[trial]\nstarts = [{ smooth = 1 }]", "trial.starts.0.smooth: found an unknown key"),
-        ("[trial]\njudges = ['style']", 'trial.judges.0: found "style", expected one of'),
+        ("[start]\nsmooth = 1", "start.smooth: found an unknown key"),
         ("[start]\nfine_noise = 0", "start.fine_noise: found 0.0, expected 0.001 to 1"),
         ("[early]\nsteps = -1", "early.steps: found -1, expected 0 to 1e+06"),
+        ("[early]\nline_length = -1", "early.line_length: found -1.0, expected 0 to 1e+06"),
         ("[slicing]\nplanes = 'any'", 'slicing.planes: found "any", expected axes'),
     ],
 )

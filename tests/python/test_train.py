@@ -212,7 +212,8 @@ def test_training_moves_weights_and_fixes_statistics_after_its_early_part(
     photo: Path, tmp_path: Path
 ) -> None:
     statistics = "cb6_2.bn3.running_var"
-    trainer = small_trainer(photo, tmp_path / "r", "--steps", "7", "--set", "early.steps=3")
+    options = ("--set", "early.steps=3", "--set", "early.line_length=0")
+    trainer = small_trainer(photo, tmp_path / "r", "--steps", "7", *options)
     seen = []
     trainer.run(
         lambda: False,
@@ -261,7 +262,6 @@ def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Pat
     result = tmp_path / "result"
     command = [sys.executable, "-m", "solidtex_export.commands.train"]
     command += arguments(photo, result, "--steps", "100000", "--threads", "1")
-    command += ["--set", "trial.steps=0"]  # a trial has nothing to save
     steps = []
     for _ in range(2):
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

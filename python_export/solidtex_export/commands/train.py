@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import sys
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import torch
@@ -16,13 +14,14 @@ from solidtex_export.descriptor.weights import WeightsError, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.statistics import LayerError
 from solidtex_export.losses.vgg import VggError, read_weights
-from solidtex_export.training import ranks, trial
+from solidtex_export.training import ranks
 from solidtex_export.training.acceleration import compile_generator
 from solidtex_export.training.config import Config, exemplar_records
 from solidtex_export.training.divergence import TrainError
 from solidtex_export.training.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.training.families import generator_sizes
 from solidtex_export.training.histograms import share_histograms
+from solidtex_export.training.lines import line_length
 from solidtex_export.training.method_file import MethodError
 from solidtex_export.training.pictures import ExemplarError
 from solidtex_export.training.result import ResultError, ResultFolder
@@ -57,37 +56,15 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     weights = PretrainedWeights(args.vgg, learned)
     own_ranks, device = ranks.join(args.device != "cpu" and torch.cuda.is_available())
 
-    def make(config: Config, path: Path) -> Trainer:
-        folder = ResultFolder(path)
-        if own_ranks.leads:
-            folder.open(config, exemplars)
-        own_ranks.wait()
-        return Trainer(config, exemplars, device, folder, own_ranks, weights)
-
-    config = with_start(config, args.result, make, own_ranks)
-    trainer = make(config, args.result)
+    folder = ResultFolder(args.result)
+    if own_ranks.leads:
+        folder.open(config, exemplars)
+    own_ranks.wait()
+    trainer = Trainer(config, exemplars, device, folder, own_ranks, weights)
     if args.compile:
         compile_generator(trainer.generator)
-    trainer.folder.resume(trainer.restore)
+    folder.resume(trainer.restore)
     return trainer
-
-
-def with_start(
-    config: Config, result: Path, make: Callable[[Config, Path], Trainer], own_ranks: ranks.Ranks
-) -> Config:
-    """With what the trial of starts found, or finds now, where there is one."""
-    folder = ResultFolder(result)
-    (begun,) = own_ranks.agree(folder.begun() if own_ranks.leads else False)
-    if begun:
-        return replace(config, trial=folder.recorded("trial"))
-    if not trial.wanted(config):
-        return config
-    found = trial.choose_start(config, make, run_in_terminal)
-    if own_ranks.leads:
-        distances = ", ".join(f"{d:g}" for d in found["distances"])
-        start = ", ".join(f"{key} {value:g}" for key, value in found["start"].items())
-        print(f"{result}: starts are {distances} away; taking {start}", flush=True)
-    return replace(config, trial=found)
 
 
 def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:
@@ -121,6 +98,7 @@ def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:
         method=args.settings,
         vgg=file_record(args.vgg) if args.vgg else None,
         descriptor=file_record(args.descriptor) if args.descriptor else None,
+        line_length=round(line_length(exemplars), 1),
     )
 
 
@@ -145,9 +123,6 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{args.result}: resuming at step {trainer.step}")
         print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
         run_in_terminal(trainer)
-    except trial.Interrupted:
-        print(f"{args.result}: stopped before it began; the same command starts again")
-        return INTERRUPTED
     except FAILURES as error:
         print(f"solidtex-train: {error}", file=sys.stderr)
         return 1

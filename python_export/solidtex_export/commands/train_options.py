@@ -76,7 +76,7 @@ def parser() -> argparse.ArgumentParser:
                    help="orientations in which a photograph looks just as right (default: all for"
                    " one photograph in three directions, else flips)")  # fmt: skip
     p.add_argument("--minutes", type=float, metavar="M",
-                   help="how long to train, a trial of starts included (default: 15)")  # fmt: skip
+                   help="how long to train (default: 15)")  # fmt: skip
     p.add_argument("--steps", type=int, metavar="N", help="train N steps instead of --minutes")
     p.add_argument("--seed", type=int, default=0, metavar="S", help="(default: 0)")
     p.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto",

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.method import Early, Method, Start
+from solidtex_export.training.method import Early, Method
 
 
 @dataclass(frozen=True)
@@ -35,23 +35,12 @@ class Config:
     """File name and SHA-256 of the weights of VGG-19, where they are used."""
     descriptor: dict[str, str] | None = None
     """The same of the learned descriptor."""
-    trial: dict[str, Any] | None = None
-    """What the trial of several starts found, where there was one (training/trial.py)."""
-
-    @property
-    def start(self) -> Start:
-        return Start(**self.trial["start"]) if self.trial else self.method.start
+    line_length: float = 0.0
+    """Of the photographs' thin lines, in their widths (training/lines.py)."""
 
     @property
     def early(self) -> Early:
-        return self.method.early if self.start.early else Early()
-
-    @property
-    def time_limit(self) -> float | None:
-        """Seconds of the training: without those of the trial, but half of the minutes at least."""
-        if self.minutes is None:
-            return None
-        return max(60 * self.minutes - (self.trial or {}).get("seconds", 0), 30 * self.minutes)
+        return self.method.early if self.line_length >= self.method.early.line_length else Early()
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

@@ -16,14 +16,13 @@ DESCRIPTORS = ("vgg", "learned", "random")
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 CRITIC_LOSSES = ("style", "adversarial")
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
-JUDGES = ("wavelets", "tones", *DESCRIPTOR_LOSSES)
-LOSSES = (*JUDGES, *CRITIC_LOSSES)
+LOSSES = ("wavelets", "tones", *DESCRIPTOR_LOSSES, *CRITIC_LOSSES)
 RULES = ("sum", "unit-gradients")
 STATISTICS = ("measured", "trained")
 
 
-def choice(*values: str, default: str | tuple[str, ...] | None = None) -> Any:
-    """A string field with few possible values, or an array of such."""
+def choice(*values: str, default: str | None = None) -> Any:
+    """A string field with few possible values."""
     metadata = {"choices": values}
     return (
         field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
@@ -47,31 +46,13 @@ class Generator:
 
 @dataclass(frozen=True)
 class Start:
-    """How a lattice generator begins: its initial weights (generators/lattice_start.py), which the
-    defaults leave as the paper's, and its early part."""
+    """Initial weights of a lattice generator (generators/lattice_start.py); the defaults leave the
+    paper's."""
 
     smoothing: float = number(0, 1, 0.0)
     """Share, in their variance, of weights that smooth what comes from a coarser level."""
     fine_noise: float = number(1e-3, 1, 1.0)
     """Size of what the noise of finer levels gives, relative to the coarsest's."""
-    early: bool = True
-    """With the method's early part, where it has one."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Short trainings that choose one of several starts, before one that is long enough
-    (training/trial.py)."""
-
-    steps: int = number(0, 1_000_000, 0)
-    """Of each; a training of fewer than four times as many has none."""
-    minutes: float = number(0, 1e6, 10.0)
-    """The shortest training by time that has one; its own time is part of them."""
-    starts: tuple[Start, ...] = ()
-    judges: tuple[str, ...] = choice(*JUDGES, default=("descriptor", "wavelets", "tones"))
-    """Kinds of the losses whose product is a start's distance."""
-    tolerance: float = number(1, 1e6, 1.0)
-    """The first is taken whose distance is at most that many times the lowest."""
 
 
 @dataclass(frozen=True)
@@ -136,6 +117,8 @@ class Early:
     """That it takes, at most half of the training; 0 for none."""
     learning_rate: float = number(1e-9, 10, 0.03)
     """At its beginning; it falls to the optimiser's by half a cosine."""
+    line_length: float = number(0, 1e6, 0.0)
+    """Only where a photograph has thin lines of so many widths (training/lines.py); 0: always."""
 
     def progress(self, step: int, training: float) -> float:
         """Fraction of it that is done, 1 or more after it; `training`: of the whole training."""
@@ -172,8 +155,6 @@ class Method:
     optimiser: Optimiser
     losses: tuple[Loss, ...]
     start: Start = field(default_factory=Start)
-    """Unless there is a trial."""
-    trial: Trial = field(default_factory=Trial)
     slicing: Slicing = field(default_factory=Slicing)
     early: Early = field(default_factory=Early)
     critic: Critic = field(default_factory=Critic)

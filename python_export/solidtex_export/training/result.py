@@ -36,29 +36,18 @@ class ResultFolder:
         self._config = path / "config.json"
         self._log = path / "log.csv"
 
-    def begun(self) -> bool:
-        """Whether a training was begun here; other folders than new ones are refused."""
+    def open(self, config: Documented, exemplars: list[Exemplar]) -> None:
+        """Create the folder, or check that it holds this very training."""
         if self.path.exists() and not self.path.is_dir():
             raise ResultError(f"{self.path}: found a file, expected a folder or nothing")
         if self._config.exists():
-            return True
+            self._check(config)
+            return
         if self.path.exists() and any(self.path.iterdir()):
             raise ResultError(
                 f"{self.path}: found a folder without config.json that is not empty, expected a"
                 f" result of {self.program} or a new folder"
             )
-        return False
-
-    def recorded(self, key: str) -> Any:
-        """What config.json has under that key, if anything."""
-        found = self._read_config()
-        return found.get(key) if isinstance(found, dict) else None
-
-    def open(self, config: Documented, exemplars: list[Exemplar]) -> None:
-        """Create the folder, or check that it holds this very training."""
-        if self.begun():
-            self._check(config)
-            return
         self.path.mkdir(parents=True, exist_ok=True)
         for i, exemplar in enumerate(exemplars):
             self._save_exemplar(exemplar, self.path / f"exemplar-{i}")
@@ -74,7 +63,10 @@ class ResultFolder:
             save_channels(exemplar, stem.with_suffix(".exr"))
 
     def _check(self, config: Documented) -> None:
-        found = self._read_config()
+        try:
+            found = json.loads(self._config.read_text())
+        except (OSError, ValueError) as error:
+            raise ResultError(f"{self._config}: found no readable JSON ({error})") from error
         wanted = json.loads(json.dumps(config.document()))
         for key in sorted(found.keys() | wanted.keys() if isinstance(found, dict) else wanted):
             old = found.get(key) if isinstance(found, dict) else None
@@ -84,12 +76,6 @@ class ResultFolder:
                     f" {json.dumps(wanted.get(key))}; to resume, repeat the same command, else"
                     " choose another -o"
                 )
-
-    def _read_config(self) -> Any:
-        try:
-            return json.loads(self._config.read_text())
-        except (OSError, ValueError) as error:
-            raise ResultError(f"{self._config}: found no readable JSON ({error})") from error
 
     def resume(self, restore: Callable[[dict[str, Any]], None]) -> None:
         """Hands the checkpoint, where there is one, to `restore`."""

@@ -24,8 +24,8 @@ class Training(Protocol):
         """Train to the end, or until `stop` says so; `report` is called after each step."""
 
 
-def run_in_terminal(training: Training, title: str = "") -> None:
-    """Train with a progress bar that begins with `title`; Ctrl-C ends it after the step."""
+def run_in_terminal(training: Training) -> None:
+    """Train with a progress bar; Ctrl-C ends it after the step."""
     interrupted = False
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
@@ -39,7 +39,7 @@ def run_in_terminal(training: Training, title: str = "") -> None:
             task = bar.add_task("training", total=1.0)
 
             def report(t: Training) -> None:
-                bar.update(task, completed=t.progress, description=title + _describe(t))
+                bar.update(task, completed=t.progress, description=_describe(t))
 
             training.run(lambda: interrupted, report)
     finally:

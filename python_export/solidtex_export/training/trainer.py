@@ -87,8 +87,8 @@ class Trainer:
         """Fraction of the training that is done."""
         if self.config.steps is not None:
             return self.step / self.config.steps
-        assert self.config.time_limit is not None
-        return self.seconds / self.config.time_limit
+        assert self.config.minutes is not None
+        return self.seconds / (60 * self.config.minutes)
 
     def run(self, stop: Callable[[], bool], report: Callable[[Trainer], None]) -> None:
         """Train to the end, or until `stop` says so; a checkpoint is saved either way."""

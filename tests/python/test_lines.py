@@ -1,0 +1,91 @@
+"""Lengths of thin lines, which decide whether a training begins with large steps."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+from small_trainings import make_trainer, save_photo
+
+from solidtex_export.solids.materials import SOLIDS
+from solidtex_export.solids.solid import exemplar
+from solidtex_export.training.channels import COLOR
+from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.training.lines import line_length
+from solidtex_export.training.method import Early
+from solidtex_export.training.method_file import load_method
+
+SIDE = 100
+
+
+def grey(plane: np.ndarray) -> Exemplar:
+    image = torch.from_numpy(np.repeat(plane[None], 3, axis=0)).float()
+    return Exemplar("grey", "", image)
+
+
+def bars(length: int, width: int) -> np.ndarray:
+    """Bright horizontal bars, a row of them every 20 pixels."""
+    plane = np.zeros((SIDE, SIDE))
+    for row in range(8, SIDE, 20):
+        for column in range(5, SIDE - length, length + 15):
+            plane[row : row + width, column : column + length] = 1
+    return plane
+
+
+def long_line(dark: bool = False) -> Exemplar:
+    plane = bars(80, 2)
+    return grey(1 - plane if dark else plane)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_line_has_its_length_in_widths(dark: bool) -> None:
+    assert line_length([long_line(dark)]) == pytest.approx(80 / 2, rel=0.1)
+
+
+def test_turning_a_picture_changes_nothing() -> None:
+    plane = bars(50, 2)
+    assert line_length([grey(plane.T.copy())]) == pytest.approx(line_length([grey(plane)]), rel=0.1)
+
+
+def test_dots_and_wide_bars_are_no_lines() -> None:
+    grain = np.random.default_rng(0).normal(0, 0.1, (SIDE, SIDE))
+    dots, thin, wide = (line_length([grey(bars(*b) + grain)]) for b in ((2, 2), (80, 2), (80, 9)))
+    assert dots < 4 and wide < thin / 3
+
+
+def test_a_constant_picture_has_none() -> None:
+    assert line_length([grey(np.full((SIDE, SIDE), 0.5))]) == 0
+
+
+def test_the_photograph_with_the_longest_counts() -> None:
+    dots, lines = grey(bars(2, 2)), long_line()
+    assert line_length([dots, lines]) > 5 * line_length([dots, dots])
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("name", ["marble", "wood", "brick", "paint", "porous", "spheres"])
+def test_veins_and_layers_are_long_and_crumbs_are_short(name: str, seed: int) -> None:
+    limit = load_method("lattice").early.line_length
+    picture = exemplar(SOLIDS[name](seed), 144, 144)[..., : len(COLOR)]
+    image = torch.from_numpy(picture.astype(np.float32)).permute(2, 0, 1)
+    assert (line_length([Exemplar(name, "", image)]) >= limit) == (name in ("marble", "wood"))
+
+
+def test_only_long_lines_have_an_early_part(tmp_path: Path) -> None:
+    specks = tmp_path / "specks.png"
+    pixels = np.random.default_rng(1).integers(0, 255, (48, 56, 3))
+    Image.fromarray(pixels.astype(np.uint8)).save(specks)
+    method = load_method("lattice").early
+    stripes = save_photo(tmp_path / "stripes.png")
+    with_lines = make_trainer([stripes], tmp_path / "a", "lattice").config
+    without = make_trainer([specks], tmp_path / "b", "lattice").config
+    always = ("--set", "early.line_length=0")
+    asked = make_trainer([specks], tmp_path / "c", "lattice", *always).config
+    assert with_lines.early == method and without.early == Early()
+    assert asked.early.steps == method.steps
+    record = json.loads((tmp_path / "a" / "config.json").read_text())
+    assert record["line_length"] == with_lines.line_length >= method.line_length
