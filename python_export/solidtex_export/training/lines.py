@@ -5,8 +5,21 @@ bands of what is none. So a training has them where the photograph has such line
 (`early.line_length`). Lengths in widths, the shorter side reduced to 144 pixels and more:
 
     marble 53 (400: 88), layered wood 53, zebrano 30 (256: 42), a marble of red veins 55, 71
-    flagstones with joints 10, oak 10, sandstone 8 (400: 3), grains 8 (256: 27), cracked rock 7
+    cracked mud 14, flagstones 10, oak 10, sandstone 8 (400: 3), grains 8 (256: 27), cracked rock 7,
+    white veins on a mottled ground 6
     rust, lichen, paint and beige granite 3 to 5, grey granite and brick 2
+
+What the steps gave, 1500 of 96 x 96, patterns along the axes and at 45 degrees (those of granite,
+rust and brick: methods/lattice.toml):
+
+                    small steps   large steps
+    marble          3.09, 2.47    2.42, 1.94   specks; lines, some dotted
+    red veins       1.60, 1.95    1.48, 2.09   borders of patches; veins that join
+    zebrano         5.43, 6.67    3.20, 3.84   wavy lumps; straight fibres
+    flagstones      1.51, 2.62    1.63, 2.65   stones with joints; smaller ones along the axes
+    white veins     0.95, 1.95    0.97, 2.33   veins; strokes
+    cracked mud     1.13, 1.98    1.00, 1.62   crumbs; ragged crumbs
+    veined slate    0.84, 1.43    0.76, 1.36   alike
 
 Tried before: short trainings with large steps and with small ones, 300 steps each, the product of
 losses deciding. Small steps were 4.6 to 6.0 times as far on marble, which needs large ones, but
