@@ -16,7 +16,7 @@ from solidtex_export.solids.solid import exemplar
 from solidtex_export.training.channels import COLOR
 from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.lines import line_length
-from solidtex_export.training.method import Early
+from solidtex_export.training.method import Early, Start
 from solidtex_export.training.method_file import load_method
 
 SIDE = 100
@@ -73,6 +73,16 @@ def test_veins_and_layers_are_long_and_crumbs_are_short(name: str, seed: int) ->
     picture = exemplar(SOLIDS[name](seed), 144, 144)[..., : len(COLOR)]
     image = torch.from_numpy(picture.astype(np.float32)).permute(2, 0, 1)
     assert (line_length([Exemplar(name, "", image)]) >= limit) == (name in ("marble", "wood"))
+
+
+def test_lines_that_run_one_way_begin_as_built(tmp_path: Path) -> None:
+    """Unless the method says otherwise; in three directions they begin smooth."""
+    stripes, method = save_photo(tmp_path / "stripes.png"), load_method("lattice").start
+    fibres, one_way = ("--set", "start.fibres=true"), ("--directions", "xy")
+    assert make_trainer([stripes], tmp_path / "a", "lattice").config.start == method
+    assert make_trainer([stripes], tmp_path / "b", "lattice", *one_way).config.start == Start()
+    asked = make_trainer([stripes], tmp_path / "c", "lattice", *one_way, *fibres).config.start
+    assert (asked.smoothing, asked.fine_noise) == (method.smoothing, method.fine_noise)
 
 
 def test_only_long_lines_have_an_early_part(tmp_path: Path) -> None:

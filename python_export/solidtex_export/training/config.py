@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.method import Early, Method
+from solidtex_export.training.method import Early, Method, Start
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,17 @@ class Config:
     """Of the photographs' thin lines, in their widths (training/lines.py)."""
 
     @property
+    def long_lines(self) -> bool:
+        return self.line_length >= self.method.early.line_length
+
+    @property
     def early(self) -> Early:
-        return self.method.early if self.line_length >= self.method.early.line_length else Early()
+        return self.method.early if self.long_lines else Early()
+
+    @property
+    def start(self) -> Start:
+        fibres = self.long_lines and self.symmetry != "all"
+        return self.method.start if self.method.start.fibres or not fibres else Start()
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

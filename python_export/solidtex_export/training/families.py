@@ -32,8 +32,8 @@ def build(
     """The generator, its slices, and its oblique slices where the method has some."""
     generator = build_generator(config.family, config.generator)
     if isinstance(generator, LatticeGenerator):
-        smooth_coarse_features(generator, config.method.start.smoothing)
-        quiet_fine_noise(generator, config.method.start.fine_noise)
+        smooth_coarse_features(generator, config.start.smoothing)
+        quiet_fine_noise(generator, config.start.fine_noise)
     if isinstance(generator, FieldGenerator):
         return generator, LatticeSlices(generator), _oblique(config, generator)
     planes = _planes(config)

@@ -9,8 +9,8 @@ bands of what is none. So a training has them where the photograph has such line
     white veins on a mottled ground 6, rust, lichen, paint and beige granite 3 to 5, grey granite
     and brick 2
 
-What the steps gave, 1500 of 96 x 96, patterns along the axes and at 45 degrees (those of granite,
-rust and brick: methods/lattice.toml):
+What the steps gave, 1500 of 96 x 96 from the smooth start, patterns along the axes and at 45
+degrees (those of granite, rust and brick: methods/lattice.toml):
 
                     small steps   large steps
     marble          3.09, 2.47    2.42, 1.94   specks; lines, some dotted
