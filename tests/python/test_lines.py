@@ -27,6 +27,12 @@ def grey(plane: np.ndarray) -> Exemplar:
     return Exemplar("grey", "", image)
 
 
+def save_specks(path: Path) -> Path:
+    pixels = np.random.default_rng(1).integers(0, 255, (48, 56, 3))
+    Image.fromarray(pixels.astype(np.uint8)).save(path)
+    return path
+
+
 def bars(length: int, width: int) -> np.ndarray:
     """Bright horizontal bars, a row of them every 20 pixels."""
     plane = np.zeros((SIDE, SIDE))
@@ -75,22 +81,21 @@ def test_veins_and_layers_are_long_and_crumbs_are_short(name: str, seed: int) ->
     assert (line_length([Exemplar(name, "", image)]) >= limit) == (name in ("marble", "wood"))
 
 
-def test_lines_that_run_one_way_begin_as_built(tmp_path: Path) -> None:
-    """Unless the method says otherwise; in three directions they begin smooth."""
-    stripes, method = save_photo(tmp_path / "stripes.png"), load_method("lattice").start
-    fibres, one_way = ("--set", "start.fibres=true"), ("--directions", "xy")
+def test_only_lines_in_all_directions_begin_smooth(tmp_path: Path) -> None:
+    """Unless the method says otherwise: not fibres, nor specks."""
+    stripes, specks = save_photo(tmp_path / "stripes.png"), save_specks(tmp_path / "specks.png")
+    method = load_method("lattice").start
+    asking, one_way = ("--set", "start.line_length=0"), ("--directions", "xy")
     assert make_trainer([stripes], tmp_path / "a", "lattice").config.start == method
     assert make_trainer([stripes], tmp_path / "b", "lattice", *one_way).config.start == Start()
-    asked = make_trainer([stripes], tmp_path / "c", "lattice", *one_way, *fibres).config.start
+    assert make_trainer([specks], tmp_path / "c", "lattice").config.start == Start()
+    asked = make_trainer([specks], tmp_path / "d", "lattice", *one_way, *asking).config.start
     assert (asked.smoothing, asked.fine_noise) == (method.smoothing, method.fine_noise)
 
 
 def test_only_long_lines_have_an_early_part(tmp_path: Path) -> None:
-    specks = tmp_path / "specks.png"
-    pixels = np.random.default_rng(1).integers(0, 255, (48, 56, 3))
-    Image.fromarray(pixels.astype(np.uint8)).save(specks)
+    stripes, specks = save_photo(tmp_path / "stripes.png"), save_specks(tmp_path / "specks.png")
     method = load_method("lattice").early
-    stripes = save_photo(tmp_path / "stripes.png")
     with_lines = make_trainer([stripes], tmp_path / "a", "lattice").config
     without = make_trainer([specks], tmp_path / "b", "lattice").config
     always = ("--set", "early.line_length=0")

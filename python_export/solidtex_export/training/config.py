@@ -39,17 +39,14 @@ class Config:
     """Of the photographs' thin lines, in their widths (training/lines.py)."""
 
     @property
-    def long_lines(self) -> bool:
-        return self.line_length >= self.method.early.line_length
-
-    @property
     def early(self) -> Early:
-        return self.method.early if self.long_lines else Early()
+        return self.method.early if self.line_length >= self.method.early.line_length else Early()
 
     @property
     def start(self) -> Start:
-        fibres = self.long_lines and self.symmetry != "all"
-        return self.method.start if self.method.start.fibres or not fibres else Start()
+        start = self.method.start
+        lines = self.symmetry == "all" and self.line_length >= start.line_length
+        return start if lines or start.line_length == 0 else Start()
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

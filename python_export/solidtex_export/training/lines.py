@@ -2,7 +2,7 @@
 
 Large early steps, in which each slice has its own statistics, draw long thin lines, and strokes or
 bands of what is none. So a training has them where the photograph has such lines
-(`early.line_length`). Lengths in widths, with 100 to 144 pixels on the shorter side, and with more:
+(`early.line_length`), and from shorter lines on it starts smooth (`start.line_length`). Lengths in widths, with 100 to 144 pixels on the shorter side, and with more:
 
     marble 53 (400: 88), red veins 55, layered wood 53, zebrano 30 (256: 42)
     cracked mud 14, flagstones 10, oak 10, sandstone 8 (400: 3), grains 8 (256: 27), cracked rock 7,

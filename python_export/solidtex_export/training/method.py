@@ -53,8 +53,8 @@ class Start:
     """Share, in their variance, of weights that smooth what comes from a coarser level."""
     fine_noise: float = number(1e-3, 1, 1.0)
     """Size of what the noise of finer levels gives, relative to the coarsest's."""
-    fibres: bool = True
-    """Also where long lines run one way, as in wood; if not, such a solid begins as built."""
+    line_length: float = number(0, 1e6, 0.0)
+    """Only for lines of so many widths in all directions, else as the paper's; 0: always."""
 
 
 @dataclass(frozen=True)
