@@ -2,12 +2,13 @@
 
 Large early steps, in which each slice has its own statistics, draw long thin lines, and strokes or
 bands of what is none. So a training has them where the photograph has such lines
-(`early.line_length`), and from shorter lines on it starts smooth (`start.line_length`). Lengths in widths, with 100 to 144 pixels on the shorter side, and with more:
+(`early.line_length`), and with shorter lines it starts smooth at least (`start.line_length`).
+Lengths in widths, with 100 to 144 pixels on the shorter side, and with more:
 
     marble 53 (400: 88), red veins 55, layered wood 53, zebrano 30 (256: 42)
     cracked mud 14, flagstones 10, oak 10, sandstone 8 (400: 3), grains 8 (256: 27), cracked rock 7,
-    white veins on a mottled ground 6, rust, lichen, paint and beige granite 3 to 5, grey granite
-    and brick 2
+    white veins on a mottled ground 6, porous rock 3 (256: 5), rust, lichen, paint and beige granite
+    3 to 5, grey granite and brick 2
 
 What the steps gave, 1500 of 96 x 96 from the smooth start, patterns along the axes and at 45
 degrees (those of granite, rust and brick: methods/lattice.toml):
