@@ -68,6 +68,13 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return calls
 
 
+def test_the_method_default_is_none_at_all(plan: Path, tmp_path: Path) -> None:
+    plan.write_text(PLAN.replace('"lattice"', '"default"'))
+    read = read_plan(plan)
+    cell = Cell(read, read.exemplars[0], read.methods[0], tmp_path / "all", tmp_path)
+    assert not any(option.startswith("--method") for option in cell._training(tmp_path))
+
+
 def test_a_plan_is_trained_judged_and_written_once(
     plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,19 +10,21 @@ from pathlib import Path
 import torch
 
 from solidtex_export.commands.train_options import check, parser
-from solidtex_export.descriptor.weights import WeightsError, load_weights
+from solidtex_export.descriptor.weights import SHIPPED, WeightsError, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
+from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.statistics import LayerError
 from solidtex_export.losses.vgg import VggError, read_weights
 from solidtex_export.training import ranks
 from solidtex_export.training.acceleration import compile_generator
+from solidtex_export.training.choice import suited
 from solidtex_export.training.config import Config, exemplar_records
 from solidtex_export.training.divergence import TrainError
 from solidtex_export.training.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.training.families import generator_sizes
 from solidtex_export.training.histograms import share_histograms
 from solidtex_export.training.lines import line_length
-from solidtex_export.training.method_file import MethodError
+from solidtex_export.training.method_file import MethodError, load_method
 from solidtex_export.training.pictures import ExemplarError
 from solidtex_export.training.result import ResultError, ResultFolder
 from solidtex_export.training.terminal import run_in_terminal
@@ -49,6 +51,8 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     check_alike(exemplars)
     if args.settings.match_histograms:
         exemplars = share_histograms(exemplars)
+    if args.choose:
+        choose_method(args, exemplars[0])
     config = make_config(args, exemplars)
     learned = load_weights(args.descriptor) if args.descriptor else None
     if args.vgg:
@@ -65,6 +69,13 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
         compile_generator(trainer.generator)
     folder.resume(trainer.restore)
     return trainer
+
+
+def choose_method(args: argparse.Namespace, exemplar: Exemplar) -> None:
+    judge = LearnedDescriptor(load_weights(SHIPPED))
+    args.method, reason = suited(exemplar, args.directions, judge.loss)
+    args.settings = load_method(args.method)
+    print(f"{args.result}: {reason}, so --method {args.method}")
 
 
 def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:

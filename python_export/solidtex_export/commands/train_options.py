@@ -11,15 +11,17 @@ from solidtex_export import cli
 from solidtex_export.descriptor.weights import SHIPPED
 from solidtex_export.losses.critic import field_of_view
 from solidtex_export.training.channels import check_map_name
+from solidtex_export.training.choice import LATTICE, SAMPLER
 from solidtex_export.training.method import Method
-from solidtex_export.training.method_file import DEFAULT, MethodError, load_method, shipped
+from solidtex_export.training.method_file import MethodError, load_method, shipped
 from solidtex_export.training.pictures import ExemplarError
 
 DEFAULT_MINUTES = 15.0
 SMALLEST_SIZE = 32  # texels
 
 EXAMPLES = """  solidtex-train granite.jpg -o results/granite
-  solidtex-train plank.png --method sampler --directions xy -o results/plank
+  solidtex-train plank.png --directions xy -o results/plank
+  solidtex-train granite.jpg --method lattice -o results/granite
   solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
   solidtex-train front.png side.png top.png -o results/cube
   solidtex-train granite.jpg --method gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
@@ -48,9 +50,10 @@ def parser() -> argparse.ArgumentParser:
                    help="encoding of the colours that are learned and stored; files are converted,"
                    " EXR and float TIFF from linear, others from sRGB (default: srgb, whose"
                    " differences are closer to the eye's)")  # fmt: skip
-    p.add_argument("--method", default=DEFAULT, metavar="NAME",
+    p.add_argument("--method", metavar="NAME",
                    help=f"one of {', '.join(shipped())}, or a TOML file of yours like"
-                   f" theirs (default: {DEFAULT})")  # fmt: skip
+                   f" theirs (default: {LATTICE} for what has outlines and where keys are --set,"
+                   f" {SAMPLER} for one photograph of grains or fibres)")  # fmt: skip
     p.add_argument("--set", dest="settings", metavar="KEY=VALUE", action="append", default=[],
                    help="change one key of the method, for example optimiser.learning_rate=0.01 or"
                    " losses.0.weight=2")  # fmt: skip
@@ -162,6 +165,9 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
             f"--directions: found {len(args.directions)} ({args.directions}) for"
             f" {len(args.photos)} photographs, expected one direction for each"
         )
+    unsaid = args.method is None and not args.settings
+    args.choose = unsaid and len(args.photos) == 1 and args.directions in ("xyz", "xy")
+    args.method = args.method or LATTICE
     args.settings = method_of(p, args)
     needed = smallest_size(args.settings)
     if args.size < needed:

@@ -31,6 +31,7 @@ from solidtex_export.verification import engine
 from solidtex_export.whole_file import write_whole
 
 INTERRUPTED = 130
+CHOSEN = "default"  # leaves the method to solidtex-train
 BLOCK = 128  # voxels: side of the blocks whose 3D statistics are compared
 TRUE_PLACES = ((1000, 1000, 1000), (3000, 1000, 1000))
 LAST_WORDS = 600  # characters of a failing step's output
@@ -88,7 +89,7 @@ class Cell:
     def _training(self, result: Path) -> list[str]:
         entry = self.entry
         options = {
-            "method": self.method,
+            "method": None if self.method == CHOSEN else self.method,
             "minutes": self._minutes,
             "size": entry.size,
             "resolution": entry.resolution,

@@ -14,7 +14,6 @@ from typing import Any
 from solidtex_export.file_format.checks import show
 from solidtex_export.training.method import FEATURE_LOSSES, PLANES, Method
 
-DEFAULT = "lattice"
 SUFFIX = ".toml"
 
 

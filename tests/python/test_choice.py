@@ -1,0 +1,122 @@
+"""Which family a photograph gets where the user names none."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+from small_trainings import CRITIC, LATTICE, SMALL
+from torch import Tensor
+
+from solidtex_export.commands import train as cli_train
+from solidtex_export.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.learned import LearnedDescriptor
+from solidtex_export.solids.materials import SOLIDS
+from solidtex_export.solids.solid import exemplar
+from solidtex_export.training.channels import COLOR
+from solidtex_export.training.choice import suited
+from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.training.outlines import outlines
+from solidtex_export.training.surrogate import surrogate
+
+SIDE = 96
+
+
+def distance(one: Tensor, other: Tensor) -> Tensor:
+    return LearnedDescriptor(load_weights(SHIPPED)).loss(one, other)
+
+
+def grains() -> Tensor:
+    """Noise on three octaves [channel, row, column], every channel a share of it."""
+    random = np.random.default_rng(3)
+    octaves = [
+        random.normal(size=(SIDE // n, SIDE // n)).repeat(n, 0).repeat(n, 1) for n in (1, 2, 4)
+    ]
+    grey = torch.from_numpy(sum(octaves)).float()
+    return torch.stack([grey, 0.8 * grey, 0.5 * grey]) * 0.1 + 0.5
+
+
+def of_solid(name: str) -> Exemplar:
+    picture = exemplar(SOLIDS[name](0), 144, 144)[..., : len(COLOR)]
+    return Exemplar(name, "", torch.from_numpy(picture.astype(np.float32)).permute(2, 0, 1))
+
+
+def test_a_surrogate_has_tones_and_spectrum_and_no_outlines() -> None:
+    image = of_solid("porous").image
+    torch.manual_seed(0)
+    other = surrogate(image)
+    assert other.shape == image.shape
+    assert torch.allclose(other.mean((1, 2)), image.mean((1, 2)), atol=0.1)
+    assert set(other.unique().tolist()) <= set(image.unique().tolist())
+    rows = [torch.fft.rfft2(i[0] - i[0].mean()).abs() for i in (image, other)]
+    coarse = [float(r[:8, :8].square().sum() / r.square().sum()) for r in rows]
+    assert coarse[1] == pytest.approx(coarse[0], rel=0.5)
+    edges = [float((i[0].diff(dim=1) != 0).float().mean()) for i in (image, other)]
+    assert edges[1] > 1.5 * edges[0]
+
+
+def test_surrogates_of_odd_sizes_keep_colours_together() -> None:
+    image = grains()[:, :33, :47]
+    other = surrogate(image)
+    assert other.shape == image.shape
+    assert float(torch.corrcoef(other.flatten(1))[0, 1]) > 0.9
+
+
+def test_outlines_are_the_same_in_every_call_and_leave_the_generator_alone() -> None:
+    picture = Exemplar("grains", "", grains())
+    before = torch.get_rng_state()
+    first, second = (outlines(picture, distance) for _ in range(2))
+    assert first == second
+    assert torch.equal(before, torch.get_rng_state())
+
+
+@pytest.mark.parametrize("name", ["brick", "spheres", "paint"])
+def test_what_has_outlines_gets_a_lattice(name: str) -> None:
+    choice = suited(of_solid(name), "xyz", distance)
+    assert choice.method == "lattice" and "outlines" in choice.reason
+
+
+def test_veins_get_a_lattice() -> None:
+    choice = suited(of_solid("marble"), "xyz", distance)
+    assert choice.method == "lattice" and "lines of" in choice.reason
+
+
+def test_layers_that_lie_get_a_lattice() -> None:
+    choice = suited(of_solid("sandstone"), "xy", distance)
+    assert choice.method == "lattice" and "grain" in choice.reason
+
+
+def test_grains_and_layers_of_wood_get_a_sampler() -> None:
+    assert suited(Exemplar("grains", "", grains()), "xyz", distance).method == "sampler"
+    assert suited(of_solid("wood"), "xy", distance).method == "sampler"
+
+
+def config_of(photo: Path, result: Path, *options: str) -> dict[str, object]:
+    """That of a training which was not begun."""
+    p = cli_train.parser()
+    arguments = [str(photo), "-o", str(result), "--size", "48", "--steps", "1", "--device", "cpu"]
+    args = p.parse_args([*arguments, *options])
+    cli_train.check(p, args)
+    cli_train.make_trainer(args)
+    document: dict[str, object] = json.loads((result / "config.json").read_text())
+    return document
+
+
+def test_the_command_chooses_only_where_nothing_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    photo = tmp_path / "grains.png"
+    pixels = (255 * grains().clamp(0, 1)).byte().permute(1, 2, 0).numpy()
+    Image.fromarray(pixels).save(photo)
+    chosen = config_of(photo, tmp_path / "chosen")
+    assert (chosen["method_name"], chosen["family"]) == ("sampler", "sampler")
+    assert "outlines" in capsys.readouterr().out
+    settings = [part for s in [*LATTICE, *CRITIC] for part in ("--set", s)]
+    assert config_of(photo, tmp_path / "set", *settings)["method_name"] == "lattice"
+    named = [part for s in SMALL["lattice"] for part in ("--set", s)]
+    assert config_of(photo, tmp_path / "x", "--directions", "z", *named)["method_name"] == "lattice"
+    assert capsys.readouterr().out == ""
