@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 import torch
 from PIL import Image
+from small_trainings import make_trainer, save_photo
 
 from solidtex_export.commands import train as cli_train
 from solidtex_export.generators.lattice import Box, LatticeGenerator
 from solidtex_export.generators.pyramid import PyramidGenerator
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler, trilinear
 from solidtex_export.training import preview
-from solidtex_export.training.axes import channel_axes, whiten
+from solidtex_export.training.axes import channel_axes, grain_ratio, whiten
 from solidtex_export.training.exemplar import load_exemplar
 from solidtex_export.training.fixed_noise import FixedNoise
 from solidtex_export.training.method import Early, Optimiser
@@ -139,6 +140,29 @@ def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_only_slices_along_the_axes_are_judged_by_direction(planes: str, views: str) -> None:
     slices = SamplerSlices(OctaveSampler(octaves=8, hidden_layers=3, width=16), planes)
     assert "".join(slices.view(d) for d in "xyz") == views
+
+
+@pytest.mark.parametrize("name", ["stripes", "specks"])
+def test_a_sampler_of_wood_starts_with_longer_grain_than_measured(
+    name: str, tmp_path: Path
+) -> None:
+    photo = save_photo(tmp_path / f"{name}.png")
+    if name == "specks":
+        pixels = np.random.default_rng(0).integers(0, 255, (56, 64, 3))
+        Image.fromarray(pixels.astype(np.uint8)).save(photo)
+    scales = []
+    for directions in ("xyz", "xy"):
+        result = tmp_path / directions
+        generator = make_trainer([photo], result, "sampler", "--directions", directions).generator
+        assert isinstance(generator, OctaveSampler)
+        scales.append(generator.scales)
+    stretch = scales[0] / scales[1]
+    assert torch.equal(stretch[..., :2], torch.ones_like(stretch[..., :2]))
+    exemplar = load_exemplar(photo, 48, 32, None, {}, "srgb")
+    measured = grain_ratio(exemplar)
+    assert (measured > 8) == (name == "stripes")
+    expected = min(max(2 * measured, measured**1.4), 128.0)
+    assert torch.allclose(stretch[..., 2], torch.tensor(expected))
 
 
 def test_effective_tensors_are_what_the_sampler_computes() -> None:
