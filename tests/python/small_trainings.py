@@ -10,6 +10,10 @@ from PIL import Image
 
 from solidtex_export.commands import train as cli_train
 from solidtex_export.losses import vgg
+from solidtex_export.solids.materials import SOLIDS
+from solidtex_export.solids.solid import exemplar
+from solidtex_export.training.channels import COLOR
+from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.trainer import Trainer
 
 LATTICE = ["generator.sizes.levels=3", "generator.sizes.step_channels=2"]
@@ -37,6 +41,19 @@ def save_photo(path: Path) -> Path:
     pixels[:, ::5] = (200, 120, 60)
     Image.fromarray(pixels.astype(np.uint8)).save(path)
     return path
+
+
+def save_specks(path: Path) -> Path:
+    """Every pixel a colour of its own."""
+    pixels = np.random.default_rng(1).integers(0, 255, (48, 56, 3))
+    Image.fromarray(pixels.astype(np.uint8)).save(path)
+    return path
+
+
+def of_solid(name: str, seed: int = 0) -> Exemplar:
+    """The colours of an analytic solid, on 144 x 144 pixels."""
+    picture = exemplar(SOLIDS[name](seed), 144, 144)[..., : len(COLOR)]
+    return Exemplar(name, "", torch.from_numpy(picture.astype(np.float32)).permute(2, 0, 1))
 
 
 def save_vgg(path: Path) -> Path:

@@ -9,25 +9,19 @@ import numpy as np
 import pytest
 import torch
 from PIL import Image
-from small_trainings import CRITIC, LATTICE, SMALL
+from small_trainings import CRITIC, LATTICE, SMALL, of_solid
 from torch import Tensor
 
 from solidtex_export.commands import train as cli_train
 from solidtex_export.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
-from solidtex_export.solids.materials import SOLIDS
-from solidtex_export.solids.solid import exemplar
-from solidtex_export.training.channels import COLOR
 from solidtex_export.training.choice import suited
 from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.outlines import outlines
 from solidtex_export.training.surrogate import surrogate
 
 SIDE = 96
-
-
-def distance(one: Tensor, other: Tensor) -> Tensor:
-    return LearnedDescriptor(load_weights(SHIPPED)).loss(one, other)
+distance = LearnedDescriptor(load_weights(SHIPPED)).loss
 
 
 def grains() -> Tensor:
@@ -38,11 +32,6 @@ def grains() -> Tensor:
     ]
     grey = torch.from_numpy(sum(octaves)).float()
     return torch.stack([grey, 0.8 * grey, 0.5 * grey]) * 0.1 + 0.5
-
-
-def of_solid(name: str) -> Exemplar:
-    picture = exemplar(SOLIDS[name](0), 144, 144)[..., : len(COLOR)]
-    return Exemplar(name, "", torch.from_numpy(picture.astype(np.float32)).permute(2, 0, 1))
 
 
 def test_a_surrogate_has_tones_and_spectrum_and_no_outlines() -> None:

@@ -8,12 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from PIL import Image
-from small_trainings import make_trainer, save_photo
+from small_trainings import make_trainer, of_solid, save_photo, save_specks
 
-from solidtex_export.solids.materials import SOLIDS
-from solidtex_export.solids.solid import exemplar
-from solidtex_export.training.channels import COLOR
 from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.lines import line_length
 from solidtex_export.training.method import Early, Start
@@ -25,12 +21,6 @@ SIDE = 100
 def grey(plane: np.ndarray) -> Exemplar:
     image = torch.from_numpy(np.repeat(plane[None], 3, axis=0)).float()
     return Exemplar("grey", "", image)
-
-
-def save_specks(path: Path) -> Path:
-    pixels = np.random.default_rng(1).integers(0, 255, (48, 56, 3))
-    Image.fromarray(pixels.astype(np.uint8)).save(path)
-    return path
 
 
 def bars(length: int, width: int) -> np.ndarray:
@@ -76,9 +66,7 @@ def test_the_photograph_with_the_longest_counts() -> None:
 @pytest.mark.parametrize("name", ["marble", "wood", "brick", "paint", "porous", "spheres"])
 def test_veins_and_layers_are_long_and_crumbs_are_short(name: str, seed: int) -> None:
     limit = load_method("lattice").early.line_length
-    picture = exemplar(SOLIDS[name](seed), 144, 144)[..., : len(COLOR)]
-    image = torch.from_numpy(picture.astype(np.float32)).permute(2, 0, 1)
-    assert (line_length([Exemplar(name, "", image)]) >= limit) == (name in ("marble", "wood"))
+    assert (line_length([of_solid(name, seed)]) >= limit) == (name in ("marble", "wood"))
 
 
 def test_only_lines_in_all_directions_begin_smooth(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import numpy as np
 import pytest
 import torch
 from PIL import Image
-from small_trainings import make_trainer, save_photo
+from small_trainings import make_trainer, save_photo, save_specks
 
 from solidtex_export.commands import train as cli_train
 from solidtex_export.generators.lattice import Box, LatticeGenerator
@@ -142,14 +143,11 @@ def test_only_slices_along_the_axes_are_judged_by_direction(planes: str, views: 
     assert "".join(slices.view(d) for d in "xyz") == views
 
 
-@pytest.mark.parametrize("name", ["stripes", "specks"])
+@pytest.mark.parametrize(("save", "is_long"), [(save_photo, True), (save_specks, False)])
 def test_a_sampler_of_wood_starts_with_longer_grain_than_measured(
-    name: str, tmp_path: Path
+    save: Callable[[Path], Path], is_long: bool, tmp_path: Path
 ) -> None:
-    photo = save_photo(tmp_path / f"{name}.png")
-    if name == "specks":
-        pixels = np.random.default_rng(0).integers(0, 255, (56, 64, 3))
-        Image.fromarray(pixels.astype(np.uint8)).save(photo)
+    photo = save(tmp_path / "photo.png")
     scales = []
     for directions in ("xyz", "xy"):
         result = tmp_path / directions
@@ -160,7 +158,7 @@ def test_a_sampler_of_wood_starts_with_longer_grain_than_measured(
     assert torch.equal(stretch[..., :2], torch.ones_like(stretch[..., :2]))
     exemplar = load_exemplar(photo, 48, 32, None, {}, "srgb")
     measured = grain_ratio(exemplar)
-    assert (measured > 8) == (name == "stripes")
+    assert (measured > 8) == is_long
     expected = min(max(2 * measured, measured**1.4), 128.0)
     assert torch.allclose(stretch[..., 2], torch.tensor(expected))
 

@@ -22,24 +22,24 @@ def surrogate(image: Tensor) -> Tensor:
     rows, columns = image.shape[1:]
     mirrored = torch.cat([image, image.flip(2)], 2)
     mirrored = torch.cat([mirrored, mirrored.flip(1)], 1)
+    tones = mirrored.flatten(1).sort(1).values
     spectrum = torch.fft.rfft2(mirrored)
+    amplitudes = spectrum.abs()
     found = _inverse(spectrum * _phases(torch.randn(mirrored.shape[1:])), mirrored)
     for _ in range(ROUNDS):
-        toned = _with_tones(found, mirrored)
-        found = _inverse(spectrum.abs() * torch.sgn(torch.fft.rfft2(toned)), mirrored)
-    return _with_tones(found, mirrored)[:, rows // 2 :, columns // 2 :][:, :rows, :columns]
+        found = _inverse(amplitudes * _phases(_with_tones(found, tones)), mirrored)
+    return _with_tones(found, tones)[:, rows // 2 :, columns // 2 :][:, :rows, :columns]
 
 
-def _phases(noise: Tensor) -> Tensor:
-    return torch.sgn(torch.fft.rfft2(noise))
+def _phases(image: Tensor) -> Tensor:
+    return torch.sgn(torch.fft.rfft2(image))
 
 
 def _inverse(spectrum: Tensor, like: Tensor) -> Tensor:
     return torch.fft.irfft2(spectrum, s=like.shape[1:])
 
 
-def _with_tones(image: Tensor, source: Tensor) -> Tensor:
-    """The ranks of `image` and the values of `source`, channel by channel."""
+def _with_tones(image: Tensor, tones: Tensor) -> Tensor:
+    """The ranks of `image` and the sorted values `tones` [channel, pixel], channel by channel."""
     order = image.flatten(1).argsort(1)
-    values = source.flatten(1).sort(1).values
-    return torch.empty_like(values).scatter_(1, order, values).view_as(image)
+    return torch.empty_like(tones).scatter_(1, order, tones).view_as(image)
