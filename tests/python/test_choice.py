@@ -84,6 +84,12 @@ def test_grains_and_layers_of_wood_get_a_sampler() -> None:
     assert suited(of_solid("wood"), "xy", distance).method == "sampler"
 
 
+@pytest.mark.parametrize("directions", ["xyz", "xy"])
+def test_a_photograph_of_one_tone_has_nothing_to_measure(directions: str) -> None:
+    plain = Exemplar("plain", "", torch.full((3, SIDE, SIDE), 0.4))
+    assert suited(plain, directions, distance).method == "sampler"
+
+
 def config_of(photo: Path, result: Path, *options: str) -> dict[str, object]:
     """That of a training which was not begun."""
     p = cli_train.parser()

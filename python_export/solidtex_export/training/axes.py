@@ -53,10 +53,11 @@ def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
 
 
 def grain_ratio(exemplar: Exemplar) -> float:
-    """How much longer structures are along the columns of pixels than across them."""
+    """How much longer structures are along columns of pixels than across them; 1 without any."""
     scales = block_scales(exemplar.image.flatten(1), exemplar.channels)
     image = exemplar.image / scales[:, None, None]
-    return _correlation_length(image.transpose(1, 2)) / _correlation_length(image)
+    along, across = _correlation_length(image.transpose(1, 2)), _correlation_length(image)
+    return along / across if across > 0 else 1.0
 
 
 def _correlation_length(image: Tensor) -> float:
