@@ -74,20 +74,29 @@ def test_veins_get_a_lattice() -> None:
     assert choice.method == "lattice" and "lines of" in choice.reason
 
 
-def test_layers_that_lie_get_a_lattice() -> None:
-    choice = suited(of_solid("sandstone"), "xy", distance)
-    assert choice.method == "lattice" and "grain" in choice.reason
+def stretched(times: int) -> Exemplar:
+    """Grains that are so many times as long along the columns of pixels as across them."""
+    image = grains()[:, : SIDE // times].repeat_interleave(times, 1)
+    return Exemplar("stretched", "", image)
 
 
-def test_grains_and_layers_of_wood_get_a_sampler() -> None:
-    assert suited(Exemplar("grains", "", grains()), "xyz", distance).method == "sampler"
+def test_layers_that_lie_and_short_grain_get_a_lattice() -> None:
+    for exemplar in (of_solid("sandstone"), stretched(1), stretched(3)):
+        choice = suited(exemplar, "xy", distance)
+        assert choice.method == "lattice" and "grain" in choice.reason
+
+
+def test_grains_and_long_grain_get_a_sampler() -> None:
+    assert suited(stretched(1), "xyz", distance).method == "sampler"
+    assert suited(stretched(8), "xy", distance).method == "sampler"
     assert suited(of_solid("wood"), "xy", distance).method == "sampler"
 
 
 @pytest.mark.parametrize("directions", ["xyz", "xy"])
 def test_a_photograph_of_one_tone_has_nothing_to_measure(directions: str) -> None:
     plain = Exemplar("plain", "", torch.full((3, SIDE, SIDE), 0.4))
-    assert suited(plain, directions, distance).method == "sampler"
+    expected = {"xyz": "sampler", "xy": "lattice"}[directions]
+    assert suited(plain, directions, distance).method == expected
 
 
 def config_of(photo: Path, result: Path, *options: str) -> dict[str, object]:

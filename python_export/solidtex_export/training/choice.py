@@ -1,9 +1,9 @@
 """Which of our two families suits a photograph, where the user does not say.
 
 The lattice family has what has lines or outlines (training/lines.py, training/outlines.py), and
-what lies in layers along z. The sampler has grains, and the fibres of wood, which its noise is
-stretched along. 1000 steps of 96 x 96, patterns along the axes and at 45 degrees, sliced
-Wasserstein distance of all, and by eye:
+what has no long grain along z where it serves two directions. The sampler has grains, and the
+fibres of wood, which its noise is stretched along. 1000 steps of 96 x 96, patterns along the axes
+and at 45 degrees, sliced Wasserstein distance of all, and by eye:
 
                      outlines   lattice             sampler
     grey granite     0.2        1.11, 2.90 (1500)   0.87, 0.87 (1500)
@@ -14,10 +14,17 @@ Wasserstein distance of all, and by eye:
     chipped stone    1.8        0.90, 1.82          0.73, 0.78         chips; a granite
     dirt             2.4        1.22, 4.02          1.09, 1.13         blurred; sharp
     stained tissue   2.7        0.93, 0.90, 0.77    0.90, 0.85, 0.67   nuclei; clouds
-    zebrano, xy      -1 to 3    1.87, 2.98 (1500)   5.77, 5.78         short fibres; long ones
-    oak, xy          2.0        1.63, 2.64          5.99, 5.98         clouds, a weave; fibres
-    layered wood, xy 3.9        1.92, 2.45 (1500)   1.84, 1.79         braids; layers
-    sandstone, xy    2.7        1.10, 4.14 (256)    2.84, 2.96         beds; patches
+
+Of directions xy, the grain along z first:
+
+                     grain  outlines  lattice             sampler
+    sandstone        0.06   2.7       1.10, 4.14 (256)    2.84, 2.96   beds; patches
+    bark             3.1    7.1       1.09, 1.95          3.66, 3.67   ridges; streaks
+    columns of cells 3.6    -0.1      1.02, 1.29          3.16, 3.32   cells; fur
+    brown wood       5.4    0.2       0.94, 1.79          1.83, 1.88   mottles; fibres
+    oak              8.5    2.0       1.63, 2.64          5.99, 5.98   clouds, a weave; fibres
+    zebrano          25     -1 to 3   1.87, 2.98 (1500)   5.77, 5.78   short fibres; long ones
+    layered wood     28     3.9       1.92, 2.45 (1500)   1.84, 1.79   braids; layers
 
 Brick, porous rock, spheres and rusted paint have 5 to 40 and need neighbours. Of pebbles and tissue
 the sampler is wrong by eye; nothing tried tells them from dirt and rock.
@@ -34,6 +41,8 @@ from solidtex_export.training.method_file import load_method
 from solidtex_export.training.outlines import Distance, outlines
 
 LATTICE, SAMPLER = "lattice", "sampler"
+LONG_GRAIN = 4.5
+"""Structures along z that are so many times as long as across are fibres."""
 OUTLINED = {"xyz": 3.5, "xy": 7.0}
 """Outlines that need a lattice, by the directions that a photograph serves: a sampler draws the
 straight ones of wood, not those of a wall's bricks, of which a photograph has 8."""
@@ -52,8 +61,9 @@ def suited(exemplar: Exemplar, directions: str, distance: Distance) -> Choice:
         length, least = line_length([exemplar]), load_method(LATTICE).start.line_length
         if length >= least:
             return Choice(LATTICE, f"lines of {length:.1f} widths, at least {least:g}")
-    elif (grain := grain_ratio(exemplar)) < 1:
-        return Choice(LATTICE, f"grain {grain:.2f} times as long along z as across, below 1")
+    elif (grain := grain_ratio(exemplar)) < LONG_GRAIN:
+        reason = f"grain {grain:.2f} times as long along z as across, below {LONG_GRAIN:g}"
+        return Choice(LATTICE, reason)
     found, limit = outlines(exemplar, distance), OUTLINED[directions]
     if found >= limit:
         return Choice(LATTICE, f"outlines {found:.1f}, at least {limit:g}")
