@@ -1,4 +1,9 @@
-"""Hard negatives: textures that differ from a given one in one respect only."""
+"""Hard negatives: textures that differ from a given one in one respect only.
+
+Tried besides: small patches of other places, at whose borders lines end, as two of six kinds. After
+600 steps crops were recognised as well (98.5 %), but cracks that solidtex-train makes spots of were
+spots still.
+"""
 
 from __future__ import annotations
 
