@@ -147,9 +147,10 @@ TEST_CASE("solidtex-render shows layers, crops, and renders sequences") {
 
 namespace {
 
-// Starts solidtex-render and sends it SIGINT while it renders; its exit code.
-int interrupt_render(std::vector<std::string> arguments, const TemporaryFolder& folder) {
-  fs::remove(folder / "out.txt");
+// Starts solidtex-render and sends it SIGINT as soon as the awaited file is there; its exit code.
+int interrupt_render(std::vector<std::string> arguments, const TemporaryFolder& folder,
+                     const std::string& awaited) {
+  fs::remove(folder / awaited);
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {
@@ -161,11 +162,9 @@ int interrupt_render(std::vector<std::string> arguments, const TemporaryFolder& 
     execv(SOLIDTEX_RENDER, pointers.data());
     _exit(99);
   }
-  // What it says about the mesh comes right before the rendering.
-  for (int i = 0; i < 600 && read_text(folder / "out.txt").empty(); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  for (int i = 0; i < 6000 && read_text(folder / awaited).empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   kill(child, SIGINT);
   int status = 0;
   waitpid(child, &status, 0);
@@ -177,18 +176,20 @@ int interrupt_render(std::vector<std::string> arguments, const TemporaryFolder& 
 TEST_CASE("Ctrl-C ends solidtex-render with 130 and leaves nothing behind") {
   const TemporaryFolder folder;
   write_scene(folder);
-  CHECK(interrupt_render({"scene.json", "--spp", "1000000", "-o", "a.png"}, folder) == 130);
+  // What it says about the mesh comes right before the rendering.
+  CHECK(interrupt_render({"scene.json", "--spp", "1000000", "-o", "a.png"}, folder, "out.txt") ==
+        130);
   CHECK(file_count(folder) == 4);
 }
 
 TEST_CASE("With a checkpoint neither Ctrl-C nor a full disk costs what is done") {
   const TemporaryFolder folder;
   write_scene(folder);
-  const std::string render = "scene.json --spp 10000 --preview-every 0.1 -o a.exr";
-  REQUIRE(run_render("scene.json --spp 10000 -o whole.exr", folder) == 0);
-  CHECK(interrupt_render({"scene.json", "--spp", "10000", "--preview-every", "0.1", "-o", "a.exr",
+  const std::string render = "scene.json --spp 20000 --preview-every 0.1 -o a.exr";
+  REQUIRE(run_render("scene.json --spp 20000 -o whole.exr", folder) == 0);
+  CHECK(interrupt_render({"scene.json", "--spp", "20000", "--preview-every", "0.1", "-o", "a.exr",
                           "--checkpoint", "state"},
-                         folder) == 130);
+                         folder, "a.preview.png") == 130);
   CHECK(read_text(folder / "err.txt").find("state keeps") != std::string::npos);
   CHECK(!fs::exists(folder / "a.exr"));
   REQUIRE(fs::exists(folder / "state"));
