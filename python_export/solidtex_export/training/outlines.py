@@ -38,8 +38,8 @@ def outlines(exemplar: Exemplar, distance: Distance) -> float:
     mean, basis = channel_axes([exemplar])
     image = whiten(exemplar.image, mean, basis)[:, :LARGEST, :LARGEST]
     with torch.random.fork_rng(devices=[]), torch.no_grad():
-        torch.manual_seed(0)
-        others = [surrogate(image) for _ in range(SURROGATES)]
+        generator = torch.manual_seed(0)
+        others = [surrogate(image, generator) for _ in range(SURROGATES)]
         far, own = (_mean_distance(p, image, distance) for p in (others, _halves(image)))
         return SCALE * (far - own)
 

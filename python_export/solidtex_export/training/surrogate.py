@@ -10,10 +10,12 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from solidtex_export.descriptor.variants import scrambled
+
 ROUNDS = 8
 
 
-def surrogate(image: Tensor) -> Tensor:
+def surrogate(image: Tensor, generator: torch.Generator) -> Tensor:
     """A random one of `image` [channel, row, column], of its size.
 
     The spectrum is that of the picture mirrored at its borders, which would else be outlines. All
@@ -23,20 +25,12 @@ def surrogate(image: Tensor) -> Tensor:
     mirrored = torch.cat([image, image.flip(2)], 2)
     mirrored = torch.cat([mirrored, mirrored.flip(1)], 1)
     tones = mirrored.flatten(1).sort(1).values
-    spectrum = torch.fft.rfft2(mirrored)
-    amplitudes = spectrum.abs()
-    found = _inverse(spectrum * _phases(torch.randn(mirrored.shape[1:])), mirrored)
+    amplitudes = torch.fft.rfft2(mirrored).abs()
+    found = scrambled(mirrored[None], generator)[0]
     for _ in range(ROUNDS):
-        found = _inverse(amplitudes * _phases(_with_tones(found, tones)), mirrored)
+        phases = torch.sgn(torch.fft.rfft2(_with_tones(found, tones)))
+        found = torch.fft.irfft2(amplitudes * phases, s=mirrored.shape[1:])
     return _with_tones(found, tones)[:, rows // 2 :, columns // 2 :][:, :rows, :columns]
-
-
-def _phases(image: Tensor) -> Tensor:
-    return torch.sgn(torch.fft.rfft2(image))
-
-
-def _inverse(spectrum: Tensor, like: Tensor) -> Tensor:
-    return torch.fft.irfft2(spectrum, s=like.shape[1:])
 
 
 def _with_tones(image: Tensor, tones: Tensor) -> Tensor:
