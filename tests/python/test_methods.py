@@ -60,9 +60,10 @@ def test_method_trains_resumes_and_exports(method: str, photo: Path, tmp_path: P
     assert_equal(resumed.state()["generator"], uninterrupted.state()["generator"])
     with (whole / "log.csv").open() as file:
         (row,) = csv.DictReader(file)
-    late = {t.kind for t in uninterrupted.method.losses if t.start > 0} | {"critic"}
+    losses = uninterrupted.method.losses
+    at_times = {t.kind for t in losses if t.start > 0 or t.end < 1} | {"critic"}
     for name, value in row.items():
-        assert math.isfinite(float(value)) or name in late, name
+        assert math.isfinite(float(value)) or name in at_times, name
     assert export.main([str(whole), "-o", str(tmp_path / "m.solidtex")]) == 0
 
 
@@ -72,10 +73,13 @@ def test_every_loss_of_a_method_moves_the_generator(
 ) -> None:
     trainer = make_trainer([photo], tmp_path / "r", method, "--set", "slicing.batch=2")
     slices = trainer.slices.draw("x", 32, 2)
-    gradient, values = trainer.objective.gradient(slices, 0, progress=1.0)
-    assert set(values) == set(trainer.objective.names)
-    assert all(math.isfinite(v) for v in values.values())
-    assert gradient.shape == slices.shape and float(gradient.norm()) > 0
+    judged = set()
+    for progress in (0.0, 1.0):
+        gradient, values = trainer.objective.gradient(slices, 0, progress)
+        assert list(values) == trainer.objective.names
+        judged |= {name for name, value in values.items() if math.isfinite(value)}
+        assert gradient.shape == slices.shape and float(gradient.norm()) > 0
+    assert judged == set(trainer.objective.names)
 
 
 @pytest.mark.parametrize("method", ["gutierrez", "sts-gan", "gramgan"])
@@ -222,6 +226,11 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("[optimiser]\nlearning_rate = nan", "optimiser.learning_rate: found NaN, expected a"),
         ("losses = 3", "losses: found 3, expected an array"),
         ("[[losses]]\nkind = 'gram'", "losses.0.layers: found nothing"),
+        ("[[losses]]\nkind = 'patches'\nend = 0.4", "losses: found none with start = 0 and end"),
+        (
+            "[[losses]]\nkind = 'tones'\n[[losses]]\nkind = 'patches'\nstart = 0.5\nend = 0.4",
+            "losses.1.end: found 0.4, expected at least its start, 0.5",
+        ),
         (
             "[generator]\nkind = 'lattice'\nstatistics = 'trained'\n[early]\nsteps = 9",
             "early.steps: found 9, expected 0 where generator.statistics are trained",

@@ -16,7 +16,7 @@ DESCRIPTORS = ("vgg", "learned", "random")
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 CRITIC_LOSSES = ("style", "adversarial")
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
-LOSSES = ("wavelets", "tones", *DESCRIPTOR_LOSSES, *CRITIC_LOSSES)
+LOSSES = ("wavelets", "tones", "patches", *DESCRIPTOR_LOSSES, *CRITIC_LOSSES)
 RULES = ("sum", "unit-gradients")
 STATISTICS = ("measured", "trained")
 
@@ -84,6 +84,8 @@ class Loss:
     weight: float = number(-1e12, 1e12, 1.0)
     start: float = number(0, 1, 0.0)
     """Fraction of the training after which it joins."""
+    end: float = number(0, 1, 1.0)
+    """Fraction of the training after which it leaves."""
     descriptor: str = choice(*DESCRIPTORS, default="random")
     layers: tuple[str, ...] = ()
     """Of the descriptor, for the losses that compare features."""
@@ -93,6 +95,10 @@ class Loss:
     """Of the smoothness loss."""
     relative: bool = False
     """Style: distances of Gram matrices relative to the photograph's."""
+
+    def judges(self, progress: float) -> bool:
+        """Whether it counts when so much of the training is done."""
+        return self.start <= progress <= self.end
 
 
 @dataclass(frozen=True)
@@ -183,7 +189,7 @@ class Method:
         return all(t.descriptor == "vgg" and t.kind not in CRITIC_LOSSES for t in first)
 
     def critic_on(self, progress: float) -> bool:
-        return any(t.kind in CRITIC_LOSSES and t.start <= progress for t in self.losses)
+        return any(t.kind in CRITIC_LOSSES and t.judges(progress) for t in self.losses)
 
     def document(self) -> dict[str, Any]:
         return dataclasses.asdict(self)

@@ -130,9 +130,11 @@ def _check(method: Method, label: str) -> None:
     """What one field alone cannot tell."""
     if not method.losses:
         raise MethodError(f"{label}: losses: found none, expected at least one")
-    if all(term.start > 0 for term in method.losses):
-        raise MethodError(f"{label}: losses: found none with start = 0, expected one")
+    if not any(term.start == 0 and term.end == 1 for term in method.losses):
+        raise MethodError(f"{label}: losses: found none with start = 0 and end = 1, expected one")
     for i, term in enumerate(method.losses):
+        if term.end < term.start:
+            raise _wrong(label, f"losses.{i}.end", term.end, f"at least its start, {term.start:g}")
         if term.kind in FEATURE_LOSSES and not term.layers:
             raise MethodError(f"{label}: losses.{i}.layers: found nothing, expected layer names")
     for where, betas in (("optimiser", method.optimiser.betas), ("critic", method.critic.betas)):

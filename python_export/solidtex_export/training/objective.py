@@ -12,6 +12,7 @@ from torch import Tensor
 
 from solidtex_export.losses.critic import adversarial_loss, style_loss
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
+from solidtex_export.losses.patches import patch_distance
 from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.tones import tone_distance
 from solidtex_export.losses.wavelets import WaveletLoss
@@ -103,7 +104,7 @@ class Objective:
         terms = [
             (name, term)
             for name, term in zip(self._names, self._method.losses, strict=True)
-            if term.start <= progress
+            if term.judges(progress)
         ]
         losses = {}
         features: dict[object, Features] = {}
@@ -111,8 +112,10 @@ class Objective:
         for name, term in terms:
             key = (term.descriptor, term.groups)
             if term.kind == "descriptor":
-                reals = self._reals(index, 1, int(REAL_SIZE * slices.shape[2]))
+                reals = self._larger_real(index, slices)
                 loss = self._descriptors[key].loss(self._turned(slices), reals)
+            elif term.kind == "patches":
+                loss = patch_distance(self._turned(slices), self._larger_real(index, slices))
             elif term.kind == "wavelets":
                 loss = self._wavelets[index](slices, view)
             elif term.kind == "tones":
@@ -139,6 +142,10 @@ class Objective:
             "style": lambda term: style_loss(critic, features, reals, term.relative),
             "adversarial": lambda _: adversarial_loss(critic, features),
         }
+
+    def _larger_real(self, index: int, slices: Tensor) -> Tensor:
+        """One crop, of which more is seen than of a slice."""
+        return self._reals(index, 1, int(REAL_SIZE * slices.shape[2]))
 
     def _reals(self, index: int, count: int, side: int) -> Tensor:
         return self._turned(random_crops(self._exemplars[index], count, side, side))
