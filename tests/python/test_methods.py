@@ -239,6 +239,7 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
             "[generator]\nkind = 'pyramid'\n[start]\nsmoothing = 0.5",
             "start.smoothing: found 0.5, expected 0 for generator.kind pyramid",
         ),
+        ("[slicing]\nfree_share = 0.25", "free_share: found 0.25, expected 0 without the loss of"),
         ("[start]\nsmooth = 1", "start.smooth: found an unknown key"),
         ("[start]\nfine_noise = 0", "start.fine_noise: found 0.0, expected 0.001 to 1"),
         ("[early]\nsteps = -1", "early.steps: found -1, expected 0 to 1e+06"),

@@ -1,9 +1,14 @@
 """Slants that slices share: what counts as one, and from when on."""
 
+from pathlib import Path
+
 import pytest
 import torch
+from small_trainings import make_trainer, save_photo
+from torch import Tensor
 
 from solidtex_export.losses.slants import WEIGHT, CommonSlants, slants
+from solidtex_export.losses.wavelets import WaveletLoss
 
 
 def test_slants_are_what_the_symmetry_forbids() -> None:
@@ -40,3 +45,57 @@ def test_a_restart_remembers() -> None:
     again.restore(common.state(), torch.device("cpu"))
     found = torch.randn(3, 2)
     assert torch.equal(common.loss(found), again.loss(found))
+
+
+def sheets(angle: float, phase: float) -> Tensor:
+    """Waves of one direction [1, 1, row, column], in radians from columns, 8 pixels long."""
+    rows, columns = torch.meshgrid(torch.arange(48.0), torch.arange(48.0), indexing="ij")
+    along = torch.tensor(angle)
+    return torch.sin(0.785 * (along.cos() * columns + along.sin() * rows) + phase)[None, None]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.785, 1.571, 2.356])
+def test_of_a_free_direction_any_slant_that_stays_is_held_against(angle: float) -> None:
+    loss = WaveletLoss(torch.randn(1, 64, 64), 48, "flips")
+    values = [float(loss.slant(sheets(angle, phase), "z")) for phase in range(8)]
+    assert values[-1] > 0.1 * WEIGHT
+    turned = sheets(angle + 1.571, 0.0)
+    assert float(loss.slant(turned, "z")) < -0.1 * WEIGHT
+
+
+def drawn(tmp_path: Path, *options: str) -> list[str]:
+    """Directions of the first steps of a training."""
+    photo = save_photo(tmp_path / "photo.png")
+    trainer = make_trainer([photo], tmp_path / "result", "lattice", *options)
+    found = []
+    for step in range(12):
+        trainer.step = step
+        ((direction, _),) = trainer._passes()
+        found.append(direction)
+    return found
+
+
+def test_a_quarter_of_the_steps_look_along_the_grain(tmp_path: Path) -> None:
+    assert "".join(drawn(tmp_path, "--directions", "xy")) == "zxyxzyxyzxyx"
+
+
+@pytest.mark.parametrize("options", [["--directions", "xy", "--symmetry", "none"], []])
+def test_else_all_steps_are_compared_with_the_photograph(
+    options: list[str], tmp_path: Path
+) -> None:
+    directions = drawn(tmp_path, *options)
+    assert directions == (["x", "y"] * 6 if options else ["x", "y", "z"] * 4)
+
+
+def test_a_free_direction_is_trained_and_resumed(tmp_path: Path) -> None:
+    photo = save_photo(tmp_path / "photo.png")
+    networks = []
+    for name, ends in (("whole", [6]), ("parts", [3, 6])):
+        for end in ends:
+            options = ["--directions", "xy", "--steps", "6"]
+            trainer = make_trainer([photo], tmp_path / name, "lattice", *options)
+            trainer.run(stop=lambda t=trainer, e=end: t.step == e, report=lambda _: None)
+        assert trainer.step == 6
+        networks.append(trainer.generator.state_dict())
+    for name, value in networks[0].items():
+        assert torch.equal(value, networks[1][name]), name

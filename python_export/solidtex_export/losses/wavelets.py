@@ -118,9 +118,19 @@ class WaveletLoss:
             ]  # fmt: skip
             total = torch.stack(distances).mean()
             if view and self._symmetry != "none":
-                common = self._slants.setdefault(view, CommonSlants())
-                total = total + common.loss(slants(self._energies(found), self._symmetry))
+                total = total + self._common_slants(found, view, self._symmetry)
             return total
+
+    def slant(self, slices: Tensor, view: str) -> Tensor:
+        """What `slices` share with earlier ones of a view that no photograph shows, and that looks
+        the same flipped and turned."""
+        with torch.autocast(slices.device.type, enabled=False):
+            found = self._moments(slices.float()[:, self._filled])
+            return self._common_slants(found, view, "all")
+
+    def _common_slants(self, found: Statistics, view: str, symmetry: str) -> Tensor:
+        common = self._slants.setdefault(view, CommonSlants())
+        return common.loss(slants(self._energies(found), symmetry))
 
     def forget(self) -> None:
         """Judge the next slices by themselves."""

@@ -72,6 +72,9 @@ class Slicing:
     """Fraction of steps that take an oblique slice of the lattice family."""
     oblique_size: float = number(0.1, 1, 0.6)
     """Side of an oblique slice, as a fraction of the others'."""
+    free_share: float = number(0, 0.5, 0.0)
+    """Fraction of steps of the lattice family that judge slants of slices normal to z, where one
+    photograph serves x and y (directions xy); needs the loss of wavelets."""
     symmetry: str = choice("auto", "all", "flips", "none", default="auto")
     """Orientations in which slices and photographs are shown to the losses."""
 

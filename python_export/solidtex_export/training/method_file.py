@@ -137,6 +137,9 @@ def _check(method: Method, label: str) -> None:
             raise _wrong(label, f"losses.{i}.end", term.end, f"at least its start, {term.start:g}")
         if term.kind in FEATURE_LOSSES and not term.layers:
             raise MethodError(f"{label}: losses.{i}.layers: found nothing, expected layer names")
+    if method.slicing.free_share and all(term.kind != "wavelets" for term in method.losses):
+        expected = "0 without the loss of wavelets"
+        raise _wrong(label, "slicing.free_share", method.slicing.free_share, expected)
     for where, betas in (("optimiser", method.optimiser.betas), ("critic", method.critic.betas)):
         if len(betas) != 2:
             raise _wrong(label, f"{where}.betas", list(betas), "two numbers")

@@ -143,7 +143,7 @@ class Trainer:
             index = self.config.exemplar_index(direction)
             values, slices = self._backward(direction, oblique, progress, 1 / len(passes))
             sums = {name: sums.get(name, 0.0) + v / len(passes) for name, v in values.items()}
-            if critic_on:
+            if critic_on and direction in self.config.directions:
                 self.opponents[index].remember(slices)
                 judged.add(index)
         self.ranks.average_gradients(self.generator)
@@ -158,8 +158,12 @@ class Trainer:
     def _passes(self) -> list[tuple[str, bool]]:
         """Direction of each pass through the generator in this step, and whether it is oblique."""
         slicing, directions = self.method.slicing, self.config.directions
+        free_share = slicing.free_share if self._z_is_free else 0.0
+        free_steps = math.ceil(self.step * free_share)
+        if math.ceil((self.step + 1) * free_share) > free_steps:
+            return [("z", False)]
         if not slicing.every_direction:
-            directions = directions[self.step % len(directions)]
+            directions = directions[(self.step - free_steps) % len(directions)]
         share = slicing.oblique_share
         oblique = math.floor((self.step + 1) * share) > math.floor(self.step * share)
         return [(d, oblique and self.oblique is not None) for d in directions] * slicing.passes
@@ -175,11 +179,22 @@ class Trainer:
         with self._autocast():
             drawn = source.draw(direction, size, self.method.slicing.batch)
         index = self.config.exemplar_index(direction)
-        gradient, values = self.objective.gradient(drawn, index, progress, source.view(direction))
+        view, values = source.view(direction), dict.fromkeys(self.objective.names, math.nan)
+        if direction in self.config.directions:
+            gradient, values = self.objective.gradient(drawn, index, progress, view)
+        else:
+            gradient = self.objective.slant_gradient(drawn, index, view)
         if not gradient.isfinite().all():
             raise not_finite(self.step, "a gradient")
         drawn.backward((weight * gradient).to(drawn.dtype))
         return values, drawn.detach().float()
+
+    @property
+    def _z_is_free(self) -> bool:
+        """Whether what is seen along z is only known to look the same flipped and turned."""
+        config = self.config
+        one = len(config.exemplars) == 1 and config.directions == "xy"
+        return one and config.symmetry != "none" and config.family == "field"
 
     def _oblique_size(self) -> int:
         smallest = field_of_view(len(self.method.critic.widths)) if self.opponents else 1
