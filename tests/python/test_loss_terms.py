@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from textures_2d import noise as maps
 from torch import Tensor
 
 from solidtex_export.losses import statistics, vgg
@@ -21,10 +22,6 @@ from solidtex_export.training.oblique import bilinear_columns
 
 torch.set_num_threads(1)
 MEAN, BASIS = torch.tensor([0.4, 0.5, 0.6]), torch.diag(torch.tensor([0.1, 0.2, 0.3]))
-
-
-def maps(*shape: int, seed: int = 0) -> Tensor:
-    return torch.randn(shape, generator=torch.Generator().manual_seed(seed))
 
 
 def test_gram_distance_is_equation_2() -> None:

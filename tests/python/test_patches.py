@@ -5,16 +5,13 @@ from __future__ import annotations
 import pytest
 import torch
 import torch.nn.functional as F
+from textures_2d import noise
 from torch import Tensor
 
 from solidtex_export.losses import patches
 from solidtex_export.losses.patches import patch_distance
 
 SIDE = 64
-
-
-def noise(*shape: int, seed: int = 0) -> Tensor:
-    return torch.randn(shape, generator=torch.Generator().manual_seed(seed))
 
 
 def cracks(seed: int, side: int = SIDE) -> Tensor:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import pytest
 import torch
+from textures_2d import noise
 from torch import Tensor
 
 from solidtex_export.losses.tones import tone_distance
 
 SIDE = 64
-
-
-def noise(*shape: int, seed: int = 0) -> Tensor:
-    return torch.randn(shape, generator=torch.Generator().manual_seed(seed))
 
 
 def two_tones(seed: int, side: int = SIDE) -> Tensor:

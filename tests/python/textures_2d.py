@@ -1,11 +1,17 @@
 """Small synthetic textures, for tests: pictures float32 [row, column, channel] in 0 ... 1."""
 
 import numpy as np
+import torch
 from scipy.ndimage import gaussian_filter
 
 from solidtex_export.evaluation.pictures import to_8_bit
 
 DARK, LIGHT = np.array([0.25, 0.2, 0.15]), np.array([0.8, 0.7, 0.5])
+
+
+def noise(*shape: int, seed: int = 0) -> torch.Tensor:
+    """White noise of any shape, as a tensor of mean zero and variance one."""
+    return torch.randn(shape, generator=torch.Generator().manual_seed(seed))
 
 
 def blobs(

@@ -8,8 +8,8 @@ bidirectional similarity" (Simakov, Caspi, Shechtman and Irani 2008, equation 1)
 histograms instead of the second.
 
 It joins the descriptor network early, when outlines are drawn, and leaves before the finer losses
-join, since the mean of near patches has no grain (lattice.toml has the figures). The finest octave
-is left out for the same reason.
+join, since the mean of near patches has no grain. The finest octave is left out for the same
+reason. Figures, and what was tried, are in docs/methods.md.
 """
 
 from __future__ import annotations

@@ -79,11 +79,14 @@ class Objective:
         values = {name: loss.item() for name, (_, loss) in losses.items()}
         return gradient, {name: values.get(name, math.nan) for name in self._names}
 
-    def slant_gradient(self, slices: Tensor, index: int, view: str) -> Tensor:
-        """Of length one, against slants that slices share of a view that no photograph shows."""
+    def slant_gradient(
+        self, slices: Tensor, index: int, view: str
+    ) -> tuple[Tensor, dict[str, float]]:
+        """As `gradient`, of length one, of a view that no photograph shows: against slants that its
+        slices share. No term has a value."""
         slices = slices.detach().float().requires_grad_()
         (gradient,) = torch.autograd.grad(self._wavelets[index].slant(slices, view), slices)
-        return gradient / (gradient.norm() + 1e-12)
+        return gradient / (gradient.norm() + 1e-12), dict.fromkeys(self._names, math.nan)
 
     def state(self) -> list[Any]:
         """What the losses remember of earlier slices."""

@@ -159,7 +159,7 @@ class Trainer:
         """Direction of each pass through the generator in this step, and whether it is oblique."""
         slicing, directions = self.method.slicing, self.config.directions
         free_share = slicing.free_share if self._z_is_free else 0.0
-        free_steps = math.ceil(self.step * free_share)
+        free_steps = math.ceil(self.step * free_share)  # first of four: the log has the last of 20
         if math.ceil((self.step + 1) * free_share) > free_steps:
             return [("z", False)]
         if not slicing.every_direction:
@@ -179,11 +179,11 @@ class Trainer:
         with self._autocast():
             drawn = source.draw(direction, size, self.method.slicing.batch)
         index = self.config.exemplar_index(direction)
-        view, values = source.view(direction), dict.fromkeys(self.objective.names, math.nan)
+        view = source.view(direction)
         if direction in self.config.directions:
             gradient, values = self.objective.gradient(drawn, index, progress, view)
         else:
-            gradient = self.objective.slant_gradient(drawn, index, view)
+            gradient, values = self.objective.slant_gradient(drawn, index, view)
         if not gradient.isfinite().all():
             raise not_finite(self.step, "a gradient")
         drawn.backward((weight * gradient).to(drawn.dtype))
