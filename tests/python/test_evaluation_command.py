@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from html.parser import HTMLParser
 from pathlib import Path
@@ -82,6 +83,19 @@ def test_a_model_is_judged_in_all_directions(exemplar: Path, tmp_path: Path) -> 
     captions = {image["alt"] for image in page.images}
     assert {"exemplar", "normal to x", "oblique"} <= captions and len(page.images) == 11
     assert "http" not in report.read_text()
+
+
+def test_the_rectangle_of_the_training_is_cut_from_its_own_photograph_alone(
+    exemplar: Path, tmp_path: Path
+) -> None:
+    """The result folder's exemplar-0.png shows that rectangle already."""
+    cut = save(blobs(1, 130, 200)[20:110, 10:110], tmp_path / "exemplar-0.png")
+    sha256 = hashlib.sha256(exemplar.read_bytes()).hexdigest()
+    training = {"crop": [10, 20, 100, 90], "exemplars": [{"sha256": sha256}]}
+    args = command.make_parser().parse_args(["mine.solidtex", "exemplar.png"])
+    own, other = (command.load(path, {}, args, training).image for path in (exemplar, cut))
+    assert own.shape == (3, 90, 100)
+    assert torch.equal(own, other)
 
 
 def test_pictures_of_others_are_compared_in_the_same_way(

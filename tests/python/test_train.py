@@ -377,6 +377,10 @@ def test_foreign_folders_and_other_trainings_are_refused(
     assert cli_train.main(arguments(photo, result, "--steps", "1", "--seed", "7")) == 1
     error = capsys.readouterr().err
     assert "seed: found 0, expected 7" in error
+    rate = ["--set", "optimiser.learning_rate=0.125"]
+    assert cli_train.main(arguments(photo, result, "--steps", "1", *rate)) == 1
+    error = capsys.readouterr().err
+    assert "method.optimiser.learning_rate: found 0.006, expected 0.125;" in error
     torch.save({"generator": {}}, result / "checkpoint.pt")
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
     assert "checkpoint.pt: found a checkpoint that does not fit" in capsys.readouterr().err

@@ -15,7 +15,7 @@ from solidtex_export.evaluation.pictures import ORIENTATIONS
 from solidtex_export.evaluation.subjects import SMALLEST_PICTURE, UNLIMITED, Subject, SubjectError
 from solidtex_export.file_format import model_file
 from solidtex_export.training.exemplar import Exemplar, check_alike, load_exemplar
-from solidtex_export.training.pictures import ExemplarError
+from solidtex_export.training.pictures import ExemplarError, read_picture
 from solidtex_export.verification.model_output import OutputError, check_output
 from solidtex_export.whole_file import write_whole
 
@@ -65,7 +65,8 @@ def make_parser() -> argparse.ArgumentParser:
                    help="reduce the photograph to a shorter side of N pixels (default: as for the"
                    " model's training)")  # fmt: skip
     p.add_argument("--crop", type=rectangle, metavar="X,Y,W,H",
-                   help="use this rectangle of the photograph (default: as for training)"
+                   help="use this rectangle of the photograph (default: as for training, if it"
+                   " was on this very file)"
                    )  # fmt: skip
     p.add_argument("--symmetry", choices=tuple(ORIENTATIONS),
                    help="orientations that count as the same (default: as for training, else"
@@ -131,9 +132,15 @@ def load(
 ) -> Exemplar:
     """The photograph at the model's scale: one pixel is one texel."""
     resolution = args.resolution or training.get("resolution", UNLIMITED)
-    crop = args.crop or training.get("crop")
+    crop = args.crop or trained_part(path, training)
     needed = 2 * SMALLEST_PICTURE  # two crops side by side
     return load_exemplar(path, resolution, needed, tuple(crop) if crop else None, maps)
+
+
+def trained_part(path: Path, training: dict[str, Any]) -> list[int] | None:
+    """Training's rectangle, of its own photograph only: other files may show that part alone."""
+    photographs = {e["sha256"] for e in training.get("exemplars", [])}
+    return training.get("crop") if read_picture(path).sha256 in photographs else None
 
 
 def make_subject(args: argparse.Namespace, training: dict[str, Any], side: int) -> Subject:

@@ -68,14 +68,11 @@ class ResultFolder:
         except (OSError, ValueError) as error:
             raise ResultError(f"{self._config}: found no readable JSON ({error})") from error
         wanted = json.loads(json.dumps(config.document()))
-        for key in sorted(found.keys() | wanted.keys() if isinstance(found, dict) else wanted):
-            old = found.get(key) if isinstance(found, dict) else None
-            if old != wanted.get(key):
-                raise ResultError(
-                    f"{self._config}: {key}: found {json.dumps(old)}, expected"
-                    f" {json.dumps(wanted.get(key))}; to resume, repeat the same command, else"
-                    " choose another -o"
-                )
+        if difference := first_difference(found, wanted):
+            raise ResultError(
+                f"{self._config}: {difference}; to resume, repeat the same command, else choose"
+                " another -o"
+            )
 
     def resume(self, restore: Callable[[dict[str, Any]], None]) -> None:
         """Hands the checkpoint, where there is one, to `restore`."""
@@ -124,3 +121,18 @@ class ResultFolder:
         temporary = target.with_name(target.name + suffix)
         write(temporary)
         os.replace(temporary, target)
+
+
+def first_difference(found: object, wanted: object, key: str = "") -> str | None:
+    """The first value, by its path of keys, in which two JSON documents differ."""
+    if found == wanted:
+        return None
+    if isinstance(found, dict) and isinstance(wanted, dict):
+        keys = sorted(found.keys() | wanted.keys())
+        pairs = [(k, found.get(k), wanted.get(k)) for k in keys]
+    elif isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
+        pairs = list(zip(map(str, range(len(found))), found, wanted, strict=True))
+    else:
+        return f"{key}: found {json.dumps(found)}, expected {json.dumps(wanted)}"
+    differences = (first_difference(a, b, f"{key}.{k}" if key else k) for k, a, b in pairs)
+    return next(filter(None, differences))
