@@ -81,6 +81,13 @@ def test_only_lines_in_all_directions_begin_smooth(tmp_path: Path) -> None:
     assert (asked.smoothing, asked.fine_noise) == (method.smoothing, method.fine_noise)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("name", ["brick", "sandstone", "paint", "porous", "spheres", "marble"])
+def test_outlines_are_longer_than_crumbs_and_grain(name: str, seed: int) -> None:
+    (limit,) = {t.line_length for t in load_method("lattice").losses if t.kind == "patches"}
+    assert (line_length([of_solid(name, seed)]) < limit) == (name in ("brick", "sandstone"))
+
+
 def test_only_long_lines_have_an_early_part(tmp_path: Path) -> None:
     stripes, specks = save_photo(tmp_path / "stripes.png"), save_specks(tmp_path / "specks.png")
     method = load_method("lattice").early
@@ -92,3 +99,15 @@ def test_only_long_lines_have_an_early_part(tmp_path: Path) -> None:
     assert asked.early.steps == method.steps
     record = json.loads((tmp_path / "a" / "config.json").read_text())
     assert record["line_length"] == with_lines.line_length >= method.line_length
+
+
+def test_only_lines_are_compared_patch_by_patch(tmp_path: Path) -> None:
+    stripes, specks = save_photo(tmp_path / "stripes.png"), save_specks(tmp_path / "specks.png")
+    with_lines, without = (
+        make_trainer([photo], tmp_path / photo.stem, "lattice") for photo in (stripes, specks)
+    )
+    always = ("--set", "losses.5.line_length=0")
+    asked = make_trainer([specks], tmp_path / "asked", "lattice", *always)
+    assert "patches" in with_lines.objective.names and "patches" in asked.objective.names
+    assert "patches" not in without.objective.names
+    assert set(with_lines.objective.names) - set(without.objective.names) == {"patches"}

@@ -226,7 +226,8 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("[optimiser]\nlearning_rate = nan", "optimiser.learning_rate: found NaN, expected a"),
         ("losses = 3", "losses: found 3, expected an array"),
         ("[[losses]]\nkind = 'gram'", "losses.0.layers: found nothing"),
-        ("[[losses]]\nkind = 'patches'\nend = 0.4", "losses: found none with start = 0 and end"),
+        ("[[losses]]\nkind = 'patches'\nend = 0.4", "losses: found none that always counts"),
+        ("[[losses]]\nkind = 'tones'\nline_length = 3", "losses: found none that always counts"),
         (
             "[[losses]]\nkind = 'tones'\n[[losses]]\nkind = 'patches'\nstart = 0.5\nend = 0.4",
             "losses.1.end: found 0.4, expected at least its start, 0.5",

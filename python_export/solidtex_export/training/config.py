@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.method import Early, Method, Start
+from solidtex_export.training.method import Early, Loss, Method, Start
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,11 @@ class Config:
         start = self.method.start
         lines = self.symmetry == "all" and self.line_length >= start.line_length
         return start if lines or start.line_length == 0 else Start()
+
+    @property
+    def losses(self) -> tuple[Loss, ...]:
+        """The method's, but those that only longer lines have."""
+        return tuple(t for t in self.method.losses if self.line_length >= t.line_length)
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

@@ -17,7 +17,7 @@ from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.tones import tone_distance
 from solidtex_export.losses.wavelets import WaveletLoss
 from solidtex_export.training.exemplar import random_crops, random_symmetry
-from solidtex_export.training.method import CRITIC_LOSSES, DESCRIPTOR_LOSSES, Loss, Method
+from solidtex_export.training.method import CRITIC_LOSSES, DESCRIPTOR_LOSSES, Loss
 from solidtex_export.training.opponent import Opponent
 
 REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
@@ -28,7 +28,8 @@ class Objective:
 
     def __init__(
         self,
-        method: Method,
+        terms: Sequence[Loss],
+        mixing: str,
         symmetry: str,
         size: int,
         exemplars: Sequence[Tensor],
@@ -36,19 +37,20 @@ class Objective:
         source: DescriptorSource,
         autocast: Callable[[], AbstractContextManager[None]],
     ) -> None:
-        self._method = method
+        self._terms = terms
+        self._mixing = mixing
         self._symmetry = symmetry
         self._exemplars = exemplars
         self._opponents = opponents
         self._autocast = autocast
-        self._names = _unique_names(method.losses)
+        self._names = _unique_names(terms)
         made: dict[tuple[str, tuple[tuple[int, ...], ...]], Descriptor] = {}
-        for term in method.losses:
+        for term in terms:
             if term.kind in DESCRIPTOR_LOSSES and (term.descriptor, term.groups) not in made:
                 made[term.descriptor, term.groups] = source.make(term.descriptor, term.groups)
         self._descriptors = made
         self._wavelets: list[WaveletLoss] = []
-        if any(term.kind == "wavelets" for term in method.losses):
+        if any(term.kind == "wavelets" for term in terms):
             self._wavelets = [WaveletLoss(e, size, symmetry) for e in exemplars]
 
     @property
@@ -68,7 +70,7 @@ class Objective:
         slices = slices.detach().float().requires_grad_()
         with self._autocast():
             losses = self._losses(slices, index, progress, view)
-        if self._method.mixing == "sum":
+        if self._mixing == "sum":
             total = torch.stack([term.weight * loss for term, loss in losses.values()]).sum()
             (gradient,) = torch.autograd.grad(total, slices)
         else:
@@ -112,7 +114,7 @@ class Objective:
     ) -> dict[str, tuple[Loss, Tensor]]:
         terms = [
             (name, term)
-            for name, term in zip(self._names, self._method.losses, strict=True)
+            for name, term in zip(self._names, self._terms, strict=True)
             if term.judges(progress)
         ]
         losses = {}

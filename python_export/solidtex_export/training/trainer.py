@@ -63,7 +63,8 @@ class Trainer:
         settings = self.method.critic
         self.opponents = [Opponent(settings, len(mean), device) for _ in range(critic_count)]
         self.objective = Objective(
-            self.method,
+            config.losses,
+            self.method.mixing,
             config.symmetry,
             config.size,
             [whiten(e.image, mean, basis).to(device) for e in exemplars],
