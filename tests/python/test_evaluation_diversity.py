@@ -67,6 +67,14 @@ def test_a_volume_that_repeats_faintly_is_caught() -> None:
     assert found.repeats and all(abs(lag) % 20 == 0 for lag in found.lag)
 
 
+def test_a_ring_too_faint_to_see_is_no_repetition() -> None:
+    noise = np.random.default_rng(6).standard_normal((96, 96, 96))
+    for share, repeats in ((0.06, False), (0.25, True)):
+        found = repetition(noise + share * np.roll(noise, 7, axis=0))
+        assert found.repeats == repeats and found.lag in ((7, 0, 0), (-7, 0, 0))
+        assert found.deviations > 2 * found.allowed
+
+
 def test_far_blocks_that_are_alike_are_caught() -> None:
     rng = np.random.default_rng(4)
     noise = gaussian_filter(rng.standard_normal((96, 64, 64)), 1.5)
