@@ -55,7 +55,7 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
         calls.append([module.rpartition(".")[2], *arguments])
         if module.endswith("train"):
             missing = arguments[0].endswith("nowhere.png")
-            return subprocess.CompletedProcess(command, int(missing), "no such file")
+            return subprocess.CompletedProcess(command, int(missing), "reading\nno such file\n")
         if module.endswith("export"):
             shutil.copyfile(MODELS / "granite-grey.solidtex", arguments[-1])
             return subprocess.CompletedProcess(command, 0, "")

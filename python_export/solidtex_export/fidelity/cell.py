@@ -8,7 +8,7 @@ Every step is a process of its own, and leaves a file when it has succeeded:
     EXEMPLAR/METHOD/model.solidtex solidtex-export
     EXEMPLAR/METHOD/eval.json, report.html, pictures/  solidtex-eval
     EXEMPLAR/METHOD/solid.json     errors of the 3D statistics
-    EXEMPLAR/METHOD/failure.txt    the last words of a step that failed
+    EXEMPLAR/METHOD/failure.txt    the last line of a step that failed
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ INTERRUPTED = 130
 CHOSEN = "default"  # leaves the method to solidtex-train
 BLOCK = 128  # voxels: side of the blocks whose 3D statistics are compared
 TRUE_PLACES = ((1000, 1000, 1000), (3000, 1000, 1000))
-LAST_WORDS = 600  # characters of a failing step's output
 
 
 class Stopped(KeyboardInterrupt):
@@ -123,8 +122,8 @@ class Cell:
         if done.returncode == INTERRUPTED:
             raise Stopped
         if done.returncode:
-            words = done.stdout.strip()[-LAST_WORDS:]
-            write_whole(self.failure, f"{command}: {words}\n".encode())
+            said = done.stdout.strip().splitlines() or ["no word"]
+            write_whole(self.failure, f"{command}: {said[-1]}\n".encode())
         return done.returncode == 0
 
 

@@ -103,7 +103,7 @@ def _section(plan: Plan, entry: Entry, outcomes: Outcomes, images: str) -> str:
             lines += _solid_table(judged, outcomes.true_solids[entry.name])
     for method in (m for m in plan.methods if m in found):
         if words := found[method].failure:
-            lines.append(f"{method} failed: `{words[-300:]}`\n")
+            lines.append(f"{method} failed: `{words}`\n")
     return "\n".join(lines)
 
 
