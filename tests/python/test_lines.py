@@ -111,3 +111,14 @@ def test_only_lines_are_compared_patch_by_patch(tmp_path: Path) -> None:
     assert "patches" in with_lines.objective.names and "patches" in asked.objective.names
     assert "patches" not in without.objective.names
     assert set(with_lines.objective.names) - set(without.objective.names) == {"patches"}
+
+
+def test_maps_are_not_compared_patch_by_patch(tmp_path: Path) -> None:
+    stripes = save_photo(tmp_path / "stripes.png")
+    maps, always = ("--map", f"wear={stripes}"), ("--set", "losses.5.with_maps=true")
+    colour, mapped, asked = (
+        make_trainer([stripes], tmp_path / name, "lattice", *options).objective.names
+        for name, options in (("a", ()), ("b", maps), ("c", (*maps, *always)))
+    )
+    assert set(colour) == set(asked) == {*mapped, "patches"}
+    assert "patches" not in mapped

@@ -9,8 +9,8 @@ histograms instead of the second.
 
 It joins the descriptor network early, when outlines are drawn, and leaves before the finer losses
 join, since the mean of near patches has no grain. The finest octave is left out for the same
-reason, and the loss where a photograph has no thin lines: of small crumbs rims are left. Figures,
-and what was tried, are in docs/methods.md.
+reason, and the loss where a photograph has no thin lines: of small crumbs rims are left,
+and of paint with its roughness and height too. Figures, and what was tried, are in docs/methods.md.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from solidtex_export.training.channels import groups
 from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.method import Early, Loss, Method, Start
 
@@ -50,8 +51,10 @@ class Config:
 
     @property
     def losses(self) -> tuple[Loss, ...]:
-        """The method's, but those that only longer lines have."""
-        return tuple(t for t in self.method.losses if self.line_length >= t.line_length)
+        """The method's, but those for longer lines only, or for no maps."""
+        maps = len(groups(self.channels)) > 1
+        terms = (t for t in self.method.losses if t.with_maps or not maps)
+        return tuple(t for t in terms if self.line_length >= t.line_length)
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

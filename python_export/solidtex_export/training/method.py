@@ -91,6 +91,8 @@ class Loss:
     """Fraction of the training after which it leaves."""
     line_length: float = number(0, 1e6, 0.0)
     """Only where a photograph has thin lines of so many widths (training/lines.py); 0: always."""
+    with_maps: bool = True
+    """Also where a photograph has maps beside its colour."""
     descriptor: str = choice(*DESCRIPTORS, default="random")
     layers: tuple[str, ...] = ()
     """Of the descriptor, for the losses that compare features."""

@@ -130,16 +130,16 @@ def _check(method: Method, label: str) -> None:
     """What one field alone cannot tell."""
     if not method.losses:
         raise MethodError(f"{label}: losses: found none, expected at least one")
-    if not any((t.start, t.end, t.line_length) == (0, 1, 0) for t in method.losses):
-        expected = "one with start = 0, end = 1 and line_length = 0"
+    always = [t for t in method.losses if t.line_length == 0 and t.with_maps]
+    if not any((t.start, t.end) == (0, 1) for t in always):
+        expected = "one with start = 0, end = 1, line_length = 0 and with_maps"
         raise MethodError(f"{label}: losses: found none that always counts, expected {expected}")
     for i, term in enumerate(method.losses):
         if term.end < term.start:
             raise _wrong(label, f"losses.{i}.end", term.end, f"at least its start, {term.start:g}")
         if term.kind in FEATURE_LOSSES and not term.layers:
             raise MethodError(f"{label}: losses.{i}.layers: found nothing, expected layer names")
-    always = {term.kind for term in method.losses if term.line_length == 0}
-    if method.slicing.free_share and "wavelets" not in always:
+    if method.slicing.free_share and "wavelets" not in {term.kind for term in always}:
         expected = "0 without the loss of wavelets"
         raise _wrong(label, "slicing.free_share", method.slicing.free_share, expected)
     for where, betas in (("optimiser", method.optimiser.betas), ("critic", method.critic.betas)):
