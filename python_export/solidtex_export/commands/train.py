@@ -25,8 +25,10 @@ from solidtex_export.training.families import generator_sizes
 from solidtex_export.training.histograms import share_histograms
 from solidtex_export.training.lines import line_length
 from solidtex_export.training.method_file import MethodError, load_method
+from solidtex_export.training.outlines import Distance
 from solidtex_export.training.pictures import ExemplarError
 from solidtex_export.training.result import ResultError, ResultFolder
+from solidtex_export.training.symmetry import symmetry_of
 from solidtex_export.training.terminal import run_in_terminal
 from solidtex_export.training.trainer import Trainer
 
@@ -53,6 +55,8 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
         exemplars = share_histograms(exemplars)
     if args.choose:
         choose_method(args, exemplars[0])
+    if args.symmetry is None:
+        choose_symmetry(args, exemplars)
     config = make_config(args, exemplars)
     learned = load_weights(args.descriptor) if args.descriptor else None
     if args.vgg:
@@ -72,10 +76,26 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
 
 
 def choose_method(args: argparse.Namespace, exemplar: Exemplar) -> None:
-    judge = LearnedDescriptor(load_weights(SHIPPED))
-    args.method, reason = suited(exemplar, args.directions, judge.loss)
+    args.method, reason = suited(exemplar, args.directions, shipped_judge())
     args.settings = load_method(args.method)
     print(f"{args.result}: {reason}, so --method {args.method}")
+
+
+def choose_symmetry(args: argparse.Namespace, exemplars: list[Exemplar]) -> None:
+    """The method's; else what the photographs allow. A sampler's random planes show all alike."""
+    turns = len(exemplars) == 1 and args.directions == "xyz"
+    args.symmetry = args.settings.slicing.symmetry
+    if args.symmetry == "auto":
+        args.symmetry = "all" if turns else "flips"
+        if args.settings.family == "field":
+            found = symmetry_of(exemplars, turns, shipped_judge())
+            if found.name != args.symmetry:
+                print(f"{args.result}: {found.reason}, so --symmetry {found.name}")
+            args.symmetry = found.name
+
+
+def shipped_judge() -> Distance:
+    return LearnedDescriptor(load_weights(SHIPPED)).loss
 
 
 def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:

@@ -77,7 +77,8 @@ def parser() -> argparse.ArgumentParser:
                    " (default: xyz, with two photographs xy)")  # fmt: skip
     p.add_argument("--symmetry", choices=("all", "flips", "none"),
                    help="orientations in which a photograph looks just as right (default: all for"
-                   " one photograph in three directions, else flips)")  # fmt: skip
+                   " one photograph in three directions, else flips; fewer for a lattice where"
+                   " the photograph differs from itself flipped or turned)")  # fmt: skip
     p.add_argument("--minutes", type=float, metavar="M",
                    help="how long to train (default: 15)")  # fmt: skip
     p.add_argument("--steps", type=int, metavar="N", help="train N steps instead of --minutes")
@@ -185,10 +186,5 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error(f"--threads: found {args.threads}, expected at least 1")
     if args.minutes is None and args.steps is None:
         args.minutes = DEFAULT_MINUTES
-    if args.symmetry is None:
-        isotropic = len(args.photos) == 1 and args.directions == "xyz"
-        args.symmetry = "all" if isotropic else "flips"
-        if args.settings.slicing.symmetry != "auto":
-            args.symmetry = args.settings.slicing.symmetry
     if args.device == "cuda" and not torch.cuda.is_available():
         p.error("--device: found no CUDA device, expected one (or use --device cpu)")

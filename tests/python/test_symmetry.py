@@ -1,0 +1,98 @@
+"""In which orientations a photograph is shown where the user does not say."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import torch
+from PIL import Image
+from small_trainings import SMALL, of_solid
+from torch import Tensor
+
+from solidtex_export.commands import train as cli_train
+from solidtex_export.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.learned import LearnedDescriptor
+from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.training.symmetry import symmetry_of
+
+SIDE = 96
+distance = LearnedDescriptor(load_weights(SHIPPED)).loss
+
+
+def lit_bumps() -> Tensor:
+    """Round bumps [channel, row, column], bright where they face the upper left corner."""
+    generator = torch.Generator().manual_seed(2)
+    height = torch.zeros(SIDE, SIDE)
+    at = torch.arange(SIDE, dtype=torch.float32)
+    for row, column in torch.rand(160, 2, generator=generator) * SIDE:
+        square = (at - row).square()[:, None] + (at - column).square()[None, :]
+        height = torch.maximum(height, (30 - square).clamp_min(0).sqrt())
+    slope = height.diff(dim=0, prepend=height[:1]) + height.diff(dim=1, prepend=height[:, :1])
+    grey = (0.5 + 0.1 * slope).clamp(0, 1)
+    return torch.stack([grey, 0.9 * grey, 0.7 * grey])
+
+
+def exemplar(image: Tensor) -> Exemplar:
+    return Exemplar("picture", "", image)
+
+
+def test_what_is_lit_from_one_side_keeps_its_orientation() -> None:
+    for turns in (True, False):
+        found = symmetry_of([exemplar(lit_bumps())], turns, distance)
+        assert found.name == "none" and "flipped" in found.reason
+
+
+@pytest.mark.parametrize("name", ["marble", "brick", "porous", "paint", "spheres"])
+def test_what_has_no_direction_is_turned(name: str) -> None:
+    assert symmetry_of([of_solid(name)], True, distance).name == "all"
+
+
+def test_layers_are_flipped_only() -> None:
+    found = symmetry_of([of_solid("wood")], True, distance)
+    assert found.name == "flips" and "turned" in found.reason
+    assert symmetry_of([of_solid("wood")], False, distance).name == "flips"
+
+
+def test_one_lit_photograph_of_several_decides() -> None:
+    plain = of_solid("porous").image[:3, :SIDE, :SIDE]
+    pair = [exemplar(plain), exemplar(lit_bumps())]
+    assert symmetry_of(pair, False, distance).name == "none"
+
+
+def test_the_same_in_every_call_and_the_generator_left_alone() -> None:
+    picture = exemplar(lit_bumps())
+    before = torch.get_rng_state()
+    first, second = (symmetry_of([picture], True, distance) for _ in range(2))
+    assert first == second
+    assert torch.equal(before, torch.get_rng_state())
+
+
+def config_of(photo: Path, result: Path, method: str, *options: str) -> dict[str, object]:
+    """That of a training which was not begun."""
+    small = [part for setting in SMALL[method] for part in ("--set", setting)]
+    arguments = [str(photo), "-o", str(result), "--method", method, *small]
+    arguments += ["--size", "48", "--steps", "1", "--device", "cpu", *options]
+    p = cli_train.parser()
+    args = p.parse_args(arguments)
+    cli_train.check(p, args)
+    cli_train.make_trainer(args)
+    document: dict[str, object] = json.loads((result / "config.json").read_text())
+    return document
+
+
+def test_the_command_measures_only_where_nothing_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    photo = tmp_path / "bumps.png"
+    pixels = (255 * lit_bumps()).byte().permute(1, 2, 0).numpy()
+    Image.fromarray(pixels).save(photo)
+    assert config_of(photo, tmp_path / "measured", "lattice")["symmetry"] == "none"
+    assert "so --symmetry none" in capsys.readouterr().out
+    said = config_of(photo, tmp_path / "said", "lattice", "--symmetry", "flips")
+    assert said["symmetry"] == "flips"
+    # Random planes through a solid show it turned; a paper's method has its own.
+    assert config_of(photo, tmp_path / "planes", "sampler")["symmetry"] == "all"
+    assert config_of(photo, tmp_path / "paper", "gutierrez")["symmetry"] == "none"
+    assert capsys.readouterr().out == ""
