@@ -15,13 +15,20 @@ from torch import Tensor
 from solidtex_export.commands import train as cli_train
 from solidtex_export.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
-from solidtex_export.training.choice import suited
+from solidtex_export.training.choice import Choice
+from solidtex_export.training.choice import suited as suited_in
 from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.outlines import outlines
 from solidtex_export.training.surrogate import surrogate
+from solidtex_export.training.symmetry import symmetry_of
 
 SIDE = 96
 distance = LearnedDescriptor(load_weights(SHIPPED)).loss
+
+
+def suited(picture: Exemplar, directions: str) -> Choice:
+    symmetry = symmetry_of([picture], directions == "xyz", distance)
+    return suited_in(picture, directions, symmetry, distance)
 
 
 def grains() -> Tensor:
@@ -64,12 +71,17 @@ def test_outlines_are_the_same_in_every_call_and_leave_the_generator_alone() -> 
 
 @pytest.mark.parametrize("name", ["brick", "spheres", "paint"])
 def test_what_has_outlines_gets_a_lattice(name: str) -> None:
-    choice = suited(of_solid(name), "xyz", distance)
+    choice = suited(of_solid(name), "xyz")
     assert choice.method == "lattice" and "outlines" in choice.reason
 
 
+def test_what_looks_different_turned_gets_a_lattice() -> None:
+    choice = suited(stretched(8), "xyz")
+    assert choice.method == "lattice" and "turned" in choice.reason
+
+
 def test_veins_get_a_lattice() -> None:
-    choice = suited(of_solid("marble"), "xyz", distance)
+    choice = suited(of_solid("marble"), "xyz")
     assert choice.method == "lattice" and "lines of" in choice.reason
 
 
@@ -81,21 +93,21 @@ def stretched(times: int) -> Exemplar:
 
 def test_layers_that_lie_and_short_grain_get_a_lattice() -> None:
     for exemplar in (of_solid("sandstone"), stretched(1), stretched(3)):
-        choice = suited(exemplar, "xy", distance)
+        choice = suited(exemplar, "xy")
         assert choice.method == "lattice" and "grain" in choice.reason
 
 
 def test_grains_and_long_grain_get_a_sampler() -> None:
-    assert suited(stretched(1), "xyz", distance).method == "sampler"
-    assert suited(stretched(8), "xy", distance).method == "sampler"
-    assert suited(of_solid("wood"), "xy", distance).method == "sampler"
+    assert suited(stretched(1), "xyz").method == "sampler"
+    assert suited(stretched(8), "xy").method == "sampler"
+    assert suited(of_solid("wood"), "xy").method == "sampler"
 
 
 @pytest.mark.parametrize("directions", ["xyz", "xy"])
 def test_a_photograph_of_one_tone_has_nothing_to_measure(directions: str) -> None:
     plain = Exemplar("plain", "", torch.full((3, SIDE, SIDE), 0.4))
     expected = {"xyz": "sampler", "xy": "lattice"}[directions]
-    assert suited(plain, directions, distance).method == expected
+    assert suited(plain, directions).method == expected
 
 
 def config_of(photo: Path, result: Path, *options: str) -> dict[str, object]:

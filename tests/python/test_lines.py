@@ -74,7 +74,8 @@ def test_only_lines_in_all_directions_begin_smooth(tmp_path: Path) -> None:
     stripes, specks = save_photo(tmp_path / "stripes.png"), save_specks(tmp_path / "specks.png")
     method = load_method("lattice").start
     asking, one_way = ("--set", "start.line_length=0"), ("--directions", "xy")
-    assert make_trainer([stripes], tmp_path / "a", "lattice").config.start == method
+    all_ways = ("--symmetry", "all")
+    assert make_trainer([stripes], tmp_path / "a", "lattice", *all_ways).config.start == method
     assert make_trainer([stripes], tmp_path / "b", "lattice", *one_way).config.start == Start()
     assert make_trainer([specks], tmp_path / "c", "lattice").config.start == Start()
     asked = make_trainer([specks], tmp_path / "d", "lattice", *one_way, *asking).config.start

@@ -94,5 +94,8 @@ def test_the_command_measures_only_where_nothing_is_said(
     assert said["symmetry"] == "flips"
     # Random planes through a solid show it turned; a paper's method has its own.
     assert config_of(photo, tmp_path / "planes", "sampler")["symmetry"] == "all"
+    assert (
+        config_of(photo, tmp_path / "grain", "sampler", "--directions", "xy")["symmetry"] == "flips"
+    )
     assert config_of(photo, tmp_path / "paper", "gutierrez")["symmetry"] == "none"
     assert capsys.readouterr().out == ""

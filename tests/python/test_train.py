@@ -323,12 +323,36 @@ def test_missing_small_and_broken_photographs(
         assert cli_train.main(arguments(path, tmp_path / "result")) == 1
         error = capsys.readouterr().err
         assert str(path) in error and message in error and "expected" in error
-    assert cli_train.main([str(photo), "-o", str(tmp_path / "result")]) == 1
+    large = [str(photo), "-o", str(tmp_path / "result"), "--size", "96"]
+    assert cli_train.main(large) == 1
     assert "found 64 x 56 pixels, expected at least 96 x 96" in capsys.readouterr().err
     outside = arguments(photo, tmp_path / "result", "--crop", "10,0,60,50")
     assert cli_train.main(outside) == 1
     assert "--crop: found 10,0,60,50, expected a region of 64 x 56" in capsys.readouterr().err
     assert not (tmp_path / "result").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "size", "resolution"),
+    [
+        ([], 128, 256),
+        (["--crop", "8,0,90,200"], 90, 180),
+        (["--resolution", "100"], 100, 100),
+        (["--size", "64"], 64, 128),
+        (["--size", "64", "--resolution", "70"], 64, 70),
+    ],
+)
+def test_slices_are_half_of_a_photograph_or_all_of_a_small_one(
+    options: list[str], size: int, resolution: int, tmp_path: Path
+) -> None:
+    photo = tmp_path / "large.png"
+    pixels = np.random.default_rng(1).integers(0, 255, (200, 300, 3))
+    Image.fromarray(pixels.astype(np.uint8)).save(photo)
+    p = cli_train.parser()
+    args = p.parse_args([str(photo), "-o", str(tmp_path / "result"), *options])
+    cli_train.check(p, args)
+    cli_train.choose_scale(args)
+    assert (args.size, args.resolution) == (size, resolution)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import torch
 
-from solidtex_export.commands.train_options import check, parser
+from solidtex_export.commands.train_options import DEFAULT_SIZE, check, parser, smallest_size
 from solidtex_export.descriptor.weights import SHIPPED, WeightsError, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.learned import LearnedDescriptor
@@ -25,8 +25,7 @@ from solidtex_export.training.families import generator_sizes
 from solidtex_export.training.histograms import share_histograms
 from solidtex_export.training.lines import line_length
 from solidtex_export.training.method_file import MethodError, load_method
-from solidtex_export.training.outlines import Distance
-from solidtex_export.training.pictures import ExemplarError
+from solidtex_export.training.pictures import ExemplarError, read_picture
 from solidtex_export.training.result import ResultError, ResultFolder
 from solidtex_export.training.symmetry import symmetry_of
 from solidtex_export.training.terminal import run_in_terminal
@@ -46,6 +45,7 @@ FAILURES = (
 
 
 def make_trainer(args: argparse.Namespace) -> Trainer:
+    choose_scale(args)
     exemplars = [
         load_exemplar(path, args.resolution, args.size, args.crop, maps, args.color_space)
         for path, maps in zip(args.photos, args.maps, strict=True)
@@ -53,10 +53,7 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     check_alike(exemplars)
     if args.settings.match_histograms:
         exemplars = share_histograms(exemplars)
-    if args.choose:
-        choose_method(args, exemplars[0])
-    if args.symmetry is None:
-        choose_symmetry(args, exemplars)
+    follow_photographs(args, exemplars)
     config = make_config(args, exemplars)
     learned = load_weights(args.descriptor) if args.descriptor else None
     if args.vgg:
@@ -75,27 +72,36 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     return trainer
 
 
-def choose_method(args: argparse.Namespace, exemplar: Exemplar) -> None:
-    args.method, reason = suited(exemplar, args.directions, shipped_judge())
-    args.settings = load_method(args.method)
-    print(f"{args.result}: {reason}, so --method {args.method}")
+def choose_scale(args: argparse.Namespace) -> None:
+    """Slices of the default size see half of the photograph each way, or all of a small one."""
+    if args.size is None:
+        sizes = [args.crop[2:] if args.crop else read_picture(p).size for p in args.photos]
+        largest = min(DEFAULT_SIZE, args.resolution or DEFAULT_SIZE, *map(min, sizes))
+        args.size = max(smallest_size(args.settings), largest)
+    args.resolution = args.resolution or 2 * args.size
 
 
-def choose_symmetry(args: argparse.Namespace, exemplars: list[Exemplar]) -> None:
-    """The method's; else what the photographs allow. A sampler's random planes show all alike."""
+def follow_photographs(args: argparse.Namespace, exemplars: list[Exemplar]) -> None:
+    """What is not said, method and symmetry, is measured on the photographs.
+
+    Only a lattice's symmetry is: a sampler's random planes show all orientations alike.
+    """
     turns = len(exemplars) == 1 and args.directions == "xyz"
-    args.symmetry = args.settings.slicing.symmetry
+    most = "all" if turns else "flips"
+    args.symmetry = args.symmetry or args.settings.slicing.symmetry
+    if args.choose or (args.symmetry == "auto" and args.settings.family == "field"):
+        judge = LearnedDescriptor(load_weights(SHIPPED)).loss
+        measured = symmetry_of(exemplars, turns, judge)
+        if args.choose:
+            args.method, reason = suited(exemplars[0], args.directions, measured, judge)
+            args.settings = load_method(args.method)
+            print(f"{args.result}: {reason}, so --method {args.method}")
+        if args.symmetry == "auto" and args.settings.family == "field":
+            args.symmetry = measured.name
+            if measured.name != most:
+                print(f"{args.result}: {measured.reason}, so --symmetry {measured.name}")
     if args.symmetry == "auto":
-        args.symmetry = "all" if turns else "flips"
-        if args.settings.family == "field":
-            found = symmetry_of(exemplars, turns, shipped_judge())
-            if found.name != args.symmetry:
-                print(f"{args.result}: {found.reason}, so --symmetry {found.name}")
-            args.symmetry = found.name
-
-
-def shipped_judge() -> Distance:
-    return LearnedDescriptor(load_weights(SHIPPED)).loss
+        args.symmetry = most
 
 
 def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:

@@ -17,6 +17,7 @@ from solidtex_export.training.method_file import MethodError, load_method, shipp
 from solidtex_export.training.pictures import ExemplarError
 
 DEFAULT_MINUTES = 15.0
+DEFAULT_SIZE = 128  # texels
 SMALLEST_SIZE = 32  # texels
 
 EXAMPLES = """  solidtex-train granite.jpg -o results/granite
@@ -64,12 +65,12 @@ def parser() -> argparse.ArgumentParser:
                    help="weights.safetensors of solidtex-pretrain-descriptor, for methods that"
                    ' say descriptor = "learned", or "vgg" without --vgg (default: the shipped'
                    " weights)")  # fmt: skip
-    p.add_argument("--size", type=int, default=96, metavar="N",
+    p.add_argument("--size", type=int, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
-                   " (default: 96)")  # fmt: skip
+                   f" (default: {DEFAULT_SIZE}, of smaller photographs all)")  # fmt: skip
     p.add_argument("--resolution", type=int, metavar="N",
                    help="reduce photographs whose shorter side is longer than N pixels; one pixel"
-                   " is then one texel (default: 1.5 times --size)")  # fmt: skip
+                   " is then one texel (default: 2 times --size)")  # fmt: skip
     p.add_argument("--crop", type=rectangle, metavar="X,Y,W,H",
                    help="use only this rectangle of each photograph, in its pixels")  # fmt: skip
     p.add_argument("--directions", choices=("xyz", "xy", "xz", "yz", "x", "y", "z"),
@@ -171,11 +172,11 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
     args.method = args.method or LATTICE
     args.settings = method_of(p, args)
     needed = smallest_size(args.settings)
-    if args.size < needed:
+    if args.size is not None and args.size < needed:
         p.error(f"--size: found {args.size}, expected at least {needed}")
-    args.resolution = args.resolution or args.size + args.size // 2
-    if args.resolution < args.size:
-        p.error(f"--resolution: found {args.resolution}, expected at least --size = {args.size}")
+    least = args.size or needed
+    if args.resolution is not None and args.resolution < least:
+        p.error(f"--resolution: found {args.resolution}, expected at least --size = {least}")
     if args.minutes is not None and args.steps is not None:
         p.error("--steps: found together with --minutes, expected one of them")
     if args.minutes is not None and not 0 < args.minutes < 1e6:

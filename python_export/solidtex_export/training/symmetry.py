@@ -61,8 +61,7 @@ def _difference(
     exemplars: Sequence[Exemplar], distance: Distance, moved: Callable[[Tensor], list[Tensor]]
 ) -> float:
     """The largest, over photographs and their moved copies."""
-    mean, basis = channel_axes(exemplars)
-    images = [whiten(e.image, mean, basis)[:, :LARGEST, :LARGEST] for e in exemplars]
+    images = [whiten(e.image, *channel_axes([e]))[:, :LARGEST, :LARGEST] for e in exemplars]
     with torch.random.fork_rng(devices=[]), torch.no_grad():
         torch.manual_seed(0)
         return max(
