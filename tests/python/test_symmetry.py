@@ -92,10 +92,12 @@ def test_the_command_measures_only_where_nothing_is_said(
     assert "so --symmetry none" in capsys.readouterr().out
     said = config_of(photo, tmp_path / "said", "lattice", "--symmetry", "flips")
     assert said["symmetry"] == "flips"
-    # Random planes through a solid show it turned; a paper's method has its own.
+    # Random planes through a solid show it turned, random networks keep from trained weights, and
+    # a paper's method has a symmetry of its own.
     assert config_of(photo, tmp_path / "planes", "sampler")["symmetry"] == "all"
     assert (
         config_of(photo, tmp_path / "grain", "sampler", "--directions", "xy")["symmetry"] == "flips"
     )
+    assert config_of(photo, tmp_path / "random", "random-networks-lattice")["symmetry"] == "all"
     assert config_of(photo, tmp_path / "paper", "gutierrez")["symmetry"] == "none"
     assert capsys.readouterr().out == ""

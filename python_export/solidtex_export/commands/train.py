@@ -24,6 +24,7 @@ from solidtex_export.training.exemplar import Exemplar, check_alike, load_exempl
 from solidtex_export.training.families import generator_sizes
 from solidtex_export.training.histograms import share_histograms
 from solidtex_export.training.lines import line_length
+from solidtex_export.training.method import Method
 from solidtex_export.training.method_file import MethodError, load_method
 from solidtex_export.training.pictures import ExemplarError, read_picture
 from solidtex_export.training.result import ResultError, ResultFolder
@@ -82,26 +83,29 @@ def choose_scale(args: argparse.Namespace) -> None:
 
 
 def follow_photographs(args: argparse.Namespace, exemplars: list[Exemplar]) -> None:
-    """What is not said, method and symmetry, is measured on the photographs.
-
-    Only a lattice's symmetry is: a sampler's random planes show all orientations alike.
-    """
+    """What is not said, method and symmetry, is measured on the photographs."""
     turns = len(exemplars) == 1 and args.directions == "xyz"
     most = "all" if turns else "flips"
     args.symmetry = args.symmetry or args.settings.slicing.symmetry
-    if args.choose or (args.symmetry == "auto" and args.settings.family == "field"):
+    if args.choose or (args.symmetry == "auto" and tells_orientations(args.settings)):
         judge = LearnedDescriptor(load_weights(SHIPPED)).loss
         measured = symmetry_of(exemplars, turns, judge)
         if args.choose:
             args.method, reason = suited(exemplars[0], args.directions, measured, judge)
             args.settings = load_method(args.method)
             print(f"{args.result}: {reason}, so --method {args.method}")
-        if args.symmetry == "auto" and args.settings.family == "field":
+        if args.symmetry == "auto" and tells_orientations(args.settings):
             args.symmetry = measured.name
             if measured.name != most:
                 print(f"{args.result}: {measured.reason}, so --symmetry {measured.name}")
     if args.symmetry == "auto":
         args.symmetry = most
+
+
+def tells_orientations(method: Method) -> bool:
+    """A sampler's random planes show all of them alike; and where no trained weights judge slices,
+    none are to decide how these are shown."""
+    return method.family == "field" and method.uses("learned")
 
 
 def make_config(args: argparse.Namespace, exemplars: list[Exemplar]) -> Config:
