@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -81,3 +82,14 @@ def make_trainer(photos: list[Path], result: Path, method: str, *more: str) -> T
 def train(trainer: Trainer, steps: int | None = None) -> Trainer:
     trainer.run(lambda: trainer.step == steps, lambda t: None)
     return trainer
+
+
+def config_of(photo: Path, result: Path, *options: str) -> dict[str, object]:
+    """That of a training which was not begun."""
+    p = cli_train.parser()
+    arguments = [str(photo), "-o", str(result), "--size", "48", "--steps", "1", "--device", "cpu"]
+    args = p.parse_args([*arguments, *options])
+    cli_train.check(p, args)
+    cli_train.make_trainer(args)
+    document: dict[str, object] = json.loads((result / "config.json").read_text())
+    return document

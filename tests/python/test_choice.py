@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 from PIL import Image
-from small_trainings import CRITIC, LATTICE, SMALL, of_solid
+from small_trainings import CRITIC, LATTICE, SMALL, config_of, of_solid
 from torch import Tensor
 
-from solidtex_export.commands import train as cli_train
 from solidtex_export.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.training.choice import Choice
@@ -108,17 +106,6 @@ def test_a_photograph_of_one_tone_has_nothing_to_measure(directions: str) -> Non
     plain = Exemplar("plain", "", torch.full((3, SIDE, SIDE), 0.4))
     expected = {"xyz": "sampler", "xy": "lattice"}[directions]
     assert suited(plain, directions).method == expected
-
-
-def config_of(photo: Path, result: Path, *options: str) -> dict[str, object]:
-    """That of a training which was not begun."""
-    p = cli_train.parser()
-    arguments = [str(photo), "-o", str(result), "--size", "48", "--steps", "1", "--device", "cpu"]
-    args = p.parse_args([*arguments, *options])
-    cli_train.check(p, args)
-    cli_train.make_trainer(args)
-    document: dict[str, object] = json.loads((result / "config.json").read_text())
-    return document
 
 
 def test_the_command_chooses_only_where_nothing_is_said(

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
 import torch
 from PIL import Image
-from small_trainings import SMALL, of_solid
+from small_trainings import SMALL, config_of, of_solid
 from torch import Tensor
 
-from solidtex_export.commands import train as cli_train
 from solidtex_export.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.training.exemplar import Exemplar
@@ -69,17 +67,10 @@ def test_the_same_in_every_call_and_the_generator_left_alone() -> None:
     assert torch.equal(before, torch.get_rng_state())
 
 
-def config_of(photo: Path, result: Path, method: str, *options: str) -> dict[str, object]:
-    """That of a training which was not begun."""
+def symmetry_in(result: Path, photo: Path, method: str, *options: str) -> object:
+    """What a small training of that method takes."""
     small = [part for setting in SMALL[method] for part in ("--set", setting)]
-    arguments = [str(photo), "-o", str(result), "--method", method, *small]
-    arguments += ["--size", "48", "--steps", "1", "--device", "cpu", *options]
-    p = cli_train.parser()
-    args = p.parse_args(arguments)
-    cli_train.check(p, args)
-    cli_train.make_trainer(args)
-    document: dict[str, object] = json.loads((result / "config.json").read_text())
-    return document
+    return config_of(photo, result, "--method", method, *small, *options)["symmetry"]
 
 
 def test_the_command_measures_only_where_nothing_is_said(
@@ -88,16 +79,13 @@ def test_the_command_measures_only_where_nothing_is_said(
     photo = tmp_path / "bumps.png"
     pixels = (255 * lit_bumps()).byte().permute(1, 2, 0).numpy()
     Image.fromarray(pixels).save(photo)
-    assert config_of(photo, tmp_path / "measured", "lattice")["symmetry"] == "none"
+    assert symmetry_in(tmp_path / "measured", photo, "lattice") == "none"
     assert "so --symmetry none" in capsys.readouterr().out
-    said = config_of(photo, tmp_path / "said", "lattice", "--symmetry", "flips")
-    assert said["symmetry"] == "flips"
+    assert symmetry_in(tmp_path / "said", photo, "lattice", "--symmetry", "flips") == "flips"
     # Random planes through a solid show it turned, random networks keep from trained weights, and
     # a paper's method has a symmetry of its own.
-    assert config_of(photo, tmp_path / "planes", "sampler")["symmetry"] == "all"
-    assert (
-        config_of(photo, tmp_path / "grain", "sampler", "--directions", "xy")["symmetry"] == "flips"
-    )
-    assert config_of(photo, tmp_path / "random", "random-networks-lattice")["symmetry"] == "all"
-    assert config_of(photo, tmp_path / "paper", "gutierrez")["symmetry"] == "none"
+    assert symmetry_in(tmp_path / "planes", photo, "sampler") == "all"
+    assert symmetry_in(tmp_path / "grain", photo, "sampler", "--directions", "xy") == "flips"
+    assert symmetry_in(tmp_path / "random", photo, "random-networks-lattice") == "all"
+    assert symmetry_in(tmp_path / "paper", photo, "gutierrez") == "none"
     assert capsys.readouterr().out == ""
