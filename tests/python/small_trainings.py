@@ -68,15 +68,18 @@ def save_vgg(path: Path) -> Path:
     return path
 
 
-def make_trainer(photos: list[Path], result: Path, method: str, *more: str) -> Trainer:
-    settings = [part for setting in SMALL[method] for part in ("--set", setting)]
-    arguments = [*map(str, photos), "-o", str(result), "--method", method, *settings, *more]
-    arguments += ["--size", "32", "--resolution", "48", "--device", "cpu"]
+def begin(*arguments: str) -> Trainer:
+    """What solidtex-train makes of these arguments, before its first step."""
     p = cli_train.parser()
-    args = p.parse_args(arguments)
-    args.steps = args.steps or 4
+    args = p.parse_args([*arguments, "--device", "cpu"])
     cli_train.check(p, args)
     return cli_train.make_trainer(args)
+
+
+def make_trainer(photos: list[Path], result: Path, method: str, *more: str) -> Trainer:
+    settings = [part for setting in SMALL[method] for part in ("--set", setting)]
+    arguments = [*map(str, photos), "-o", str(result), "--method", method, "--steps", "4"]
+    return begin(*arguments, *settings, *more, "--size", "32", "--resolution", "48")
 
 
 def train(trainer: Trainer, steps: int | None = None) -> Trainer:
@@ -86,10 +89,6 @@ def train(trainer: Trainer, steps: int | None = None) -> Trainer:
 
 def config_of(photo: Path, result: Path, *options: str) -> dict[str, object]:
     """That of a training which was not begun."""
-    p = cli_train.parser()
-    arguments = [str(photo), "-o", str(result), "--size", "48", "--steps", "1", "--device", "cpu"]
-    args = p.parse_args([*arguments, *options])
-    cli_train.check(p, args)
-    cli_train.make_trainer(args)
+    begin(str(photo), "-o", str(result), "--size", "48", "--steps", "1", *options)
     document: dict[str, object] = json.loads((result / "config.json").read_text())
     return document

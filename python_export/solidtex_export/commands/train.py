@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import hashlib
 import sys
 from pathlib import Path
@@ -83,23 +84,22 @@ def choose_scale(args: argparse.Namespace) -> None:
 
 
 def follow_photographs(args: argparse.Namespace, exemplars: list[Exemplar]) -> None:
-    """What is not said, method and symmetry, is measured on the photographs."""
+    """What is not said, method and symmetry, is measured on the photographs, once if at all."""
     turns = len(exemplars) == 1 and args.directions == "xyz"
     most = "all" if turns else "flips"
+    judge = LearnedDescriptor(load_weights(SHIPPED)).loss
+    measured = functools.cache(lambda: symmetry_of(exemplars, turns, judge))
+    if args.choose:
+        args.method, reason = suited(exemplars[0], args.directions, measured, judge)
+        args.settings = load_method(args.method)
+        print(f"{args.result}: {reason}, so --method {args.method}")
     args.symmetry = args.symmetry or args.settings.slicing.symmetry
-    if args.choose or (args.symmetry == "auto" and tells_orientations(args.settings)):
-        judge = LearnedDescriptor(load_weights(SHIPPED)).loss
-        measured = symmetry_of(exemplars, turns, judge)
-        if args.choose:
-            args.method, reason = suited(exemplars[0], args.directions, measured, judge)
-            args.settings = load_method(args.method)
-            print(f"{args.result}: {reason}, so --method {args.method}")
-        if args.symmetry == "auto" and tells_orientations(args.settings):
-            args.symmetry = measured.name
-            if measured.name != most:
-                print(f"{args.result}: {measured.reason}, so --symmetry {measured.name}")
-    if args.symmetry == "auto":
-        args.symmetry = most
+    if args.symmetry != "auto":
+        return
+    args.symmetry = most
+    if tells_orientations(args.settings) and measured().name != most:
+        args.symmetry, reason = measured()
+        print(f"{args.result}: {reason}, so --symmetry {args.symmetry}")
 
 
 def tells_orientations(method: Method) -> bool:

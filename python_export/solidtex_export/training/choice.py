@@ -38,6 +38,7 @@ the sampler is wrong by eye; nothing tried tells them from dirt and rock.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from solidtex_export.training.axes import grain_ratio
@@ -62,12 +63,15 @@ class Choice(NamedTuple):
     reason: str
 
 
-def suited(exemplar: Exemplar, directions: str, symmetry: Symmetry, distance: Distance) -> Choice:
-    """For one photograph in `directions` xyz or xy that may be shown in the orientations of
-    `symmetry`; `distance` is that of our descriptor."""
+def suited(
+    exemplar: Exemplar, directions: str, symmetry: Callable[[], Symmetry], distance: Distance
+) -> Choice:
+    """For one photograph in `directions` xyz or xy; `symmetry` measures in which orientations it
+    may be shown, which is asked for xyz only; `distance` is that of our descriptor."""
     if directions == "xyz":
-        if symmetry.name != "all":
-            return Choice(LATTICE, symmetry.reason)
+        shown, reason = symmetry()
+        if shown != "all":
+            return Choice(LATTICE, reason)
         length = line_length([exemplar])
         if length >= LINES:
             return Choice(LATTICE, f"lines of {length:.1f} widths, at least {LINES:g}")
