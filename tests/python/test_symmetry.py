@@ -16,6 +16,7 @@ from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.symmetry import symmetry_of
 
 SIDE = 96
+torch.set_num_threads(1)
 distance = LearnedDescriptor(load_weights(SHIPPED)).loss
 
 
@@ -40,6 +41,14 @@ def test_what_is_lit_from_one_side_keeps_its_orientation() -> None:
     for turns in (True, False):
         found = symmetry_of([exemplar(lit_bumps())], turns, distance)
         assert found.name == "none" and "flipped" in found.reason
+
+
+def test_faint_light_counts_where_there_is_little_else() -> None:
+    """It differs by 5, which is more than random phases do; sandstone by less than these."""
+    noise = torch.randn(1, SIDE, SIDE, generator=torch.Generator().manual_seed(1))
+    faint = 0.5 + 0.3 * (lit_bumps() - 0.5) + 0.08 * noise
+    assert symmetry_of([exemplar(faint.clamp(0, 1))], True, distance).name == "none"
+    assert symmetry_of([of_solid("sandstone")], True, distance).name == "all"
 
 
 @pytest.mark.parametrize("name", ["marble", "brick", "porous", "paint", "spheres"])

@@ -35,13 +35,22 @@ def outlines(exemplar: Exemplar, distance: Distance) -> float:
 
     About 0 where there are none, 30 for a brick's crumbs. Draws at random, the same in every call.
     """
-    mean, basis = channel_axes([exemplar])
-    image = whiten(exemplar.image, mean, basis)[:, :LARGEST, :LARGEST]
+    image = seen(exemplar)
     with torch.random.fork_rng(devices=[]), torch.no_grad():
-        generator = torch.manual_seed(0)
-        others = [surrogate(image, generator) for _ in range(SURROGATES)]
-        far, own = (_mean_distance(p, image, distance) for p in (others, _halves(image)))
-        return SCALE * (far - own)
+        far = surrogate_distance(image, distance, torch.manual_seed(0))
+        return far - SCALE * _mean_distance(_halves(image), image, distance)
+
+
+def seen(exemplar: Exemplar) -> Tensor:
+    """What is looked at of a photograph, whitened."""
+    mean, basis = channel_axes([exemplar])
+    return whiten(exemplar.image, mean, basis)[:, :LARGEST, :LARGEST]
+
+
+def surrogate_distance(image: Tensor, distance: Distance, generator: torch.Generator) -> float:
+    """How far a whitened picture is from others of its tones and spectrum alone."""
+    others = [surrogate(image, generator) for _ in range(SURROGATES)]
+    return SCALE * _mean_distance(others, image, distance)
 
 
 def _halves(image: Tensor) -> list[Tensor]:
