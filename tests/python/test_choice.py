@@ -13,12 +13,13 @@ from torch import Tensor
 
 from solidtex_export.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
+from solidtex_export.training import choice
 from solidtex_export.training.choice import Choice
 from solidtex_export.training.choice import suited as suited_in
 from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.outlines import outlines
 from solidtex_export.training.surrogate import surrogate
-from solidtex_export.training.symmetry import symmetry_of
+from solidtex_export.training.symmetry import Symmetry, symmetry_of
 
 SIDE = 96
 distance = LearnedDescriptor(load_weights(SHIPPED)).loss
@@ -69,18 +70,32 @@ def test_outlines_are_the_same_in_every_call_and_leave_the_generator_alone() -> 
 
 @pytest.mark.parametrize("name", ["brick", "spheres", "paint"])
 def test_what_has_outlines_gets_a_lattice(name: str) -> None:
-    choice = suited(of_solid(name), "xyz")
-    assert choice.method == "lattice" and "outlines" in choice.reason
+    found = suited(of_solid(name), "xyz")
+    assert found.method == "lattice" and "outlines" in found.reason
 
 
 def test_what_looks_different_turned_gets_a_lattice() -> None:
-    choice = suited(stretched(8), "xyz")
-    assert choice.method == "lattice" and "turned" in choice.reason
+    found = suited(stretched(8), "xyz")
+    assert found.method == "lattice" and "turned" in found.reason
 
 
 def test_veins_get_a_lattice() -> None:
-    choice = suited(of_solid("marble"), "xyz")
-    assert choice.method == "lattice" and "lines of" in choice.reason
+    found = suited(of_solid("marble"), "xyz")
+    assert found.method == "lattice" and "lines of" in found.reason
+
+
+@pytest.mark.parametrize(
+    "lines, outlined, method",
+    [(4, 1, "sampler"), (7, 1, "lattice"), (7, 0.3, "sampler"), (10, 0.3, "lattice")],
+)
+def test_short_lines_need_some_outlines(
+    lines: float, outlined: float, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(choice, "line_length", lambda exemplars: lines)
+    monkeypatch.setattr(choice, "outlines", lambda exemplar, distance: outlined)
+    shown = lambda: Symmetry("all", "")  # noqa: E731
+    picture = Exemplar("grains", "", grains())
+    assert suited_in(picture, "xyz", shown, distance).method == method
 
 
 def stretched(times: int) -> Exemplar:
@@ -91,8 +106,8 @@ def stretched(times: int) -> Exemplar:
 
 def test_layers_that_lie_and_short_grain_get_a_lattice() -> None:
     for exemplar in (of_solid("sandstone"), stretched(1), stretched(3)):
-        choice = suited(exemplar, "xy")
-        assert choice.method == "lattice" and "grain" in choice.reason
+        found = suited(exemplar, "xy")
+        assert found.method == "lattice" and "grain" in found.reason
 
 
 def test_grains_and_long_grain_get_a_sampler() -> None:
