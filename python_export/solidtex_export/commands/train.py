@@ -87,10 +87,10 @@ def follow_photographs(args: argparse.Namespace, exemplars: list[Exemplar]) -> N
     """What is not said, method and symmetry, is measured on the photographs, once if at all."""
     turns = len(exemplars) == 1 and args.directions == "xyz"
     most = "all" if turns else "flips"
-    judge = LearnedDescriptor(load_weights(SHIPPED)).loss
-    measured = functools.cache(lambda: symmetry_of(exemplars, turns, judge))
+    judge = functools.cache(lambda: LearnedDescriptor(load_weights(SHIPPED)).loss)
+    measured = functools.cache(lambda: symmetry_of(exemplars, turns, judge()))
     if args.choose:
-        args.method, reason = suited(exemplars[0], args.directions, measured, judge)
+        args.method, reason = suited(exemplars[0], args.directions, measured, judge())
         args.settings = load_method(args.method)
         print(f"{args.result}: {reason}, so --method {args.method}")
     args.symmetry = args.symmetry or args.settings.slicing.symmetry

@@ -38,7 +38,7 @@ def outlines(exemplar: Exemplar, distance: Distance) -> float:
     image = seen(exemplar)
     with torch.random.fork_rng(devices=[]), torch.no_grad():
         far = surrogate_distance(image, distance, torch.manual_seed(0))
-        return far - SCALE * _mean_distance(_halves(image), image, distance)
+        return far - mean_distance(_halves(image), image, distance)
 
 
 def seen(exemplar: Exemplar) -> Tensor:
@@ -50,7 +50,7 @@ def seen(exemplar: Exemplar) -> Tensor:
 def surrogate_distance(image: Tensor, distance: Distance, generator: torch.Generator) -> float:
     """How far a whitened picture is from others of its tones and spectrum alone."""
     others = [surrogate(image, generator) for _ in range(SURROGATES)]
-    return SCALE * _mean_distance(others, image, distance)
+    return mean_distance(others, image, distance)
 
 
 def _halves(image: Tensor) -> list[Tensor]:
@@ -58,5 +58,6 @@ def _halves(image: Tensor) -> list[Tensor]:
     return [image[:, :rows], image[:, -rows:], image[:, :, :columns], image[:, :, -columns:]]
 
 
-def _mean_distance(pictures: list[Tensor], image: Tensor, distance: Distance) -> float:
-    return sum(float(distance(p[None], image[None])) for p in pictures) / len(pictures)
+def mean_distance(pictures: list[Tensor], image: Tensor, distance: Distance) -> float:
+    """Of whitened `pictures` from a whitened image, in thousandths."""
+    return SCALE * sum(float(distance(p[None], image[None])) for p in pictures) / len(pictures)

@@ -35,7 +35,7 @@ import torch
 from torch import Tensor
 
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.outlines import SCALE, Distance, seen, surrogate_distance
+from solidtex_export.training.outlines import Distance, mean_distance, seen, surrogate_distance
 
 LEAST, MOST = 2.5, 10.0
 """Of the limit: marble leans a little and has 2; light shows beside clear outlines too."""
@@ -69,8 +69,8 @@ def symmetry_of(exemplars: Sequence[Exemplar], turns: bool, distance: Distance) 
     limits = [_limit(image, distance) for image in images]
 
     def difference(moved: Callable[[Tensor], list[Tensor]]) -> _Difference:
-        found = [_difference(image, moved(image), distance) for image in images]
-        each = [_Difference(value, limit) for value, limit in zip(found, limits, strict=True)]
+        farthest = [_farthest(moved(image), image, distance) for image in images]
+        each = map(_Difference, farthest, limits)
         return max(each, key=lambda d: d.value / d.limit)
 
     flipped = difference(lambda i: [i.flip(1), i.flip(2)])
@@ -88,11 +88,7 @@ def _limit(image: Tensor, distance: Distance) -> float:
         return min(max(LEAST, far), MOST)
 
 
-def _difference(image: Tensor, copies: list[Tensor], distance: Distance) -> float:
-    """The largest, over moved copies."""
+def _farthest(copies: list[Tensor], image: Tensor, distance: Distance) -> float:
     with torch.random.fork_rng(devices=[]), torch.no_grad():
         torch.manual_seed(0)
-        return max(
-            SCALE * sum(float(distance(copy[None], image[None])) for _ in range(DRAWS)) / DRAWS
-            for copy in copies
-        )
+        return max(mean_distance([copy] * DRAWS, image, distance) for copy in copies)
