@@ -9,7 +9,6 @@ import torch
 
 from solidtex_export import cli
 from solidtex_export.descriptor.weights import SHIPPED
-from solidtex_export.losses.critic import field_of_view
 from solidtex_export.training.channels import check_map_name
 from solidtex_export.training.choice import LATTICE, SAMPLER
 from solidtex_export.training.method import Method
@@ -151,8 +150,7 @@ def method_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Method:
 
 def smallest_size(method: Method) -> int:
     """Side of the smallest slice that every loss of the method can judge, in texels."""
-    critic = field_of_view(len(method.critic.widths)) if method.uses_critic else 0
-    return max(SMALLEST_SIZE, critic)
+    return max(SMALLEST_SIZE, method.smallest_judged)
 
 
 def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:

@@ -7,6 +7,8 @@ their border.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
@@ -19,6 +21,18 @@ UNPADDED_SCALES = 2
 def layer_names(widths: tuple[tuple[int, ...], ...] = WIDTHS) -> list[str]:
     """conv1_1, conv1_2, conv2_1 ..., as VGG's layers are named: scale, then place."""
     return [f"conv{s}_{i}" for s, w in enumerate(widths, 1) for i in range(1, len(w) + 1)]
+
+
+def smallest_image(layers: Iterable[str], widths: tuple[tuple[int, ...], ...] = WIDTHS) -> int:
+    """Side of the smallest image, in pixels, of which all these layers have features."""
+    last = max(layer_names(widths).index(name) for name in layers)
+    side = 0  # needed before the layer that is looked at
+    for scale in reversed(range(len(widths))):
+        side *= 2
+        for place in reversed(range(len(widths[scale]))):
+            if layer_names(widths).index(f"conv{scale + 1}_{place + 1}") <= last:
+                side = max(2, side) if scale >= UNPADDED_SCALES else max(3, side + 2)
+    return side
 
 
 class DescriptorNetwork(nn.Module):
@@ -41,6 +55,8 @@ class DescriptorNetwork(nn.Module):
         found = {}
         x = images.contiguous(memory_format=torch.channels_last)
         for scale, widths in enumerate(self.widths):
+            if scale and min(x.shape[2:]) < 2:
+                return found
             x = F.avg_pool2d(x, 2) if scale else x
             for place in range(len(widths)):
                 padded = scale >= UNPADDED_SCALES

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import torch
 import torch.nn.functional as F
@@ -22,6 +23,32 @@ from solidtex_export.losses.statistics import gram
 SLOPE = 0.2
 KERNELS = (5, 4)  # of the first convolution, of the strided ones
 LAST_KERNEL = 3
+
+
+class Judge(Protocol):
+    """What a critic is to the generator and to its own training."""
+
+    def features(self, images: Tensor) -> list[Tensor]:
+        """Hidden activations [batch, channel, rows, columns] for whitened images of that order."""
+
+    def judge(self, features: list[Tensor]) -> Tensor:
+        """The judgement [batch] from them, higher where images look like the photograph."""
+
+    def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
+        """What the critic itself minimises."""
+
+
+@dataclass(frozen=True)
+class Penalties:
+    """Equation 3's lambda, the drift term's weight, and whether distances are root mean squares.
+
+    Equation 3 holds the critic's slope at 1 for distances of length, which grows with the root of
+    the number of values in an image. `rms` divides that root out, so that slopes start near 1.
+    """
+
+    gradient: float = 10.0
+    drift: float = 1e-3
+    rms: bool = False
 
 
 class EqualisedConv2d(nn.Conv2d):
@@ -45,8 +72,10 @@ class Critic(nn.Module):
         channels: int = 3,
         widths: tuple[int, ...] = (32, 64, 96, 128),
         equalised: bool = False,
+        penalties: Penalties | None = None,
     ) -> None:
         super().__init__()
+        self._penalties = penalties or Penalties()
         convolution = EqualisedConv2d if equalised else nn.Conv2d
         ins = (channels, *widths[:-1])
         self.layers = nn.ModuleList(
@@ -65,6 +94,9 @@ class Critic(nn.Module):
     def judge(self, features: list[Tensor]) -> Tensor:
         return self.last(features[-1]).float().mean((1, 2, 3))
 
+    def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
+        return critic_loss(self, fakes, reals, self._penalties)
+
     def forward(self, images: Tensor) -> Tensor:
         return self.judge(self.features(images))
 
@@ -75,19 +107,6 @@ def field_of_view(layers: int) -> int:
     for _ in range(layers - 1):
         side = 2 * (side - 1) + KERNELS[1]
     return side + KERNELS[0] - 1
-
-
-@dataclass(frozen=True)
-class Penalties:
-    """Equation 3's lambda, the drift term's weight, and whether distances are root mean squares.
-
-    Equation 3 holds the critic's slope at 1 for distances of length, which grows with the root of
-    the number of values in an image. `rms` divides that root out, so that slopes start near 1.
-    """
-
-    gradient: float = 10.0
-    drift: float = 1e-3
-    rms: bool = False
 
 
 def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalties) -> Tensor:
@@ -102,7 +121,7 @@ def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalti
     return distance + penalties.gradient * penalty + penalties.drift * on_reals.square().mean()
 
 
-def style_loss(critic: Critic, features: list[Tensor], reals: Tensor, relative: bool) -> Tensor:
+def style_loss(critic: Judge, features: list[Tensor], reals: Tensor, relative: bool) -> Tensor:
     """L_style of equation 4; `relative`: each layer's distance in units of the photograph's mean
     absolute entry, so that no layer drowns the others.
     """
@@ -115,6 +134,6 @@ def style_loss(critic: Critic, features: list[Tensor], reals: Tensor, relative: 
     return torch.stack(distances).mean()
 
 
-def adversarial_loss(critic: Critic, features: list[Tensor]) -> Tensor:
+def adversarial_loss(critic: Judge, features: list[Tensor]) -> Tensor:
     """-E[D(f)] of equation 4."""
     return -critic.judge(features).mean()

@@ -51,6 +51,10 @@ class DescriptorSource:
             return RandomDescriptor(groups) if groups else RandomDescriptor()
         if name == "vgg" and self.weights.vgg is not None:
             return VggDescriptor(self.weights.vgg, self.color_mean, self.color_basis, self.linear)
+        return LearnedDescriptor(self.learned(f'descriptor "{name}"'))
+
+    def learned(self, asker: str) -> Trained:
+        """Our own network."""
         if self.weights.learned is None:
-            raise WeightsError(f'descriptor "{name}": found no weights, expected some')
-        return LearnedDescriptor(self.weights.learned)
+            raise WeightsError(f"{asker}: found no weights, expected some")
+        return self.weights.learned

@@ -10,6 +10,9 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
+from solidtex_export.descriptor.network import smallest_image
+from solidtex_export.losses.critic import field_of_view
+
 PLANES = ("auto", "axes", "any", "about-z")
 GENERATORS = ("lattice", "pyramid", "sampler")
 DESCRIPTORS = ("vgg", "learned", "random")
@@ -142,11 +145,18 @@ class Early:
 
 @dataclass(frozen=True)
 class Critic:
-    """WGAN-GP critics: one per photograph and scale."""
+    """Critics: one per photograph and scale."""
 
+    features: str = choice("own", "learned", default="own")
+    """Own: a network that judges pixels, WGAN-GP (losses/critic.py). Learned: small heads on our
+    frozen descriptor network, with a hinge loss (losses/projected.py)."""
+    layers: tuple[str, ...] = ("conv1_2", "conv2_2", "conv3_2", "conv4_1")
+    """Of the descriptor network, one head each."""
+    head_width: int = number(1, 4096, 64)
     learning_rate: float = number(1e-9, 10, 1e-3)
     betas: tuple[float, ...] = number(0, 0.99999, (0.0, 0.99))
     widths: tuple[int, ...] = number(1, 4096, (32, 64, 96, 128))
+    """Of the own network, as are the next four keys."""
     equalised: bool = False
     """Weights of unit variance, scaled when used."""
     penalty: float = number(0, 1e6, 10.0)
@@ -187,7 +197,18 @@ class Method:
         return any(term.kind in CRITIC_LOSSES for term in self.losses)
 
     def uses(self, descriptor: str) -> bool:
+        if self.uses_critic and self.critic.features == descriptor:
+            return True
         return any(t.descriptor == descriptor and t.kind in DESCRIPTOR_LOSSES for t in self.losses)
+
+    @property
+    def smallest_judged(self) -> int:
+        """Side of the smallest slice that its critics can judge, in texels; 1 without critics."""
+        if not self.uses_critic:
+            return 1
+        if self.critic.features == "learned":
+            return smallest_image(self.critic.layers)
+        return field_of_view(len(self.critic.widths))
 
     @property
     def only_vgg(self) -> bool:

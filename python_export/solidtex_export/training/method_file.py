@@ -11,6 +11,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from solidtex_export.descriptor.network import layer_names
 from solidtex_export.file_format.checks import show
 from solidtex_export.training.method import FEATURE_LOSSES, PLANES, Method
 
@@ -147,6 +148,10 @@ def _check(method: Method, label: str) -> None:
             raise _wrong(label, f"{where}.betas", list(betas), "two numbers")
     if not method.critic.scales or not method.critic.widths:
         raise MethodError(f"{label}: critic: found empty widths or scales, expected numbers")
+    known = layer_names()
+    if not method.critic.layers or not set(method.critic.layers) <= set(known):
+        found, expected = list(method.critic.layers), f"some of {', '.join(known)}"
+        raise _wrong(label, "critic.layers", found, expected)
     if method.early.steps and method.generator.statistics == "trained":
         expected = "0 where generator.statistics are trained all along"
         raise _wrong(label, "early.steps", method.early.steps, expected)

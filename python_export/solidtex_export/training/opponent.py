@@ -8,10 +8,12 @@ from typing import Any
 
 import torch
 import torch.nn.functional as F
-from torch import Tensor
+from torch import Tensor, nn
 from torch.optim import Adam
 
-from solidtex_export.losses.critic import Critic, Penalties, critic_loss
+from solidtex_export.losses.critic import Critic, Penalties
+from solidtex_export.losses.descriptors import DescriptorSource
+from solidtex_export.losses.projected import ProjectedCritic
 from solidtex_export.training import method
 from solidtex_export.training.exemplar import random_crops
 
@@ -27,18 +29,20 @@ class Opponent:
     solids; without padding, a crop of a larger slice has the same distribution.
     """
 
-    def __init__(self, settings: method.Critic, channels: int, device: torch.device) -> None:
+    def __init__(
+        self, settings: method.Critic, photograph: Tensor, source: DescriptorSource
+    ) -> None:
+        """`photograph` [channel, rows, columns], whitened, on the device of the training."""
         self._settings = settings
         self.critics = [
-            Critic(channels, settings.widths, settings.equalised).to(device)
-            for _ in settings.scales
+            _critic(settings, photograph, source).to(photograph.device) for _ in settings.scales
         ]
         self._optimizers = [
             Adam(critic.parameters(), settings.learning_rate, settings.betas)
             for critic in self.critics
         ]
         self._slices: deque[Tensor] = deque(maxlen=settings.memory)
-        self._device = device
+        self._device = photograph.device
 
     def random_scale(self) -> int:
         """Which critic judges the generator in this step (STS-GAN, section 3.3)."""
@@ -59,16 +63,14 @@ class Opponent:
 
     def losses(self, reals: Reals, turned: Callable[[Tensor], Tensor]) -> list[Tensor]:
         """What each critic has to minimise, on remembered slices."""
-        settings = self._settings
-        penalties = Penalties(settings.penalty, settings.drift, settings.rms)
         losses = []
         for scale, critic in enumerate(self.critics):
             fakes = turned(self._crops())
             views = [self.view(i, scale) for i in (fakes, reals(len(fakes), fakes.shape[2]))]
-            losses.append(critic_loss(critic, *views, penalties))
+            losses.append(critic.loss(*views))
         return losses
 
-    def update(self, losses: list[Tensor], average: Callable[[Critic], None]) -> None:
+    def update(self, losses: list[Tensor], average: Callable[[nn.Module], None]) -> None:
         """One step of each critic; `average` may change its gradients before."""
         for critic, optimizer, loss in zip(self.critics, self._optimizers, losses, strict=True):
             optimizer.zero_grad(set_to_none=True)
@@ -103,3 +105,13 @@ class Opponent:
     @memory.setter
     def memory(self, slices: list[Tensor]) -> None:
         self._slices.extend(image.to(self._device) for image in slices)
+
+
+def _critic(
+    settings: method.Critic, photograph: Tensor, source: DescriptorSource
+) -> Critic | ProjectedCritic:
+    if settings.features == "learned":
+        network = source.learned("critic.features").network
+        return ProjectedCritic(network, photograph, settings.layers, settings.head_width)
+    penalties = Penalties(settings.penalty, settings.drift, settings.rms)
+    return Critic(len(photograph), settings.widths, settings.equalised, penalties)

@@ -14,7 +14,6 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from solidtex_export.losses.critic import field_of_view
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.training.axes import channel_axes, whiten
 from solidtex_export.training.batch_norm import measure_statistics
@@ -59,19 +58,20 @@ class Trainer:
         self.generator.color_basis.copy_(basis)
         self.generator.to(device)
         self.optimizer = GeneratorOptimiser(self.generator, self.method.optimiser, config.early)
-        critic_count = len(exemplars) if self.method.uses_critic else 0
-        settings = self.method.critic
-        self.opponents = [Opponent(settings, len(mean), device) for _ in range(critic_count)]
+        photographs = [whiten(e.image, mean, basis).to(device) for e in exemplars]
+        source = DescriptorSource(
+            mean, basis, weights or PretrainedWeights(), config.color_space == "linear"
+        )
+        judged = photographs if self.method.uses_critic else []
+        self.opponents = [Opponent(self.method.critic, p, source) for p in judged]
         self.objective = Objective(
             config.losses,
             self.method.mixing,
             config.symmetry,
             config.size,
-            [whiten(e.image, mean, basis).to(device) for e in exemplars],
+            photographs,
             self.opponents,
-            DescriptorSource(
-                mean, basis, weights or PretrainedWeights(), config.color_space == "linear"
-            ),
+            source,
             self._autocast,
         )
         self.watch = DivergenceWatch()
@@ -198,8 +198,9 @@ class Trainer:
         return one and config.symmetry != "none" and config.family == "field"
 
     def _oblique_size(self) -> int:
-        smallest = field_of_view(len(self.method.critic.widths)) if self.opponents else 1
-        return max(smallest, round(self.method.slicing.oblique_size * self.config.size))
+        return max(
+            self.method.smallest_judged, round(self.method.slicing.oblique_size * self.config.size)
+        )
 
     def _train_critics(self, index: int) -> float:
         losses = self.objective.critic_losses(index)
