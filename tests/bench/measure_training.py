@@ -20,7 +20,8 @@ from solidtex_export import cli
 from solidtex_export.commands.train import make_trainer
 from solidtex_export.commands.train_options import check
 from solidtex_export.commands.train_options import parser as train_parser
-from solidtex_export.training.method_file import DEFAULT, shipped
+from solidtex_export.training.choice import LATTICE
+from solidtex_export.training.method_file import shipped
 
 PROGRAM = "measure_training.py"
 MIB = 1 << 20
@@ -60,7 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
-    p.add_argument("--method", nargs="+", choices=shipped(), default=[DEFAULT])
+    p.add_argument("--method", nargs="+", choices=shipped(), default=[LATTICE])
     p.add_argument("--size", nargs="+", type=int, default=[128], help="side of the slices")
     p.add_argument("--steps", type=int, default=6, help="of each training (default: 6)")
     p.add_argument("--threads", type=int, default=1, help="CPU threads (default: 1)")
