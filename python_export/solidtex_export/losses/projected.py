@@ -18,6 +18,7 @@ from torch import Tensor, nn
 from torch.nn.utils.parametrizations import spectral_norm
 
 from solidtex_export.descriptor.network import INPUT_CHANNELS, DescriptorNetwork
+from solidtex_export.losses.filled import filled_channels
 
 SLOPE = 0.2
 SILENT_SHARE = 0.1  # of a layer's mean deviation: added to what its features are divided by
@@ -40,6 +41,7 @@ class ProjectedCritic(nn.Module):
         super().__init__()
         self._network = (network,)  # in a tuple, so that it is no submodule
         self._layers = layers
+        self._filled = filled_channels(photograph)
         with torch.no_grad():
             found = self._activations(photograph[None])
         if missing := [name for name in layers if name not in found]:
@@ -77,9 +79,10 @@ class ProjectedCritic(nn.Module):
         return [self.heads[name].last(f).float() for name, f in pairs]
 
     def _activations(self, images: Tensor) -> dict[str, Tensor]:
-        """Of all channels by threes, the last ones filled up with zeros: [batch, group x width]."""
+        """Of all filled channels by threes, padded with zeros: [batch, group x width, ...]."""
         (network,) = self._network
         network = network.to(images.device)
+        images = images[:, self._filled]
         images = F.pad(images, (0, 0, 0, 0, 0, -images.shape[1] % INPUT_CHANNELS))
         groups = [network.features(part) for part in images.split(INPUT_CHANNELS, dim=1)]
         return {n: torch.cat([g[n] for g in groups], dim=1).float() for n in groups[0]}

@@ -35,6 +35,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from solidtex_export.losses.filled import filled_channels
 from solidtex_export.losses.slants import CommonSlants, slants
 
 ORIENTATIONS = 4
@@ -44,7 +45,6 @@ SPREAD = 1.6  # of the envelope across the wave; along it, 1 / 0.7 of that
 FLATNESS = 0.7
 SMALLEST = SIDE + 3  # side of the smallest picture that is filtered
 SD_FLOOR = 0.05
-EMPTY = 0.06  # deviation of a whitened channel; rounding to 8 bits is 0.04 of marble, 0.05 of wood
 PARTS = 12  # of the photograph, whose differences are the unit
 PART_SIDE = 0.75  # of the photograph's shorter side, at most
 UNIT_FLOOR = 1e-4
@@ -90,8 +90,7 @@ class WaveletLoss:
         # Of a grey exemplar two channels are empty: relative to nothing, all that a slice has in
         # them would be infinitely far. Nor is rounding to be learnt: with its octaves beside those
         # of the veins, marble was ten units away after 300 steps and had strokes for veins.
-        deviations = exemplar.std((1, 2))
-        self._filled = deviations >= min(EMPTY, float(deviations.max()))
+        self._filled = filled_channels(exemplar)
         exemplar = exemplar[self._filled]
         self._measure_deviations(exemplar[None])
         copies = [self._moments(c[None]) for c in orientations(exemplar, symmetry)]
