@@ -107,7 +107,7 @@ def test_only_lines_are_compared_patch_by_patch(tmp_path: Path) -> None:
     with_lines, without = (
         make_trainer([photo], tmp_path / photo.stem, "lattice") for photo in (stripes, specks)
     )
-    always = ("--set", "losses.4.line_length=0")
+    always = ("--set", "losses.5.line_length=0")
     asked = make_trainer([specks], tmp_path / "asked", "lattice", *always)
     assert "patches" in with_lines.objective.names and "patches" in asked.objective.names
     assert "patches" not in without.objective.names
@@ -116,7 +116,7 @@ def test_only_lines_are_compared_patch_by_patch(tmp_path: Path) -> None:
 
 def test_maps_are_not_compared_patch_by_patch(tmp_path: Path) -> None:
     stripes = save_photo(tmp_path / "stripes.png")
-    maps, always = ("--map", f"wear={stripes}"), ("--set", "losses.4.with_maps=true")
+    maps, always = ("--map", f"wear={stripes}"), ("--set", "losses.5.with_maps=true")
     colour, mapped, asked = (
         make_trainer([stripes], tmp_path / name, "lattice", *options).objective.names
         for name, options in (("a", ()), ("b", maps), ("c", (*maps, *always)))
