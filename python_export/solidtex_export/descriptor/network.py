@@ -25,12 +25,13 @@ def layer_names(widths: tuple[tuple[int, ...], ...] = WIDTHS) -> list[str]:
 
 def smallest_image(layers: Iterable[str], widths: tuple[tuple[int, ...], ...] = WIDTHS) -> int:
     """Side of the smallest image, in pixels, of which all these layers have features."""
-    last = max(layer_names(widths).index(name) for name in layers)
+    names = layer_names(widths)
+    judged = names[: 1 + max(names.index(name) for name in layers)]
     side = 0  # needed before the layer that is looked at
     for scale in reversed(range(len(widths))):
         side *= 2
         for place in reversed(range(len(widths[scale]))):
-            if layer_names(widths).index(f"conv{scale + 1}_{place + 1}") <= last:
+            if f"conv{scale + 1}_{place + 1}" in judged:
                 side = max(2, side) if scale >= UNPADDED_SCALES else max(3, side + 2)
     return side
 
@@ -55,9 +56,10 @@ class DescriptorNetwork(nn.Module):
         found = {}
         x = images.contiguous(memory_format=torch.channels_last)
         for scale, widths in enumerate(self.widths):
-            if scale and min(x.shape[2:]) < 2:
-                return found
-            x = F.avg_pool2d(x, 2) if scale else x
+            if scale:
+                if min(x.shape[2:]) < 2:
+                    return found
+                x = F.avg_pool2d(x, 2)
             for place in range(len(widths)):
                 padded = scale >= UNPADDED_SCALES
                 if min(x.shape[2:]) < (2 if padded else 3):

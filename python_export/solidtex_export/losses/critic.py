@@ -72,10 +72,10 @@ class Critic(nn.Module):
         channels: int = 3,
         widths: tuple[int, ...] = (32, 64, 96, 128),
         equalised: bool = False,
-        penalties: Penalties | None = None,
+        penalties: Penalties = Penalties(),
     ) -> None:
         super().__init__()
-        self._penalties = penalties or Penalties()
+        self._penalties = penalties
         convolution = EqualisedConv2d if equalised else nn.Conv2d
         ins = (channels, *widths[:-1])
         self.layers = nn.ModuleList(

@@ -18,9 +18,9 @@ from torch import Tensor, nn
 from torch.nn.utils.parametrizations import spectral_norm
 
 from solidtex_export.descriptor.network import INPUT_CHANNELS, DescriptorNetwork
+from solidtex_export.losses.critic import SLOPE
 from solidtex_export.losses.filled import filled_channels
 
-SLOPE = 0.2
 SILENT_SHARE = 0.1  # of a layer's mean deviation: added to what its features are divided by
 
 
@@ -85,7 +85,8 @@ class ProjectedCritic(nn.Module):
         images = images[:, self._filled]
         images = F.pad(images, (0, 0, 0, 0, 0, -images.shape[1] % INPUT_CHANNELS))
         groups = [network.features(part) for part in images.split(INPUT_CHANNELS, dim=1)]
-        return {n: torch.cat([g[n] for g in groups], dim=1).float() for n in groups[0]}
+        judged = [name for name in self._layers if name in groups[0]]
+        return {n: torch.cat([g[n] for g in groups], dim=1).float() for n in judged}
 
 
 class _Head(nn.Module):
