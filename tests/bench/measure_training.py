@@ -10,6 +10,7 @@ import resource
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,8 +77,8 @@ def measure_all(args: argparse.Namespace) -> None:
     for method in args.method:
         for size in args.size:
             case = Case(method, size, args.steps, args.threads, args.device, args.compile)
-            with context.Pool(1) as pool:
-                cost = pool.apply(measure, (case,))
+            with ProcessPoolExecutor(1, context) as pool:  # whose result may be a refusal
+                cost = pool.submit(measure, case).result()
             row = f"{cost.start:10.0f} {cost.peak:9.0f} {cost.seconds:9.2f}"
             print(f"{method:16} {size:5} {row}", flush=True)
 

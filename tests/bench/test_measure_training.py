@@ -1,0 +1,32 @@
+"""The measurements of trainings run and say what they measured. No times are judged."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+COMMAND = [sys.executable, str(Path(__file__).with_name("measure_training.py"))]
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [*COMMAND, "--steps", "2", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300)
+
+
+def test_a_row_for_each_method_and_size() -> None:
+    done = run("--method", "lattice", "sampler", "--size", "48", "56")
+    assert done.returncode == 0, done.stderr
+    head, *rows = done.stdout.splitlines()
+    assert head.split()[:2] == ["method", "size"]
+    found = [row.split() for row in rows]
+    expected = [(m, s) for m in ("lattice", "sampler") for s in ("48", "56")]
+    assert [tuple(row[:2]) for row in found] == expected
+    for row in found:
+        start, peak, seconds = map(float, row[2:])
+        assert 0 < start <= peak
+        assert seconds > 0
+
+
+def test_what_the_trainer_refuses_ends_it() -> None:
+    done = run("--size", "32")
+    assert done.returncode == 2
+    assert "--size: found 32, expected at least 42" in done.stderr
