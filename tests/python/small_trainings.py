@@ -20,7 +20,7 @@ from solidtex_export.training.trainer import Trainer
 LATTICE = ["generator.sizes.levels=3", "generator.sizes.step_channels=2"]
 SAMPLER = ["generator.sizes.octaves=4", "generator.sizes.hidden_layers=3"]
 SAMPLER += ["generator.sizes.width=8"]
-CRITIC = ["critic.widths=[4,6]", "critic.batch=2"]
+CRITIC = ["critic.widths=[4,6]", "critic.batch=2", "projected_critic.head_width=4"]
 RANDOM = ["losses.0.groups=[[4],[4]]"]
 SMALL = {
     "lattice": [*LATTICE, *CRITIC],

@@ -111,7 +111,6 @@ def test_only_lines_are_compared_patch_by_patch(tmp_path: Path) -> None:
     asked = make_trainer([specks], tmp_path / "asked", "lattice", *always)
     assert "patches" in with_lines.objective.names and "patches" in asked.objective.names
     assert "patches" not in without.objective.names
-    assert set(with_lines.objective.names) - set(without.objective.names) == {"patches"}
 
 
 def test_maps_are_not_compared_patch_by_patch(tmp_path: Path) -> None:
@@ -123,3 +122,13 @@ def test_maps_are_not_compared_patch_by_patch(tmp_path: Path) -> None:
     )
     assert set(colour) == set(asked) == {*mapped, "patches"}
     assert "patches" not in mapped
+
+
+def test_long_lines_have_a_critic_of_features_in_place_of_that_of_pixels(tmp_path: Path) -> None:
+    stripes, specks = save_photo(tmp_path / "stripes.png"), save_specks(tmp_path / "specks.png")
+    long = ("--set", "losses.6.line_length=0", "--set", "losses.3.line_length_below=0")
+    critics = [
+        set(make_trainer([photo], tmp_path / name, "lattice", *options).opponents[0])
+        for name, photo, options in (("a", stripes, ()), ("b", specks, ()), ("c", specks, long))
+    ]
+    assert critics == [{"projected_critic"}, {"critic"}, {"critic", "projected_critic"}]

@@ -73,5 +73,7 @@ def test_the_smallest_image_is_enough_and_needed(layer: str) -> None:
 
 def test_layers_are_checked() -> None:
     for layers in ('["conv9_1"]', "[]"):
-        with pytest.raises(MethodError, match=r"critic\.layers: found .* expected some of conv1_1"):
-            load_method("sampler", [f"critic.layers={layers}"])
+        with pytest.raises(
+            MethodError, match=r"projected_critic\.layers: found .* expected some of conv1_1"
+        ):
+            load_method("sampler", [f"projected_critic.layers={layers}"])

@@ -47,7 +47,7 @@ class ProjectedCritic(nn.Module):
         if missing := [name for name in layers if name not in found]:
             raise ValueError(
                 f"photograph: found {tuple(photograph.shape[1:])} pixels,"
-                f" expected as many as critic.layers {', '.join(missing)} need"
+                f" expected as many as projected_critic.layers {', '.join(missing)} need"
             )
         self.heads = nn.ModuleDict({n: _Head(found[n].shape[1], width) for n in layers})
         for name in layers:

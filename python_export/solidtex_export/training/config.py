@@ -7,7 +7,7 @@ from typing import Any
 
 from solidtex_export.training.channels import groups
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.method import Early, Loss, Method, Start
+from solidtex_export.training.method import Critic, Early, Loss, Method, ProjectedCritic, Start
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,19 @@ class Config:
 
     @property
     def losses(self) -> tuple[Loss, ...]:
-        """The method's, but those for longer lines only, or for no maps."""
+        """The method's, but those for other lengths of lines, or for no maps."""
         maps = len(groups(self.channels)) > 1
         terms = (t for t in self.method.losses if t.with_maps or not maps)
-        return tuple(t for t in terms if self.line_length >= t.line_length)
+        return tuple(t for t in terms if t.line_length <= self.line_length < t.line_length_below)
+
+    @property
+    def critics(self) -> dict[str, Critic | ProjectedCritic]:
+        """Those that judge for its losses, by the names of their tables."""
+        return self.method.critics(self.losses)
+
+    def critics_on(self, progress: float) -> list[str]:
+        """Those that judge when so much of the training is done."""
+        return list(self.method.critics(t for t in self.losses if t.judges(progress)))
 
     def document(self) -> dict[str, Any]:
         return asdict(self)

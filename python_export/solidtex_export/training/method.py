@@ -7,6 +7,7 @@ Every field below is a key of such a file, with its default where a file may lea
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,9 +18,11 @@ PLANES = ("auto", "axes", "any", "about-z")
 GENERATORS = ("lattice", "pyramid", "sampler")
 DESCRIPTORS = ("vgg", "learned", "random")
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
-CRITIC_LOSSES = ("style", "adversarial")
+CRITIC_OF = {"style": "critic", "adversarial": "critic", "projected": "projected_critic"}
+"""The table whose critics judge for a loss."""
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
-LOSSES = ("wavelets", "tones", "patches", *DESCRIPTOR_LOSSES, *CRITIC_LOSSES)
+LOSSES = ("wavelets", "tones", "patches", *DESCRIPTOR_LOSSES, *CRITIC_OF)
+EVERY_LINE = 1e6  # widths: no line is so long
 RULES = ("sum", "unit-gradients")
 STATISTICS = ("measured", "trained")
 
@@ -56,7 +59,7 @@ class Start:
     """Share, in their variance, of weights that smooth what comes from a coarser level."""
     fine_noise: float = number(1e-3, 1, 1.0)
     """Size of what the noise of finer levels gives, relative to the coarsest's."""
-    line_length: float = number(0, 1e6, 0.0)
+    line_length: float = number(0, EVERY_LINE, 0.0)
     """Only for lines of so many widths in all directions, else as the paper's; 0: always."""
 
 
@@ -92,8 +95,10 @@ class Loss:
     """Fraction of the training after which it joins."""
     end: float = number(0, 1, 1.0)
     """Fraction of the training after which it leaves."""
-    line_length: float = number(0, 1e6, 0.0)
+    line_length: float = number(0, EVERY_LINE, 0.0)
     """Only where a photograph has thin lines of so many widths (training/lines.py); 0: always."""
+    line_length_below: float = number(0, EVERY_LINE, EVERY_LINE)
+    """Only where its lines are shorter than so many."""
     with_maps: bool = True
     """Also where a photograph has maps beside its colour."""
     descriptor: str = choice(*DESCRIPTORS, default="random")
@@ -105,6 +110,10 @@ class Loss:
     """Of the smoothness loss."""
     relative: bool = False
     """Style: distances of Gram matrices relative to the photograph's."""
+
+    @property
+    def of_any_lines(self) -> bool:
+        return self.line_length == 0 and self.line_length_below == EVERY_LINE
 
     def judges(self, progress: float) -> bool:
         """Whether it counts when so much of the training is done."""
@@ -135,7 +144,7 @@ class Early:
     """That it takes, at most half of the training; 0 for none."""
     learning_rate: float = number(1e-9, 10, 0.03)
     """At its beginning; it falls to the optimiser's by half a cosine."""
-    line_length: float = number(0, 1e6, 0.0)
+    line_length: float = number(0, EVERY_LINE, 0.0)
     """Only where a photograph has thin lines of so many widths (training/lines.py); 0: always."""
 
     def progress(self, step: int, training: float) -> float:
@@ -144,25 +153,11 @@ class Early:
 
 
 @dataclass(frozen=True)
-class Critic:
-    """Critics: one per photograph and scale."""
+class CriticTraining:
+    """What critics of either kind have: one per photograph and scale."""
 
-    features: str = choice("own", "learned", default="own")
-    """Own: a network that judges pixels, WGAN-GP (losses/critic.py). Learned: small heads on our
-    frozen descriptor network, with a hinge loss (losses/projected.py)."""
-    layers: tuple[str, ...] = ("conv1_2", "conv2_2", "conv3_2", "conv4_1")
-    """Of the descriptor network, one head each."""
-    head_width: int = number(1, 4096, 64)
     learning_rate: float = number(1e-9, 10, 1e-3)
     betas: tuple[float, ...] = number(0, 0.99999, (0.0, 0.99))
-    widths: tuple[int, ...] = number(1, 4096, (32, 64, 96, 128))
-    """Of the own network, as are the next four keys."""
-    equalised: bool = False
-    """Weights of unit variance, scaled when used."""
-    penalty: float = number(0, 1e6, 10.0)
-    rms: bool = False
-    """Hold slopes at 1 for root mean square distances between images, not for their length."""
-    drift: float = number(0, 1e6, 1e-3)
     memory: int = number(1, 4096, 12)
     """Recent slices that it is trained on."""
     batch: int = number(1, 1024, 4)
@@ -170,6 +165,40 @@ class Critic:
     """Side of what it sees of a slice in its own training, in pixels; 0 for all of it."""
     scales: tuple[float, ...] = number(0.01, 1, (1.0,))
     """One critic for each: sees this fraction of a slice's side, magnified to the whole side."""
+
+
+@dataclass(frozen=True)
+class Critic(CriticTraining):
+    """A network that judges pixels, WGAN-GP (losses/critic.py)."""
+
+    widths: tuple[int, ...] = number(1, 4096, (32, 64, 96, 128))
+    equalised: bool = False
+    """Weights of unit variance, scaled when used."""
+    penalty: float = number(0, 1e6, 10.0)
+    rms: bool = False
+    """Hold slopes at 1 for root mean square distances between images, not for their length."""
+    drift: float = number(0, 1e6, 1e-3)
+
+    @property
+    def smallest(self) -> int:
+        """Side of the smallest slice that it can judge, in texels."""
+        return field_of_view(len(self.widths))
+
+
+@dataclass(frozen=True)
+class ProjectedCritic(CriticTraining):
+    """Small heads on our frozen descriptor network, with a hinge loss (losses/projected.py)."""
+
+    batch: int = number(1, 1024, 2)
+    crop: int = number(0, 65536, 128)
+    layers: tuple[str, ...] = ("conv2_2", "conv3_2", "conv4_1")
+    """Of the descriptor network, one head each."""
+    head_width: int = number(1, 4096, 64)
+
+    @property
+    def smallest(self) -> int:
+        """Side of the smallest slice that it can judge, in texels."""
+        return smallest_image(self.layers)
 
 
 @dataclass(frozen=True)
@@ -183,6 +212,7 @@ class Method:
     slicing: Slicing = field(default_factory=Slicing)
     early: Early = field(default_factory=Early)
     critic: Critic = field(default_factory=Critic)
+    projected_critic: ProjectedCritic = field(default_factory=ProjectedCritic)
     mixing: str = choice(*RULES, default="sum")
     """Adds weighted losses, or weighted gradients of unit length with respect to the slice."""
     match_histograms: bool = False
@@ -192,32 +222,26 @@ class Method:
     def family(self) -> str:
         return "sampler" if self.generator.kind == "sampler" else "field"
 
-    @property
-    def uses_critic(self) -> bool:
-        return any(term.kind in CRITIC_LOSSES for term in self.losses)
+    def critics(self, terms: Iterable[Loss]) -> dict[str, Critic | ProjectedCritic]:
+        """Those that judge for some of these losses, by the names of their tables."""
+        names = dict.fromkeys(CRITIC_OF[t.kind] for t in terms if t.kind in CRITIC_OF)
+        return {name: getattr(self, name) for name in names}
 
     def uses(self, descriptor: str) -> bool:
-        if self.uses_critic and self.critic.features == descriptor:
+        if descriptor == "learned" and "projected_critic" in self.critics(self.losses):
             return True
         return any(t.descriptor == descriptor and t.kind in DESCRIPTOR_LOSSES for t in self.losses)
 
     @property
     def smallest_judged(self) -> int:
         """Side of the smallest slice that its critics can judge, in texels; 1 without critics."""
-        if not self.uses_critic:
-            return 1
-        if self.critic.features == "learned":
-            return smallest_image(self.critic.layers)
-        return field_of_view(len(self.critic.widths))
+        return max((c.smallest for c in self.critics(self.losses).values()), default=1)
 
     @property
     def only_vgg(self) -> bool:
         """Whether VGG-19, which sees three channels, is all that judges from the start."""
         first = [term for term in self.losses if term.start == 0]
-        return all(t.descriptor == "vgg" and t.kind not in CRITIC_LOSSES for t in first)
-
-    def critic_on(self, progress: float) -> bool:
-        return any(t.kind in CRITIC_LOSSES and t.judges(progress) for t in self.losses)
+        return all(t.descriptor == "vgg" and t.kind not in CRITIC_OF for t in first)
 
     def document(self) -> dict[str, Any]:
         return dataclasses.asdict(self)

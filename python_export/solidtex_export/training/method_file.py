@@ -131,9 +131,9 @@ def _check(method: Method, label: str) -> None:
     """What one field alone cannot tell."""
     if not method.losses:
         raise MethodError(f"{label}: losses: found none, expected at least one")
-    always = [t for t in method.losses if t.line_length == 0 and t.with_maps]
+    always = [t for t in method.losses if t.of_any_lines and t.with_maps]
     if not any((t.start, t.end) == (0, 1) for t in always):
-        expected = "one with start = 0, end = 1, line_length = 0 and with_maps"
+        expected = "one with start = 0, end = 1, with_maps and lines of any length"
         raise MethodError(f"{label}: losses: found none that always counts, expected {expected}")
     for i, term in enumerate(method.losses):
         if term.end < term.start:
@@ -143,15 +143,19 @@ def _check(method: Method, label: str) -> None:
     if method.slicing.free_share and "wavelets" not in {term.kind for term in always}:
         expected = "0 without the loss of wavelets"
         raise _wrong(label, "slicing.free_share", method.slicing.free_share, expected)
-    for where, betas in (("optimiser", method.optimiser.betas), ("critic", method.critic.betas)):
+    for where in ("optimiser", "critic", "projected_critic"):
+        betas = getattr(method, where).betas
         if len(betas) != 2:
             raise _wrong(label, f"{where}.betas", list(betas), "two numbers")
-    if not method.critic.scales or not method.critic.widths:
-        raise MethodError(f"{label}: critic: found empty widths or scales, expected numbers")
-    known = layer_names()
-    if not method.critic.layers or not set(method.critic.layers) <= set(known):
-        found, expected = list(method.critic.layers), f"some of {', '.join(known)}"
-        raise _wrong(label, "critic.layers", found, expected)
+    if not method.critic.widths:
+        raise _wrong(label, "critic.widths", [], "numbers")
+    for where in ("critic", "projected_critic"):
+        if not getattr(method, where).scales:
+            raise _wrong(label, f"{where}.scales", [], "numbers")
+    known, layers = layer_names(), method.projected_critic.layers
+    if not layers or not set(layers) <= set(known):
+        expected = f"some of {', '.join(known)}"
+        raise _wrong(label, "projected_critic.layers", list(layers), expected)
     if method.early.steps and method.generator.statistics == "trained":
         expected = "0 where generator.statistics are trained all along"
         raise _wrong(label, "early.steps", method.early.steps, expected)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -17,7 +17,7 @@ from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.tones import tone_distance
 from solidtex_export.losses.wavelets import WaveletLoss
 from solidtex_export.training.exemplar import random_crops, random_symmetry
-from solidtex_export.training.method import CRITIC_LOSSES, DESCRIPTOR_LOSSES, Loss
+from solidtex_export.training.method import CRITIC_OF, DESCRIPTOR_LOSSES, Loss
 from solidtex_export.training.opponent import Opponent
 
 REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
@@ -33,7 +33,7 @@ class Objective:
         symmetry: str,
         size: int,
         exemplars: Sequence[Tensor],
-        opponents: Sequence[Opponent],
+        opponents: Sequence[Mapping[str, Opponent]],
         source: DescriptorSource,
         autocast: Callable[[], AbstractContextManager[None]],
     ) -> None:
@@ -103,11 +103,12 @@ class Objective:
         for loss in self._wavelets:
             loss.forget()
 
-    def critic_losses(self, index: int) -> list[Tensor]:
-        """What the critics of that photograph have to minimise, on the slices they remember."""
+    def critic_losses(self, name: str, index: int) -> list[Tensor]:
+        """What the critics of that name and photograph have to minimise, on the slices they
+        remember."""
         with self._autocast():
             reals = lambda count, side: self._reals(index, count, side)  # noqa: E731
-            return self._opponents[index].losses(reals, self._turned)
+            return self._opponents[index][name].losses(reals, self._turned)
 
     def _losses(
         self, slices: Tensor, index: int, progress: float, view: str
@@ -119,7 +120,7 @@ class Objective:
         ]
         losses = {}
         features: dict[object, Features] = {}
-        judged = None
+        judged: dict[str, Callable[[Loss], Tensor]] = {}  # by the critic's name
         for name, term in terms:
             key = (term.descriptor, term.groups)
             if term.kind == "descriptor":
@@ -131,9 +132,11 @@ class Objective:
                 loss = self._wavelets[index](slices, view)
             elif term.kind == "tones":
                 loss = tone_distance(slices, self._exemplars[index])
-            elif term.kind in CRITIC_LOSSES:
-                judged = judged or self._judged(slices, index)
-                loss = judged[term.kind](term)
+            elif term.kind in CRITIC_OF:
+                critic = CRITIC_OF[term.kind]
+                if critic not in judged:
+                    judged[critic] = self._judged(self._opponents[index][critic], slices, index)
+                loss = judged[critic](term)
             else:
                 if key not in features:
                     reals = self._reals(index, len(slices), slices.shape[2])
@@ -142,17 +145,19 @@ class Objective:
             losses[name] = (term, loss)
         return losses
 
-    def _judged(self, slices: Tensor, index: int) -> dict[str, Callable[[Loss], Tensor]]:
-        """The critic's losses, on features that they share."""
-        opponent = self._opponents[index]
+    def _judged(self, opponent: Opponent, slices: Tensor, index: int) -> Callable[[Loss], Tensor]:
+        """A critic's losses, on features that they share."""
         scale = opponent.random_scale()
         critic = opponent.critics[scale]
         reals = opponent.view(self._reals(index, len(slices), slices.shape[2]), scale)
         features = critic.features(opponent.view(self._turned(slices), scale))
-        return {
-            "style": lambda term: style_loss(critic, features, reals, term.relative),
-            "adversarial": lambda _: adversarial_loss(critic, features),
-        }
+
+        def loss(term: Loss) -> Tensor:
+            if term.kind == "style":
+                return style_loss(critic, features, reals, term.relative)
+            return adversarial_loss(critic, features)
+
+        return loss
 
     def _larger_real(self, index: int, slices: Tensor) -> Tensor:
         """One crop, of which more is seen than of a slice."""
@@ -169,5 +174,5 @@ def _unique_names(terms: Sequence[Loss]) -> list[str]:
     """Kinds, with the descriptor's name where one kind comes twice, else with a number."""
     names = [term.kind for term in terms]
     if len(set(names)) < len(names):
-        names = [t.kind if t.kind in CRITIC_LOSSES else f"{t.descriptor}-{t.kind}" for t in terms]
+        names = [t.kind if t.kind in CRITIC_OF else f"{t.descriptor}-{t.kind}" for t in terms]
     return [n if names.count(n) == 1 else f"{n}-{i}" for i, n in enumerate(names)]

@@ -1,4 +1,4 @@
-"""The critics of one photograph in training, and the slices they remember."""
+"""The critics of one kind and one photograph in training, and the slices they remember."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from solidtex_export.losses.projected import ProjectedCritic
 from solidtex_export.training import method
 from solidtex_export.training.exemplar import random_crops
 
+Settings = method.Critic | method.ProjectedCritic
 Reals = Callable[[int, int], Tensor]
 """(count, side) -> crops of the photograph [count, channel, side, side]."""
 
@@ -29,9 +30,7 @@ class Opponent:
     solids; without padding, a crop of a larger slice has the same distribution.
     """
 
-    def __init__(
-        self, settings: method.Critic, photograph: Tensor, source: DescriptorSource
-    ) -> None:
+    def __init__(self, settings: Settings, photograph: Tensor, source: DescriptorSource) -> None:
         """`photograph` [channel, rows, columns], whitened, on the device of the training."""
         self._settings = settings
         self.critics = [
@@ -108,10 +107,10 @@ class Opponent:
 
 
 def _critic(
-    settings: method.Critic, photograph: Tensor, source: DescriptorSource
+    settings: Settings, photograph: Tensor, source: DescriptorSource
 ) -> Critic | ProjectedCritic:
-    if settings.features == "learned":
-        network = source.learned("critic.features").network
+    if isinstance(settings, method.ProjectedCritic):
+        network = source.learned("projected_critic").network
         return ProjectedCritic(network, photograph, settings.layers, settings.head_width)
     penalties = Penalties(settings.penalty, settings.drift, settings.rms)
     return Critic(len(photograph), settings.widths, settings.equalised, penalties)

@@ -62,8 +62,10 @@ class Trainer:
         source = DescriptorSource(
             mean, basis, weights or PretrainedWeights(), config.color_space == "linear"
         )
-        judged = photographs if self.method.uses_critic else []
-        self.opponents = [Opponent(self.method.critic, p, source) for p in judged]
+        self.opponents = [
+            {name: Opponent(critic, p, source) for name, critic in config.critics.items()}
+            for p in photographs
+        ]
         self.objective = Objective(
             config.losses,
             self.method.mixing,
@@ -135,8 +137,8 @@ class Trainer:
     def _train_step(self) -> dict[str, float]:
         self._settle_when_due()
         progress = self.progress
-        critic_on = self.method.critic_on(progress)
-        rate = self.optimizer.prepare(self.step, progress, critic_on)
+        critics = self.config.critics_on(progress)
+        rate = self.optimizer.prepare(self.step, progress, bool(critics))
         passes = self._passes()
         judged = set()
         sums: dict[str, float] = {}
@@ -144,14 +146,15 @@ class Trainer:
             index = self.config.exemplar_index(direction)
             values, slices = self._backward(direction, oblique, progress, 1 / len(passes))
             sums = {name: sums.get(name, 0.0) + v / len(passes) for name, v in values.items()}
-            if critic_on and direction in self.config.directions:
-                self.opponents[index].remember(slices)
+            if direction in self.config.directions:
+                for name in critics:
+                    self.opponents[index][name].remember(slices)
                 judged.add(index)
         self.ranks.average_gradients(self.generator)
         self.optimizer.step()
-        if self.method.uses_critic:
-            critics = [self._train_critics(index) for index in sorted(judged)]
-            sums["critic"] = sum(critics) / len(critics) if critics else math.nan
+        for name in self.config.critics:
+            losses = [self._train_critics(name, i) for i in sorted(judged) if name in critics]
+            sums[name] = sum(losses) / len(losses) if losses else math.nan
         self.watch.check(self.step, sums)
         self.step += 1
         return {"step": self.step, "seconds": round(self.seconds, 1), "rate": rate, **sums}
@@ -202,9 +205,9 @@ class Trainer:
             self.method.smallest_judged, round(self.method.slicing.oblique_size * self.config.size)
         )
 
-    def _train_critics(self, index: int) -> float:
-        losses = self.objective.critic_losses(index)
-        self.opponents[index].update(losses, self.ranks.average_gradients)
+    def _train_critics(self, name: str, index: int) -> float:
+        losses = self.objective.critic_losses(name, index)
+        self.opponents[index][name].update(losses, self.ranks.average_gradients)
         mean = sum(loss.item() for loss in losses) / len(losses)
         if not math.isfinite(mean):
             raise not_finite(self.step, "a critic's loss")
@@ -240,13 +243,19 @@ class Trainer:
         own = {
             "rng": torch.get_rng_state(),
             "cuda_rng": torch.cuda.get_rng_state(self.device) if self._on_cuda else None,
-            "memories": [on_cpu(opponent.memory) for opponent in self.opponents],
+            "memories": [
+                {name: on_cpu(critic.memory) for name, critic in opponents.items()}
+                for opponents in self.opponents
+            ],
             "objective": self.objective.state(),
         }
         return {
             "generator": self.generator.state_dict(),
             "optimizer": self.optimizer.state_dict(),
-            "opponents": [o.state() for o in self.opponents],
+            "opponents": [
+                {name: critic.state() for name, critic in opponents.items()}
+                for opponents in self.opponents
+            ],
             "watch": self.watch.state(),
             "step": self.step,
             "seconds": self.seconds,
@@ -263,10 +272,11 @@ class Trainer:
         self.generator.load_state_dict(state["generator"])
         self.optimizer.load_state_dict(state["optimizer"])
         own = state["ranks"][self.ranks.rank]
-        for opponent, saved in zip(self.opponents, state["opponents"], strict=True):
-            opponent.restore(saved)
-        for opponent, memory in zip(self.opponents, own["memories"], strict=True):
-            opponent.memory = memory
+        states = zip(self.opponents, state["opponents"], own["memories"], strict=True)
+        for opponents, saved, memories in states:
+            for name, opponent in opponents.items():
+                opponent.restore(saved[name])
+                opponent.memory = memories[name]
         self.objective.restore(own["objective"])
         self.watch.restore(state["watch"])
         self.step = state["step"]
