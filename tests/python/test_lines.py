@@ -111,6 +111,9 @@ def test_only_lines_are_compared_patch_by_patch(tmp_path: Path) -> None:
     asked = make_trainer([specks], tmp_path / "asked", "lattice", *always)
     assert "patches" in with_lines.objective.names and "patches" in asked.objective.names
     assert "patches" not in without.objective.names
+    only_with_lines = set(with_lines.objective.names) - set(without.objective.names)
+    assert only_with_lines == {"patches", "projected"}
+    assert set(asked.objective.names) - set(without.objective.names) == {"patches"}
 
 
 def test_maps_are_not_compared_patch_by_patch(tmp_path: Path) -> None:

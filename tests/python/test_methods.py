@@ -230,6 +230,10 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("[[losses]]\nkind = 'gram'", "losses.0.layers: found nothing"),
         ("[[losses]]\nkind = 'patches'\nend = 0.4", "losses: found none that always counts"),
         ("[[losses]]\nkind = 'tones'\nline_length = 3", "losses: found none that always counts"),
+        (
+            "[[losses]]\nkind = 'tones'\nline_length_below = 3",
+            "losses: found none that always counts",
+        ),
         ("[[losses]]\nkind = 'tones'\nwith_maps = false", "losses: found none that always counts"),
         (
             "[[losses]]\nkind = 'tones'\n[[losses]]\nkind = 'patches'\nstart = 0.5\nend = 0.4",

@@ -7,7 +7,7 @@ from typing import Any
 
 from solidtex_export.training.channels import groups
 from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.method import Critic, Early, Loss, Method, ProjectedCritic, Start
+from solidtex_export.training.method import AnyCritic, Early, Loss, Method, Start
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Config:
         return tuple(t for t in terms if t.line_length <= self.line_length < t.line_length_below)
 
     @property
-    def critics(self) -> dict[str, Critic | ProjectedCritic]:
+    def critics(self) -> dict[str, AnyCritic]:
         """Those that judge for its losses, by the names of their tables."""
         return self.method.critics(self.losses)
 

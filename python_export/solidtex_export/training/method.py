@@ -201,6 +201,9 @@ class ProjectedCritic(CriticTraining):
         return smallest_image(self.layers)
 
 
+AnyCritic = Critic | ProjectedCritic
+
+
 @dataclass(frozen=True)
 class Method:
     """A whole method."""
@@ -222,7 +225,7 @@ class Method:
     def family(self) -> str:
         return "sampler" if self.generator.kind == "sampler" else "field"
 
-    def critics(self, terms: Iterable[Loss]) -> dict[str, Critic | ProjectedCritic]:
+    def critics(self, terms: Iterable[Loss]) -> dict[str, AnyCritic]:
         """Those that judge for some of these losses, by the names of their tables."""
         names = dict.fromkeys(CRITIC_OF[t.kind] for t in terms if t.kind in CRITIC_OF)
         return {name: getattr(self, name) for name in names}

@@ -17,7 +17,6 @@ from solidtex_export.losses.projected import ProjectedCritic
 from solidtex_export.training import method
 from solidtex_export.training.exemplar import random_crops
 
-Settings = method.Critic | method.ProjectedCritic
 Reals = Callable[[int, int], Tensor]
 """(count, side) -> crops of the photograph [count, channel, side, side]."""
 
@@ -30,7 +29,9 @@ class Opponent:
     solids; without padding, a crop of a larger slice has the same distribution.
     """
 
-    def __init__(self, settings: Settings, photograph: Tensor, source: DescriptorSource) -> None:
+    def __init__(
+        self, settings: method.AnyCritic, photograph: Tensor, source: DescriptorSource
+    ) -> None:
         """`photograph` [channel, rows, columns], whitened, on the device of the training."""
         self._settings = settings
         self.critics = [
@@ -107,7 +108,7 @@ class Opponent:
 
 
 def _critic(
-    settings: Settings, photograph: Tensor, source: DescriptorSource
+    settings: method.AnyCritic, photograph: Tensor, source: DescriptorSource
 ) -> Critic | ProjectedCritic:
     if isinstance(settings, method.ProjectedCritic):
         network = source.learned("projected_critic").network

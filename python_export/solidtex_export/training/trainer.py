@@ -152,7 +152,7 @@ class Trainer:
                 judged.add(index)
         self.ranks.average_gradients(self.generator)
         self.optimizer.step()
-        for name in self.config.critics:
+        for name in self.opponents[0]:
             losses = [self._train_critics(name, i) for i in sorted(judged) if name in critics]
             sums[name] = sum(losses) / len(losses) if losses else math.nan
         self.watch.check(self.step, sums)
