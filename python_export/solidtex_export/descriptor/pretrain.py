@@ -22,6 +22,7 @@ from solidtex_export.descriptor.contrast import (
 from solidtex_export.descriptor.network import WIDTHS, DescriptorNetwork, layer_names
 from solidtex_export.descriptor.pairs import Pool, held_out_pairs, training_pairs
 from solidtex_export.descriptor.weights import feature_deviations, save_weights
+from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
 
 RATE, FINAL_RATE, WARMUP_STEPS = 1.5e-3, 0.02, 100  # FINAL_RATE is a fraction of RATE
@@ -48,7 +49,7 @@ class Pretrainer:
     """One training; `run` may be interrupted between any two steps and continued later."""
 
     def __init__(self, config: PretrainConfig, folder: ResultFolder) -> None:
-        torch.manual_seed(config.seed)
+        make_reproducible(config.seed, torch.device("cpu"))
         self.config = config
         self.folder = folder
         self.network = DescriptorNetwork()

@@ -26,6 +26,7 @@ from solidtex_export.training.opponent import Opponent
 from solidtex_export.training.optimiser import GeneratorOptimiser
 from solidtex_export.training.preview import preview_sheet
 from solidtex_export.training.ranks import Ranks, on_cpu
+from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
 
 CHECKPOINT_SECONDS = 60.0
@@ -45,7 +46,7 @@ class Trainer:
         ranks: Ranks | None = None,
         weights: PretrainedWeights | None = None,
     ) -> None:
-        torch.manual_seed(config.seed)
+        make_reproducible(config.seed, device)
         self.config = config
         self.method = config.method
         self.device = device
