@@ -12,6 +12,10 @@ from typing import Any
 
 import torch
 import torch.distributed as dist
+
+# Before there is a group: default arguments of its functions keep one that they find. Optimisers
+# import it later, so Gloo's threads outlived Python, which sometimes aborted a finished training.
+import torch.distributed.nn.functional
 from torch import Tensor, nn
 
 SEED_STEP = 1_000_003  # between the random streams of two ranks
