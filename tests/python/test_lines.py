@@ -113,6 +113,8 @@ def test_only_lines_are_compared_patch_by_patch(tmp_path: Path) -> None:
     assert "patches" not in without.objective.names
     only_with_lines = set(with_lines.objective.names) - set(without.objective.names)
     assert only_with_lines == {"patches", "projected"}
+    only_without = set(without.objective.names) - set(with_lines.objective.names)
+    assert only_without == {"spectrum", "style", "adversarial"}
     assert set(asked.objective.names) - set(without.objective.names) == {"patches"}
 
 

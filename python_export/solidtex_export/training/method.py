@@ -21,7 +21,7 @@ FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 CRITIC_OF = {"style": "critic", "adversarial": "critic", "projected": "projected_critic"}
 """The table whose critics judge for a loss."""
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
-LOSSES = ("wavelets", "tones", "patches", *DESCRIPTOR_LOSSES, *CRITIC_OF)
+LOSSES = ("wavelets", "spectrum", "tones", "patches", *DESCRIPTOR_LOSSES, *CRITIC_OF)
 EVERY_LINE = 1e6  # widths: no line is so long
 RULES = ("sum", "unit-gradients")
 STATISTICS = ("measured", "trained")

@@ -13,6 +13,7 @@ from torch import Tensor
 from solidtex_export.losses.critic import adversarial_loss, style_loss
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
 from solidtex_export.losses.patches import patch_distance
+from solidtex_export.losses.spectrum import SpectrumLoss
 from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.tones import tone_distance
 from solidtex_export.losses.wavelets import WaveletLoss
@@ -52,6 +53,9 @@ class Objective:
         self._wavelets: list[WaveletLoss] = []
         if any(term.kind == "wavelets" for term in terms):
             self._wavelets = [WaveletLoss(e, size, symmetry) for e in exemplars]
+        self._spectra: list[SpectrumLoss] = []
+        if any(term.kind == "spectrum" for term in terms):
+            self._spectra = [SpectrumLoss(e, symmetry) for e in exemplars]
 
     @property
     def names(self) -> list[str]:
@@ -130,6 +134,8 @@ class Objective:
                 loss = patch_distance(self._turned(slices), self._larger_real(index, slices))
             elif term.kind == "wavelets":
                 loss = self._wavelets[index](slices, view)
+            elif term.kind == "spectrum":
+                loss = self._spectra[index](slices)
             elif term.kind == "tones":
                 loss = tone_distance(slices, self._exemplars[index])
             elif term.kind in CRITIC_OF:

@@ -1,0 +1,114 @@
+"""How much there is of waves of each frequency and direction: power spectra, in bands.
+
+Networks and wavelets see an octave at a time, and little of the weave that a generator of voxels
+leaves: waves of two or three texels along the axes. Beige granite by lattice.toml without this loss
+had 3 to 5 times the photograph's power there, and half of it in waves of 3 to 5 texels along the
+diagonals. "Texture synthesis through convolutional neural networks and spectrum constraints" (Liu,
+Gousseau and Xia 2016) sets the whole spectrum to the photograph's, wave by wave, which is a picture
+that repeats it; here bands of waves are compared, by the logarithms of their power. Phases it
+leaves to the other losses.
+
+Each band counts with the square root of its power, so that its gradient with respect to a slice
+has the same length for the same ratio: with equal weights the faintest waves take most of it (beige
+granite, weight 0.5: patterns along the axes and at 45 degrees 1.63, 4.07, so 1.57, 3.90, the same
+by eye).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from solidtex_export.losses.filled import filled_channels
+from solidtex_export.losses.wavelets import orientations
+
+BANDS = 8  # up to half a wave per texel, of rows and of columns
+LEAST_SIDE = 128  # smaller slices are padded to it, or bands would have no waves
+FLOOR = (
+    0.02  # deviation of noise in a whitened channel that nobody sees; rounding to 8 bits is 0.04
+)
+TILES = 5  # of the photograph, each way, at most
+
+
+class _Target(NamedTuple):
+    """What slices of one side are compared with."""
+
+    bands: Tensor
+    """Share of each wave in its band's mean [band, wave]."""
+    logarithm: Tensor
+    """Of the photograph's mean power [channel, band]."""
+    weight: Tensor
+    """[channel, band], of sum 1."""
+
+
+class SpectrumLoss:
+    """Judges slices of one exemplar [channel, rows, columns], both of whitened values.
+
+    That is shown in all orientations of `symmetry`.
+    """
+
+    def __init__(self, exemplar: Tensor, symmetry: str) -> None:
+        self._filled = filled_channels(exemplar)
+        self._copies = orientations(exemplar[self._filled], symmetry)
+        self._targets: dict[int, _Target] = {}
+
+    def __call__(self, slices: Tensor) -> Tensor:
+        """Mean squared difference of the logarithms of power, of `slices` [batch, channel, side,
+        side] together."""
+        side = slices.shape[2]
+        with torch.autocast(slices.device.type, enabled=False):
+            if side not in self._targets:
+                self._targets[side] = self._measure(side)
+            target = self._targets[side]
+            found = power(slices.float()[:, self._filled], target.bands)
+            return (target.weight * (found.log() - target.logarithm).square()).sum()
+
+    def _measure(self, side: int) -> _Target:
+        bands = bands_of(_padded(side)).to(self._copies[0].device)
+        mean = torch.stack([power(_tiles(c, side), bands) for c in self._copies]).mean(0)
+        return _Target(bands, mean.log(), mean.sqrt() / mean.sqrt().sum())
+
+
+def power(images: Tensor, bands: Tensor) -> Tensor:
+    """Mean power [channel, band] of `images` [batch, channel, side, side], and that of the floor.
+
+    White noise has its variance in each band. Borders are faded out: where they meet, images that
+    do not repeat have an edge, which has waves of all lengths along the axes.
+    """
+    side = images.shape[2]
+    row = torch.hann_window(side, device=images.device)
+    window = torch.outer(row, row)
+    mean = (images * window).sum((2, 3), keepdim=True) / window.sum()
+    waves = torch.fft.rfft2((images - mean) * window, s=2 * [_padded(side)])
+    powers = (waves.real.square() + waves.imag.square()).mean(0) / window.square().sum()
+    return powers.flatten(1) @ bands.T + FLOOR * FLOOR
+
+
+def bands_of(side: int) -> Tensor:
+    """Share of each wave of `torch.fft.rfft2` in its band's mean [band, wave].
+
+    Waves that fall and rise to the right have bands of their own.
+    """
+    rows, columns = torch.fft.fftfreq(side), torch.fft.rfftfreq(side)
+    down, across = ((2 * BANDS * w.abs()).floor().clamp_max(BANDS - 1) for w in (rows, columns))
+    numbers = ((down + BANDS * (rows < 0))[:, None] * BANDS + across).flatten()
+    members = (numbers == numbers.unique()[:, None]).float()
+    return members / members.sum(1, keepdim=True)
+
+
+def _padded(side: int) -> int:
+    return max(side, LEAST_SIDE)
+
+
+def _tiles(image: Tensor, side: int) -> Tensor:
+    """Squares [tile, channel, side, side], spread evenly, that overlap by half or more if they are
+    few enough."""
+    places = []
+    for extent in image.shape[1:]:
+        room = extent - side
+        count = min(TILES, 1 + math.ceil(2 * room / side))
+        places.append([round(room * i / max(count - 1, 1)) for i in range(count)])
+    return torch.stack([image[:, r : r + side, c : c + side] for r in places[0] for c in places[1]])
