@@ -1,9 +1,8 @@
 """How much there is of waves of each frequency and direction: power spectra, in bands.
 
 Networks and wavelets see an octave at a time, and little of the weave that a generator of voxels
-leaves: waves of two or three texels along the axes. Beige granite by lattice.toml without this loss
-had 3 to 5 times the photograph's power there, and half of it in waves of 3 to 5 texels along the
-diagonals. "Texture synthesis through convolutional neural networks and spectrum constraints" (Liu,
+leaves: waves of two or three texels along the axes, of which beige granite by lattice.toml without
+this loss had several times as much as the photograph, but less in diagonal waves. "Texture synthesis through convolutional neural networks and spectrum constraints" (Liu,
 Gousseau and Xia 2016) sets the whole spectrum to the photograph's, wave by wave, which is a picture
 that repeats it; here bands of waves are compared, by the logarithms of their power. Phases it
 leaves to the other losses.
@@ -27,9 +26,7 @@ from solidtex_export.losses.wavelets import orientations
 
 BANDS = 8  # up to half a wave per texel, of rows and of columns
 LEAST_SIDE = 128  # smaller slices are padded to it, or bands would have no waves
-FLOOR = (
-    0.02  # deviation of noise in a whitened channel that nobody sees; rounding to 8 bits is 0.04
-)
+FLOOR = 0.02  # deviation of noise in a whitened channel that nobody sees: half of rounding's
 TILES = 5  # of the photograph, each way, at most
 
 
