@@ -2,10 +2,10 @@
 
 Networks and wavelets see an octave at a time, and little of the weave that a generator of voxels
 leaves: waves of two or three texels along the axes, of which beige granite by lattice.toml without
-this loss had several times as much as the photograph, but less in diagonal waves. "Texture synthesis through convolutional neural networks and spectrum constraints" (Liu,
-Gousseau and Xia 2016) sets the whole spectrum to the photograph's, wave by wave, which is a picture
-that repeats it; here bands of waves are compared, by the logarithms of their power. Phases it
-leaves to the other losses.
+this loss had several times as much as the photograph, but less in diagonal waves. "Texture
+synthesis through convolutional neural networks and spectrum constraints" (Liu, Gousseau and Xia
+2016) sets the spectrum to the photograph's wave by wave, which is a picture that repeats it; here
+bands of waves are compared, by the logarithms of their power. Phases it leaves to other losses.
 
 Each band counts with the square root of its power, so that its gradient with respect to a slice
 has the same length for the same ratio: with equal weights the faintest waves take most of it (beige
