@@ -30,15 +30,24 @@ FLOOR = 0.02  # deviation of noise in a whitened channel that nobody sees: half 
 TILES = 5  # of the photograph, each way, at most
 
 
+class Bands(NamedTuple):
+    """Rectangles of waves that `torch.fft.rfft2` gives."""
+
+    rows: Tensor
+    """Share of each row in a band's mean [2 * BANDS, row]: waves that rise to the right have bands
+    of their own."""
+    columns: Tensor
+    """[BANDS, column]"""
+
+
 class _Target(NamedTuple):
     """What slices of one side are compared with."""
 
-    bands: Tensor
-    """Share of each wave in its band's mean [band, wave]."""
+    bands: Bands
     logarithm: Tensor
-    """Of the photograph's mean power [channel, band]."""
+    """Of the photograph's mean power [channel, band of rows, band of columns]."""
     weight: Tensor
-    """[channel, band], of sum 1."""
+    """Of the same shape, of sum 1."""
 
 
 class SpectrumLoss:
@@ -64,40 +73,39 @@ class SpectrumLoss:
             return (target.weight * (found.log() - target.logarithm).square()).sum()
 
     def _measure(self, side: int) -> _Target:
-        bands = bands_of(_padded(side)).to(self._copies[0].device)
+        bands = bands_of(side, self._copies[0].device)
         mean = torch.stack([power(_tiles(c, side), bands) for c in self._copies]).mean(0)
         return _Target(bands, mean.log(), mean.sqrt() / mean.sqrt().sum())
 
 
-def power(images: Tensor, bands: Tensor) -> Tensor:
-    """Mean power [channel, band] of `images` [batch, channel, side, side], and that of the floor.
+def power(images: Tensor, bands: Bands) -> Tensor:
+    """Mean power of `images` [batch, channel, side, side], and that of the floor.
 
-    White noise has its variance in each band. Borders are faded out: where they meet, images that
-    do not repeat have an edge, which has waves of all lengths along the axes.
+    [channel, band of rows, band of columns], of white noise its variance in each. Borders are faded
+    out: where they meet, images that do not repeat have an edge, which has waves of all lengths
+    along the axes.
     """
-    side = images.shape[2]
-    row = torch.hann_window(side, device=images.device)
+    row = torch.hann_window(images.shape[2], device=images.device)
     window = torch.outer(row, row)
     mean = (images * window).sum((2, 3), keepdim=True) / window.sum()
-    waves = torch.fft.rfft2((images - mean) * window, s=2 * [_padded(side)])
+    waves = torch.fft.rfft2((images - mean) * window, s=2 * [bands.rows.shape[1]])
     powers = (waves.real.square() + waves.imag.square()).mean(0) / window.square().sum()
-    return powers.flatten(1) @ bands.T + FLOOR * FLOOR
+    return bands.rows @ powers @ bands.columns.T + FLOOR * FLOOR
 
 
-def bands_of(side: int) -> Tensor:
-    """Share of each wave of `torch.fft.rfft2` in its band's mean [band, wave].
-
-    Waves that fall and rise to the right have bands of their own.
-    """
+def bands_of(side: int, device: torch.device | None = None) -> Bands:
+    """Those of images of that side, which are padded to LEAST_SIDE."""
+    side = max(side, LEAST_SIDE)
     rows, columns = torch.fft.fftfreq(side), torch.fft.rfftfreq(side)
     down, across = ((2 * BANDS * w.abs()).floor().clamp_max(BANDS - 1) for w in (rows, columns))
-    numbers = ((down + BANDS * (rows < 0))[:, None] * BANDS + across).flatten()
-    members = (numbers == numbers.unique()[:, None]).float()
+    down = down + BANDS * (rows < 0)
+    return Bands(_shares(down, 2 * BANDS).to(device), _shares(across, BANDS).to(device))
+
+
+def _shares(numbers: Tensor, count: int) -> Tensor:
+    """Of each element in the mean of those with the same number [number, element]."""
+    members = (numbers == torch.arange(count)[:, None]).float()
     return members / members.sum(1, keepdim=True)
-
-
-def _padded(side: int) -> int:
-    return max(side, LEAST_SIDE)
 
 
 def _tiles(image: Tensor, side: int) -> Tensor:
