@@ -279,7 +279,7 @@ def test_wrong_methods_are_named(text: str, message: str, tmp_path: Path) -> Non
     [
         ("mixing", "expected KEY.KEY=VALUE"),
         ("mixing=average", 'mixing: found "average", expected one of sum'),
-        ("losses.7.weight=1", "found losses.7.weight=1, expected a key of the method"),
+        ("losses.99.weight=1", "found losses.99.weight=1, expected a key of the method"),
         ("generator.sizes.levels=two", "generator"),
     ],
 )
