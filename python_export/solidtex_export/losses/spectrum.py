@@ -22,7 +22,7 @@ import torch
 from torch import Tensor
 
 from solidtex_export.losses.filled import filled_channels
-from solidtex_export.losses.wavelets import orientations
+from solidtex_export.losses.wavelets import orientations, squares
 
 BANDS = 8  # up to half a wave per texel, of rows and of columns
 LEAST_SIDE = 128  # smaller slices are padded to it, or bands would have no waves
@@ -58,7 +58,8 @@ class SpectrumLoss:
 
     def __init__(self, exemplar: Tensor, symmetry: str) -> None:
         self._filled = filled_channels(exemplar)
-        self._copies = orientations(exemplar[self._filled], symmetry)
+        self._exemplar = exemplar[self._filled]
+        self._symmetry = symmetry
         self._targets: dict[int, _Target] = {}
 
     def __call__(self, slices: Tensor) -> Tensor:
@@ -73,8 +74,9 @@ class SpectrumLoss:
             return (target.weight * (found.log() - target.logarithm).square()).sum()
 
     def _measure(self, side: int) -> _Target:
-        bands = bands_of(side, self._copies[0].device)
-        mean = torch.stack([power(_tiles(c, side), bands) for c in self._copies]).mean(0)
+        bands = bands_of(side, self._exemplar.device)
+        copies = orientations(self._exemplar, self._symmetry)
+        mean = torch.stack([power(_tiles(c, side), bands) for c in copies]).mean(0)
         return _Target(bands, mean.log(), mean.sqrt() / mean.sqrt().sum())
 
 
@@ -109,11 +111,6 @@ def _shares(numbers: Tensor, count: int) -> Tensor:
 
 
 def _tiles(image: Tensor, side: int) -> Tensor:
-    """Squares [tile, channel, side, side], spread evenly, that overlap by half or more if they are
-    few enough."""
-    places = []
-    for extent in image.shape[1:]:
-        room = extent - side
-        count = min(TILES, 1 + math.ceil(2 * room / side))
-        places.append([round(room * i / max(count - 1, 1)) for i in range(count)])
-    return torch.stack([image[:, r : r + side, c : c + side] for r in places[0] for c in places[1]])
+    """Squares [tile, channel, side, side] that overlap by half or more if they are few enough."""
+    counts = [min(TILES, 1 + math.ceil(2 * (n - side) / side)) for n in image.shape[1:]]
+    return torch.stack(squares(image, side, *counts))

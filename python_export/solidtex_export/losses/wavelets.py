@@ -213,7 +213,9 @@ class WaveletLoss:
     def _measure_units(self, exemplar: Tensor, size: int) -> list[tuple[Tensor, Tensor]]:
         """Per octave, the mean distance of parts as large as a slice."""
         side = min(size, int(PART_SIDE * min(exemplar.shape[1:])))
-        parts = [self._moments(p[None]) for p in _parts(exemplar, max(side, SMALLEST))]
+        across = math.ceil(PARTS**0.5)
+        places = squares(exemplar, max(side, SMALLEST), across, across)[:PARTS]
+        parts = [self._moments(p[None]) for p in places]
         units = []
         for octave in range(len(parts[0])):
             pairs = [self._distance(octave, part[octave]) for part in parts]
@@ -249,16 +251,13 @@ def orientations(image: Tensor, symmetry: str) -> list[Tensor]:
     return copies + [c.transpose(1, 2) for c in copies] if symmetry == "all" else copies
 
 
-def _parts(image: Tensor, side: int) -> list[Tensor]:
-    """PARTS squares of that side, spread evenly."""
-    across = math.ceil(PARTS**0.5)
-    rows, columns = (n - min(side, n) for n in image.shape[1:])
-    corners = [
-        (round(rows * r / (across - 1)), round(columns * c / (across - 1)))
-        for r in range(across)
-        for c in range(across)
+def squares(image: Tensor, side: int, down: int, across: int) -> list[Tensor]:
+    """`down` x `across` squares of that side, spread evenly; smaller where the image is."""
+    places = [
+        [round(max(extent - side, 0) * i / max(count - 1, 1)) for i in range(count)]
+        for extent, count in zip(image.shape[1:], (down, across), strict=True)
     ]
-    return [image[:, r : r + side, c : c + side] for r, c in corners[:PARTS]]
+    return [image[:, r : r + side, c : c + side] for r in places[0] for c in places[1]]
 
 
 def _halved(image: Tensor) -> Tensor:
