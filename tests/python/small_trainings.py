@@ -87,6 +87,13 @@ def train(trainer: Trainer, steps: int | None = None) -> Trainer:
     return trainer
 
 
+def assert_equal(first: dict[str, torch.Tensor], second: dict[str, torch.Tensor]) -> None:
+    """Of two networks, to the bit."""
+    assert first.keys() == second.keys()
+    for key, value in first.items():
+        assert torch.equal(value, second[key]), key
+
+
 def config_of(photo: Path, result: Path, *options: str) -> dict[str, object]:
     """That of a training which was not begun."""
     begin(str(photo), "-o", str(result), "--size", "48", "--steps", "1", *options)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import torch
 from pretend_device import CPU, pretend_device
-from small_trainings import SMALL, make_trainer, save_photo, save_vgg, train
+from small_trainings import SMALL, make_trainer, save_photo, save_specks, save_vgg, train
 
 from solidtex_export.training import ranks
 
@@ -44,6 +44,11 @@ def test_method_trains_there(method: str, tmp_path: Path, device: torch.device) 
     assert trainer.finished
     for name, value in trainer.generator.state_dict().items():
         assert value.device == device, name
+
+
+def test_grain_is_learnt_there(tmp_path: Path, device: torch.device) -> None:
+    trainer = make_trainer([save_specks(tmp_path / "photo.png")], tmp_path / "r", "lattice")
+    assert "spectrum" in trainer.objective.names and train(trainer).finished
 
 
 def test_photographs_per_direction_train_there(tmp_path: Path, device: torch.device) -> None:

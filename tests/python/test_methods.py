@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import torch
 from PIL import Image
-from small_trainings import SMALL, make_trainer, save_photo, save_vgg, train
+from small_trainings import SMALL, assert_equal, make_trainer, save_photo, save_vgg, train
 
 from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
@@ -29,12 +29,6 @@ torch.set_num_threads(1)
 @pytest.fixture
 def photo(tmp_path: Path) -> Path:
     return save_photo(tmp_path / "photo.png")
-
-
-def assert_equal(first: dict[str, torch.Tensor], second: dict[str, torch.Tensor]) -> None:
-    assert first.keys() == second.keys()
-    for key, value in first.items():
-        assert torch.equal(value, second[key]), key
 
 
 def test_every_shipped_method_is_tested() -> None:

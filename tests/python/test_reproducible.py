@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from small_trainings import make_trainer, save_photo, train
+from small_trainings import assert_equal, make_trainer, save_photo, train
 
 from solidtex_export.training.trainer import Trainer
 
@@ -35,5 +35,4 @@ def test_sums_are_made_in_a_fixed_order(tmp_path: Path) -> None:
         trainer = make_trainer([photo], tmp_path / str(run), "lattice", "--directions", "xy")
         networks.append(train(trainer).generator.state_dict())
     for network in networks[1:]:
-        for name, value in networks[0].items():
-            assert torch.equal(value, network[name]), name
+        assert_equal(networks[0], network)

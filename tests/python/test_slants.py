@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from small_trainings import make_trainer, save_photo
+from small_trainings import assert_equal, make_trainer, save_photo
 from torch import Tensor
 
 from solidtex_export.losses.slants import WEIGHT, CommonSlants, slants
@@ -97,5 +97,4 @@ def test_a_free_direction_is_trained_and_resumed(tmp_path: Path) -> None:
             trainer.run(stop=lambda t=trainer, e=end: t.step == e, report=lambda _: None)
         assert trainer.step == 6
         networks.append(trainer.generator.state_dict())
-    for name, value in networks[0].items():
-        assert torch.equal(value, networks[1][name]), name
+    assert_equal(*networks)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 import torch.nn.functional as F
-from small_trainings import make_trainer, save_specks, train
+from small_trainings import assert_equal, make_trainer, save_specks, train
 from textures_2d import noise
 from torch import Tensor
 
@@ -102,5 +102,4 @@ def test_a_training_on_grain_has_it_and_resumes_to_the_same_bits(tmp_path: Path)
     parts = train(make_trainer([photo], tmp_path / "parts", "lattice"))
     assert "spectrum" in whole.objective.names
     assert whole.finished and parts.finished
-    for name, value in whole.generator.state_dict().items():
-        assert torch.equal(value, parts.generator.state_dict()[name]), name
+    assert_equal(whole.generator.state_dict(), parts.generator.state_dict())
