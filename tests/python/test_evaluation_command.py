@@ -22,7 +22,7 @@ from solidtex_export.evaluation.subjects import Subject, SubjectError, View, jud
 from solidtex_export.training.exemplar import Exemplar
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
-METRICS = {"binary_patterns", "autocorrelation", "fdmse", "sliced_wasserstein"}
+METRICS = {"binary_patterns", "autocorrelation", "fdmse", "sliced_wasserstein", "spectrum"}
 
 
 @pytest.fixture(autouse=True)

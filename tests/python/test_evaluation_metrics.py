@@ -22,7 +22,9 @@ from solidtex_export.evaluation.metrics.inception import (
     frechet_distance,
 )
 from solidtex_export.evaluation.metrics.patches import SlicedWasserstein
+from solidtex_export.evaluation.metrics.spectrum import PowerSpectrum
 from solidtex_export.evaluation.pictures import crop_side, halvings, oriented
+from solidtex_export.losses.spectrum import BANDS
 
 SETTINGS = Settings(side=80, symmetry="all")
 NAMES = [metric.name for metric in standard_metrics(blobs(0))]
@@ -51,7 +53,7 @@ def test_other_textures_are_far(name: str, other: np.ndarray, reference: Referen
     assert reference.distances([other])[name].value > 2 * same
 
 
-@pytest.mark.parametrize("name", ["binary_patterns", "fdmse", "sliced_wasserstein"])
+@pytest.mark.parametrize("name", ["binary_patterns", "fdmse", "sliced_wasserstein", "spectrum"])
 def test_blurring_is_noticed(name: str, reference: Reference) -> None:
     same = reference.distances([blobs(2)])[name].value
     assert reference.distances([blurred(blobs(2))])[name].value > 2 * same
@@ -61,6 +63,7 @@ def test_random_phase_noise_has_the_spectrum_but_not_the_shapes(reference: Refer
     found = reference.distances([random_phase(blobs(1))])
     assert found["fdmse"].multiple < 2
     assert found["autocorrelation"].multiple < 2
+    assert found["spectrum"].multiple < 2
     assert found["binary_patterns"].multiple > 5
 
 
@@ -95,6 +98,24 @@ def test_fourier_magnitudes_of_a_wave() -> None:
     assert magnitudes.sum() == pytest.approx(0.25 * 64)
     none = np.zeros_like(magnitudes)
     assert FourierMagnitudes().distance(magnitudes, none) == pytest.approx(2 * 8**2 / 64**2)
+
+
+def test_a_faint_weave_is_seen_by_the_spectrum_but_not_by_correlations(reference: Reference) -> None:
+    other = blobs(2)
+    weave = (-1.0) ** np.arange(other.shape[1])[None, :, None]
+    plain, woven = (reference.distances([p]) for p in (other, other + 0.015 * weave))
+    assert woven["spectrum"].value > 1.5 * plain["spectrum"].value
+    for name in ("autocorrelation", "fdmse"):
+        assert woven[name].value < 1.1 * plain[name].value, name
+
+
+def test_spectrum_is_the_power_of_noise_in_decibels() -> None:
+    noise = np.random.default_rng(0).standard_normal((64, 128, 128, 1)).astype(np.float32)
+    metric = PowerSpectrum()
+    quiet, loud = (metric.features(a * noise) for a in (0.05, 0.1))
+    assert quiet.shape == (1, 2 * BANDS, BANDS)
+    assert np.allclose(quiet, 20 * np.log10(0.05), atol=0.5)
+    assert metric.distance(quiet, loud) == pytest.approx(20 * np.log10(2), abs=0.01)
 
 
 def test_autocorrelation_is_the_direct_sum() -> None:

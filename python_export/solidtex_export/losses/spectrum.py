@@ -80,8 +80,8 @@ class SpectrumLoss:
         return _Target(bands, mean.log(), mean.sqrt() / mean.sqrt().sum())
 
 
-def power(images: Tensor, bands: Bands) -> Tensor:
-    """Mean power of `images` [batch, channel, side, side], and that of the floor.
+def power(images: Tensor, bands: Bands, floor: float = FLOOR) -> Tensor:
+    """Mean power of `images` [batch, channel, side, side], and of noise of deviation `floor`.
 
     [channel, band of rows, band of columns], of white noise its variance in each. Borders are faded
     out: where they meet, images that do not repeat have an edge, which has waves of all lengths
@@ -92,7 +92,7 @@ def power(images: Tensor, bands: Bands) -> Tensor:
     mean = (images * window).sum((2, 3), keepdim=True) / window.sum()
     waves = torch.fft.rfft2((images - mean) * window, s=2 * [bands.rows.shape[1]])
     powers = (waves.real.square() + waves.imag.square()).mean(0) / window.square().sum()
-    return bands.rows @ powers @ bands.columns.T + FLOOR * FLOOR
+    return bands.rows @ powers @ bands.columns.T + floor * floor
 
 
 def bands_of(side: int, device: torch.device | None = None) -> Bands:

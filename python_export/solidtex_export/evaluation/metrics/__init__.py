@@ -15,6 +15,7 @@ from solidtex_export.evaluation.metrics.autocorrelation import Autocorrelation
 from solidtex_export.evaluation.metrics.binary_patterns import BinaryPatterns
 from solidtex_export.evaluation.metrics.fourier import FourierMagnitudes
 from solidtex_export.evaluation.metrics.patches import SlicedWasserstein
+from solidtex_export.evaluation.metrics.spectrum import PowerSpectrum
 
 
 class Metric(Protocol):
@@ -35,6 +36,7 @@ def standard_metrics(exemplar: np.ndarray, inception: Path | None = None) -> lis
         Autocorrelation(),
         FourierMagnitudes(),
         SlicedWasserstein(exemplar),
+        PowerSpectrum(),
     ]
     if inception is not None and exemplar.shape[2] == 3:
         from solidtex_export.evaluation.metrics.inception import SingleImageFrechet
