@@ -12,32 +12,42 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-// Inlined, so that the grid of level 0 is a constant: 5 to 10 % less time for cached points.
-template <class Batch>
-HWY_INLINE void LookUpOn(const BrickGrid grid, const Brick& brick, const Batch& batch,
+// kChannels at a time. Inlined, so that where those are all, the compiler knows.
+template <std::size_t kChannels, class Batch>
+HWY_INLINE void LookUpOn(const Brick& brick, const std::size_t channels, const Batch& batch,
                          std::span<const std::uint32_t> which, std::span<const PlacedPoint> points,
                          const Answers& answers) {
-  const std::size_t channels = brick.channels;
-  if (!answers.gradients) {
-    for (const PlacedPoint& point : points)
-      interpolate(brick.values, grid, cells_of(batch, which[point.place], grid), channels,
-                  answers.values + point.place * channels);
-    return;
-  }
+  const auto voxels = static_cast<std::size_t>(brick.grid.voxels());
+  const std::size_t z = channels, y = voxels * z, x = voxels * y;
+  const auto per_texel = static_cast<float>(brick.grid.voxels_per_texel);
   for (const PlacedPoint& point : points) {
-    const Answers answer = answers.from(point.place * channels);
-    interpolate_with_slopes(brick.values, grid, cells_of(batch, which[point.place], grid), channels,
-                            answer.values, answer.gradients);
+    const auto at = cells_of(batch, which[point.place], brick.grid);
+    const float* corner = brick.values + at[0].voxel * x + at[1].voxel * y + at[2].voxel * z;
+    for (std::size_t c = 0; c < channels; c += kChannels) {
+      const Cell<kChannels> cell{corner + c, x, y, z};
+      const Answers answer = answers.from(point.place * channels + c);
+      if (answer.gradients) {
+        interpolate_with_slopes(cell, at, per_texel, answer.values, answer.gradients);
+      } else {
+        interpolate(cell, at, answer.values);
+      }
+    }
   }
 }
 
+// A colour, and one with one or two maps: all channels together take a third of the time.
 template <class Batch>
 HWY_INLINE void LookUp(const Brick& brick, const Batch& batch, std::span<const std::uint32_t> which,
                        std::span<const PlacedPoint> points, const Answers& answers) {
-  if (brick.grid.level == 0) {
-    LookUpOn(BrickGrid{}, brick, batch, which, points, answers);
-  } else {
-    LookUpOn(brick.grid, brick, batch, which, points, answers);
+  switch (brick.channels) {
+    case 3:
+      return LookUpOn<3>(brick, 3, batch, which, points, answers);
+    case 4:
+      return LookUpOn<4>(brick, 4, batch, which, points, answers);
+    case 5:
+      return LookUpOn<5>(brick, 5, batch, which, points, answers);
+    default:
+      return LookUpOn<1>(brick, brick.channels, batch, which, points, answers);
   }
 }
 

@@ -7,7 +7,7 @@
 
 #include "engine/texture/answers.h"
 #include "engine/texture/coordinates.h"
-#include "engine/texture/trilinear.h"
+#include "engine/texture/cubic.h"
 
 namespace solidtex::engine {
 

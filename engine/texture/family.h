@@ -27,7 +27,7 @@ class Family {
   virtual CacheStats cache_stats() const { return {}; }
 };
 
-// Lattice family: boxes in parallel blocks, points trilinearly through the brick cache.
+// Lattice family: boxes in parallel blocks, points between voxels through the brick cache.
 std::unique_ptr<Family> make_field_family(Field field, LightChannels light,
                                           std::uint64_t cache_limit_bytes);
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_blender import light, run, run_commands
+from test_blender import between_voxels, light, run, run_commands
 from test_pages import PICTURES, REPOSITORY, blocks, link_sources, pixels, programs
 
 import solidtex
@@ -95,7 +95,7 @@ def test_the_page_makes_its_picture(made: Path) -> None:
 def test_near_by_the_shader_has_the_values_of_the_library(made: Path, tmp_path: Path) -> None:
     units = SIDE / SCALE / 2  # two pixels for a texel
     found = shine(made, "Color", units, tmp_path).reshape(-1, 3)
-    true = light(solidtex.Texture("granite-grey").eval_points(points(units)))
+    true = light(between_voxels(solidtex.Texture("granite-grey"), points(units)))
     assert true.std() > 0.05
     # Tiles are of half precision, and samples up to a hundredth of a pixel off the middle.
     assert np.abs(found - true).max() < 0.01

@@ -62,6 +62,24 @@ class Tags(HTMLParser):
         assert self.open.pop() == tag
 
 
+def test_the_sheet_shows_the_exemplar_beside_slices(tmp_path: Path, exemplar: Path) -> None:
+    model, made = MODELS / "paint-rusted.solidtex", tmp_path / "sheet.png"
+    roughness = save(blobs(2, 130, 200)[..., :1].repeat(3, axis=2), tmp_path / "roughness.png")
+    arguments = [str(model), str(exemplar), "--map", f"roughness={roughness}", "--size", "64"]
+    assert command.main([*arguments, "--resolution", "130", "--sheet", str(made)]) == 0
+    with Image.open(made) as image:
+        sheet = np.asarray(image, np.float32) / 255
+    columns, rows = 5, 2  # exemplar, x, y, z, oblique; colour and the map that both have
+    assert sheet.shape == (64 * rows + 4, 64 * columns + 4 * (columns - 1), 3)
+    assert np.abs(sheet[:64, :64] - blobs(1, 130, 200)[:64, :64]).max() < 0.005
+    views = subjects.from_model(model, 128, 0, {}).views
+    for column, view in enumerate(views, start=1):
+        cut = view.pictures[0][:64, :64].clip(0, 1)
+        shown = sheet[:64, 68 * column : 68 * column + 64]
+        assert np.abs(shown - cut[..., :3]).max() < 0.005 and shown.std() > 0.05
+    assert command.main([*arguments, "--sheet", str(made)]) != 0  # it exists
+
+
 def test_a_model_is_judged_in_all_directions(exemplar: Path, tmp_path: Path) -> None:
     report, figures = tmp_path / "report.html", tmp_path / "report.json"
     arguments = [str(MODELS / "stone-grey.solidtex"), str(exemplar), "--size", "48", "--crops", "4"]

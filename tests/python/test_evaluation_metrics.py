@@ -100,7 +100,9 @@ def test_fourier_magnitudes_of_a_wave() -> None:
     assert FourierMagnitudes().distance(magnitudes, none) == pytest.approx(2 * 8**2 / 64**2)
 
 
-def test_a_faint_weave_is_seen_by_the_spectrum_but_not_by_correlations(reference: Reference) -> None:
+def test_a_faint_weave_is_seen_by_the_spectrum_but_not_by_correlations(
+    reference: Reference,
+) -> None:
     other = blobs(2)
     weave = (-1.0) ** np.arange(other.shape[1])[None, :, None]
     plain, woven = (reference.distances([p]) for p in (other, other + 0.015 * weave))

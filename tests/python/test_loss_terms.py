@@ -18,7 +18,8 @@ from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.training.divergence import EXPLOSION, DivergenceWatch, TrainError
 from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.histograms import share_histograms
-from solidtex_export.training.oblique import bilinear_columns
+from solidtex_export.training.oblique import cubic_columns
+from solidtex_export.verification.reference import cubic_convolution
 
 torch.set_num_threads(1)
 MEAN, BASIS = torch.tensor([0.4, 0.5, 0.6]), torch.diag(torch.tensor([0.1, 0.2, 0.3]))
@@ -261,16 +262,16 @@ def test_divergence_is_noticed_and_ordinary_losses_are_not() -> None:
     assert step < 108
 
 
-def test_oblique_planes_are_trilinear() -> None:
-    """A block that is linear along its axes is met exactly."""
-    i = torch.arange(6.0).view(1, 1, 1, 6, 1)
-    j = torch.arange(4.0).view(1, 1, 1, 1, 4)
-    row = torch.arange(3.0).view(1, 1, 3, 1, 1)
-    block = torch.cat([100 * row + 10 * i + j, i * j + row * 0], dim=1)
-    u = torch.tensor([0.0, 1.25, 4.5], dtype=torch.float64)
-    v = torch.tensor([2.0, 0.5, 2.75], dtype=torch.float64)
-    found = bilinear_columns(block, u, v)
+def test_oblique_planes_are_cubic_convolutions() -> None:
+    torch.manual_seed(0)
+    block = torch.randn(1, 2, 3, 8, 6)
+    u = torch.tensor([1.0, 2.25, 5.5], dtype=torch.float64)
+    v = torch.tensor([3.0, 1.5, 2.75], dtype=torch.float64)
+    found = cubic_columns(block, u, v)
     assert found.shape == (1, 2, 3, 3)
-    expected = 100 * torch.arange(3.0).view(3, 1) + (10 * u + v).float()
-    assert (found[0, 0] - expected).abs().max() < 1e-3
-    assert (found[0, 1] - (u * v).float()).abs().max() < 1e-4
+    weights = [
+        torch.from_numpy(cubic_convolution(np.arange(n)[None] - t.numpy()[:, None])).float()
+        for t, n in ((u, 8), (v, 6))
+    ]
+    expected = torch.einsum("bcrij,ki,kj->bcrk", block, *weights)
+    assert (found - expected).abs().max() < 1e-5

@@ -43,10 +43,13 @@ def test_points(name: str) -> None:
     found = evaluate_points(MODELS[name], np.array(centres))
     np.testing.assert_allclose(found, [box[0, 0, 0], box[1, 0, 1]], rtol=0, atol=1e-12)
     if name != "sampler":
-        weights = np.einsum("i,j,k->ijk", [0.7, 0.3], [0.5, 0.5], [0.1, 0.9])
-        position = origin + np.array([0.8, 1.0, 1.4])
-        between = evaluate_points(MODELS[name], position[None])
-        np.testing.assert_allclose(between[0], np.einsum("ijk,ijkc->c", weights, box), atol=1e-12)
+        # Keys 1981, a = -3/4, by hand: half-way -3/32, 19/32, 19/32, -3/32; a quarter after a voxel
+        # -27/256, 225/256, 67/256, -9/256.
+        half, quarter = np.array([-3, 19, 19, -3]) / 32, np.array([-27, 225, 67, -9]) / 256
+        around = evaluate_box(MODELS[name], origin - 1, (4, 4, 4))
+        between = evaluate_points(MODELS[name], origin[None] + [1.0, 0.5, 0.75])
+        expected = np.einsum("i,k,ikc->c", half, quarter, around[:, 1])
+        np.testing.assert_allclose(between[0], expected, atol=1e-12)
 
 
 def field_model(nodes: list[dict], tensors: dict[str, np.ndarray]) -> ModelFile:

@@ -30,6 +30,7 @@ from solidtex_export.training.method import Early, Optimiser
 from solidtex_export.training.optimiser import half_cosine, learning_rate
 from solidtex_export.training.slices import LatticeSlices, SamplerSlices
 from solidtex_export.training.trainer import Trainer
+from solidtex_export.verification.reference import cubic_convolution
 
 torch.set_num_threads(1)
 SIZE = 44
@@ -102,23 +103,20 @@ def test_fixed_noise_has_the_generators_distribution() -> None:
             assert abs(float(fixed.max() - fresh.max())) < 1.5
 
 
-def test_diagonal_of_the_preview_is_trilinear() -> None:
-    """Between the four voxels around each point: whatever the network is."""
+def test_diagonal_of_the_preview_is_a_cubic_convolution() -> None:
+    """Of the 4 x 4 voxels around each point: whatever the network is."""
     generator = LatticeGenerator(levels=4).double().eval()
     torch.manual_seed(4)
     with torch.no_grad():
         image = preview._diagonal(FixedNoise(generator), 40)
     torch.manual_seed(4)
     with torch.no_grad():
-        voxels = FixedNoise(generator).colors(Box((0, 0, 0), (40, 40, 1)))[:, :, :, 0]
+        voxels = FixedNoise(generator).colors(Box((-1, -1, 0), (40, 40, 1)))[:, :, :, 0]
     assert image.shape == (3, 40, 40)
     for column in range(40):  # the same x and y, that of the voxel centre (0, 0) being 0
         place = column / math.sqrt(2)
-        voxel = int(place)
-        part = place - voxel
-        ends = torch.tensor([1 - part, part], dtype=torch.float64)
-        corners = voxels[:, voxel : voxel + 2, voxel : voxel + 2]
-        expected = torch.einsum("cxy,x,y->c", corners, ends, ends)
+        weights = torch.from_numpy(cubic_convolution(np.arange(-1, 40) - place))
+        expected = torch.einsum("cxy,x,y->c", voxels, weights, weights)
         assert (image[:, -1, column] - expected).abs().max() < 1e-6  # computed in float32
 
 

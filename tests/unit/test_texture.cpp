@@ -91,24 +91,37 @@ TEST_CASE("texture: a point at a voxel centre is the voxel, bit for bit", "[text
   }
 }
 
-TEST_CASE("texture: points of the field are trilinear between voxel centres", "[texture]") {
-  const Texture texture(tiny_field(), kSeed, kLargeCache);
-  const auto points = random_points(300, 40);
-  const Values values = points_of(texture, {0, 0, 0}, points);
-  const auto lerp = [](float t, float a, float b) { return std::fma(t, b - a, a); };
-  for (std::size_t p = 0; p < points.size() / 3; ++p) {
-    Index3 base;
-    float t[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      const double u = static_cast<double>(points[3 * p + axis]) - 0.5;
-      base[axis] = static_cast<std::int64_t>(std::floor(u));
-      t[axis] = static_cast<float>(u - std::floor(u));
-    }
-    const Values v = box_of(texture, base, {2, 2, 2});  // [x][y][z][2]
-    for (std::size_t c = 0; c < 2; ++c) {
-      const auto along_z = [&](int xy) { return lerp(t[2], v[4 * xy + c], v[4 * xy + 2 + c]); };
-      const auto along_y = [&](int x) { return lerp(t[1], along_z(2 * x), along_z(2 * x + 1)); };
-      REQUIRE(values[2 * p + c] == lerp(t[0], along_y(0), along_y(1)));
+TEST_CASE("texture: points of the field are cubic convolutions of voxels", "[texture]") {
+  // Keys 1981, equation 6 with a = -3/4, by the distance from a voxel centre.
+  const auto weight = [](double s) {
+    const double a = -0.75;
+    s = std::abs(s);
+    if (s < 1) return (a + 2) * s * s * s - (a + 3) * s * s + 1;
+    return s < 2 ? a * (s * s * s - 5 * s * s + 8 * s - 4) : 0;
+  };
+  const std::string folder = std::string(SOLIDTEX_MODELS) + "/";
+  for (const Model& model : {tiny_field(), read_model(folder + "granite-grey.solidtex"),
+                             read_model(folder + "paint-rusted.solidtex")}) {  // 2, 3, 5 channels
+    const std::size_t channels = model.channels.size();
+    const Texture texture(model, kSeed, kLargeCache);
+    const auto points = random_points(60, 40);
+    const Values values = points_of(texture, {0, 0, 0}, points);
+    for (std::size_t p = 0; p < points.size() / 3; ++p) {
+      Index3 base;
+      double t[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        const double u = static_cast<double>(points[3 * p + axis]) - 0.5;
+        base[axis] = static_cast<std::int64_t>(std::floor(u)) - 1;
+        t[axis] = u - static_cast<double>(base[axis]);
+      }
+      const Values voxels = box_of(texture, base, {4, 4, 4});  // [x][y][z][channel]
+      for (std::size_t c = 0; c < channels; ++c) {
+        double sum = 0;
+        for (std::size_t i = 0; i < 64; ++i)
+          sum += weight(t[0] - double(i / 16)) * weight(t[1] - double(i / 4 % 4)) *
+                 weight(t[2] - double(i % 4)) * static_cast<double>(voxels[channels * i + c]);
+        REQUIRE(values[channels * p + c] == Approx(sum).margin(2e-6));
+      }
     }
   }
 }

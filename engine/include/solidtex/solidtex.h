@@ -144,11 +144,13 @@ SOLIDTEX_API const char* solidtex_path(const solidtex_texture* texture);
 
 /* Evaluates `count` points. Point p is origin + (points[3p], points[3p+1], points[3p+2]), added in
  * double precision; `origin` (3 doubles) may be NULL for zero. Writes count x channels floats, in
- * the file's own colour space, not clamped. The field family is reconstructed trilinearly between
- * voxel centres, through the brick cache.
+ * the file's own colour space, not clamped. The field family is reconstructed between voxel centres
+ * by cubic convolution (Keys 1981, a = -3/4), through the brick cache; near edges values reach
+ * a little beyond those of the voxels around.
  * gradients: where not NULL, count x channels x 3 floats, how each value changes along x, y and z,
  * in values a texel: the derivatives of what is returned, exact but for rounding. Values are
- * continuous and smooth in cells; on the face between two cells it is the derivative of either.
+ * continuous; in the sampler family, on the face between two cells of its noise, it is the
+ * derivative of either. In the field family it is continuous, too.
  * Full precision then computes the values, too. Four times the work of values alone in the sampler
  * family, six times for one point a call; a tenth more in the field family, where bricks are there
  * already. */

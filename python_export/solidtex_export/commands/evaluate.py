@@ -55,6 +55,9 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("--json", metavar="JSON", type=Path, help="write all figures")
     p.add_argument("--pictures", metavar="FOLDER", type=Path,
                    help="write the pictures of the report, as PNG files")  # fmt: skip
+    p.add_argument("--sheet", metavar="PNG", type=Path,
+                   help="write the exemplar beside a slice of each kind, as a training's"
+                   " preview.png does; a row for each map")  # fmt: skip
     p.add_argument("--force", action="store_true", help="replace files that exist")
     p.add_argument("--size", type=int, metavar="N",
                    help="side of the compared crops in pixels, at most; smaller where the"
@@ -109,7 +112,7 @@ def run(args: argparse.Namespace) -> None:
         from solidtex_export.evaluation.evaluate import evaluate
     if args.pictures and args.pictures.exists() and not args.force:
         raise OutputError(f"{args.pictures}: found it, expected a new folder (--force adds to it)")
-    for path, suffix in ((args.output, ".html"), (args.json, ".json")):
+    for path, suffix in ((args.output, ".html"), (args.json, ".json"), (args.sheet, ".png")):
         if path is not None:
             check_output(path, args.force, suffix)
     training = {}
@@ -121,10 +124,17 @@ def run(args: argparse.Namespace) -> None:
     side = args.size or training.get("size", DEFAULT_SIDE)
     symmetry = args.symmetry or training.get("symmetry", "none")
     settings = Settings(side, args.crops, symmetry, args.seed, args.inception)
-    result = evaluate(make_subject(args, training, side), exemplars, settings)
+    subject = make_subject(args, training, side)
+    result = evaluate(subject, exemplars, settings)
     result.document["exemplars"] = [{"file": e.name, "sha256": e.sha256} for e in exemplars]
     print(summary(result))
     write(args, result, [e.name for e in exemplars])
+    if args.sheet:
+        from solidtex_export.evaluation.report import png
+        from solidtex_export.evaluation.sheet import sheet
+
+        write_whole(args.sheet, png(sheet(subject, exemplars, side)))
+        print(args.sheet)
 
 
 def load(

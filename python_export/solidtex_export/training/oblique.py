@@ -1,9 +1,9 @@
 """Oblique slices of the lattice family: STS-GAN (Zhao et al. 2022), section 4.1, "45-degree-added
 slicing"; any angle here.
 
-A thin block of voxels around the plane is generated and read trilinearly, exactly as the engine
-answers a query between voxel centres. So losses see, and training compensates, the softness of that
-interpolation. The plane holds one axis and turns about it.
+A thin block of voxels around the plane is generated and read by cubic convolution, exactly as the
+engine answers a query between voxel centres. So losses see, and training compensates, the softness
+of that interpolation. The plane holds one axis and turns about it.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from solidtex_export.generators.lattice import Box, FieldGenerator
+
+BEFORE, AFTER = 1, 3  # voxels that a point between voxels takes part of, from its own on
 
 
 class ObliqueSlices:
@@ -34,29 +36,30 @@ class ObliqueSlices:
         # Positions along the other two axes, in voxels from the first voxel's centre.
         steps = torch.arange(size, dtype=torch.float64)
         u, v = math.cos(angle) * steps, math.sin(angle) * steps
-        u, v = u - u.min() + offset[0], v - v.min() + offset[1]
-        extent = (size, int(u.max()) + 2, int(v.max()) + 2)
+        u, v = u - u.min() + BEFORE + offset[0], v - v.min() + BEFORE + offset[1]
+        extent = (size, int(u.max()) + AFTER, int(v.max()) + AFTER)
         box = Box(tuple(lo), tuple(start + e for start, e in zip(lo, extent, strict=True)))
         others = [a for a in range(3) if a != axis]
         order = (axis, others[0], others[1])
         noise = self.generator.draw_noise(box, batch)
         block = self.generator(noise, box, order)
-        return bilinear_columns(block, u, v).flip(2)
+        return cubic_columns(block, u, v).flip(2)
 
     def view(self, direction: str) -> str:
         """None: they lie at any angle."""
         return ""
 
 
-def bilinear_columns(block: Tensor, u: Tensor, v: Tensor) -> Tensor:
+def cubic_columns(block: Tensor, u: Tensor, v: Tensor) -> Tensor:
     """Values [batch, channel, row, column] of block [batch, channel, row, i, j] at (i, j) = (u, v).
 
-    Trilinear interpolation where rows fall on voxel centres.
+    The engine's cubic convolution (engine/texture/cubic.h), whose a torch has too, where rows fall
+    on voxel centres. The block begins BEFORE voxels before u and v, and ends AFTER after them.
     """
     batch, channels, rows, *extent = block.shape
     scaled = [2 * t / (e - 1) - 1 for t, e in zip((u, v), extent, strict=True)]
     grid = torch.stack(scaled[::-1], dim=-1).to(block.device, torch.float32)  # x is the last axis
     planes = block.float().reshape(batch, channels * rows, *extent)
     grid = grid.view(1, 1, -1, 2).expand(batch, -1, -1, -1)
-    values = F.grid_sample(planes, grid, mode="bilinear", align_corners=True)
+    values = F.grid_sample(planes, grid, mode="bicubic", align_corners=True)
     return values.view(batch, channels, rows, -1)

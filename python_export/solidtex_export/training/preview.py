@@ -16,7 +16,7 @@ from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
 from solidtex_export.training.display import Display
 from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.fixed_noise import FixedNoise
-from solidtex_export.training.oblique import bilinear_columns
+from solidtex_export.training.oblique import AFTER, BEFORE, cubic_columns
 from solidtex_export.training.slices import SLICE_AXES, axis_frame, plane_points
 
 GAP = 4
@@ -26,8 +26,12 @@ DIAGONAL = (torch.tensor([0.5**0.5, 0.5**0.5, 0.0]), torch.tensor([0.0, 0.0, -1.
 
 def preview_sheet(generator: nn.Module, exemplars: Sequence[Exemplar], size: int) -> Tensor:
     """Colours [3, rows, columns]: exemplars, slices normal to x, y and z, the 45 degree slice."""
+    return sheet_of([s.cpu() for s in solid_slices(generator, size)], exemplars, size)
+
+
+def sheet_of(slices: Sequence[Tensor], exemplars: Sequence[Exemplar], size: int) -> Tensor:
+    """Exemplars, as much of them as a slice shows, beside slices [channel, row, column]."""
     display = Display(exemplars)
-    slices = [s.cpu() for s in solid_slices(generator, size)]
     columns = [display.images(i) for i in [*(e.image[:, :size, :size] for e in exemplars), *slices]]
     return _stacked([_stacked(list(row), 2) for row in zip(*columns, strict=True)], 1)
 
@@ -70,15 +74,15 @@ def _lattice_slices(generator: FieldGenerator, size: int) -> list[Tensor]:
 
 
 def _diagonal(solid: FixedNoise, size: int) -> Tensor:
-    """The vertical plane through the diagonal of x and y, trilinear between voxel centres."""
+    """The vertical plane through the diagonal of x and y, between voxels as the engine does it."""
     parts = []
     for left in range(0, size, BLOCK):
         steps = torch.arange(left, min(left + BLOCK, size), dtype=torch.float64)
         along = float(DIAGONAL[0][0]) * steps
-        lo = int(along[0])
-        hi = int(along[-1]) + 2
+        lo = int(along[0]) - BEFORE
+        hi = int(along[-1]) + AFTER
         block = solid.colors(Box((lo, lo, 0), (hi, hi, size)), (2, 0, 1))
-        parts.append(bilinear_columns(block[None], along - lo, along - lo)[0])
+        parts.append(cubic_columns(block[None], along - lo, along - lo)[0])
     return torch.cat(parts, dim=2).flip(1)
 
 
