@@ -72,7 +72,7 @@ def test_the_sheet_shows_the_exemplar_beside_slices(tmp_path: Path, exemplar: Pa
     columns, rows = 5, 2  # exemplar, x, y, z, oblique; colour and the map that both have
     assert sheet.shape == (64 * rows + 4, 64 * columns + 4 * (columns - 1), 3)
     assert np.abs(sheet[:64, :64] - blobs(1, 130, 200)[:64, :64]).max() < 0.005
-    views = subjects.from_model(model, 128, 0, {}).views
+    views = subjects.from_model(model, 128, 0, dict.fromkeys("xyz", 0)).views
     for column, view in enumerate(views, start=1):
         cut = view.pictures[0][:64, :64].clip(0, 1)
         shown = sheet[:64, 68 * column : 68 * column + 64]
