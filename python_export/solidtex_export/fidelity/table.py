@@ -23,6 +23,7 @@ SHORT = {
     "autocorrelation": "autocorr.",
     "fdmse": "FDMSE",
     "sliced_wasserstein": "Wasserstein",
+    "spectrum": "spectrum",
     "sifid": "SIFID",
 }
 SOLID_COLUMNS = {
@@ -98,13 +99,18 @@ def _section(plan: Plan, entry: Entry, outcomes: Outcomes, images: str) -> str:
     judged = {m: found[m] for m in plan.methods if m in found and not found[m].failure}
     if judged:
         lines.append(f"![{entry.name}](images/{images}/{entry.name}.jpg)\n")
-        lines += _judgements(plan, entry, found, list(next(iter(judged.values())).figures), images)
+        lines += _judgements(plan, entry, found, _metrics(judged), images)
         if entry.solid:
             lines += _solid_table(judged, outcomes.true_solids[entry.name])
     for method in (m for m in plan.methods if m in found):
         if words := found[method].failure:
             lines.append(f"{method} failed: `{words}`\n")
     return "\n".join(lines)
+
+
+def _metrics(judged: dict[str, Outcome]) -> list[str]:
+    """Those of any cell: cells that were judged before there was a metric have no figure of it."""
+    return [m for m in SHORT if any(m in outcome.figures for outcome in judged.values())]
 
 
 def _judgements(
@@ -117,7 +123,7 @@ def _judgements(
         if outcome is None or outcome.failure:
             lines.append(f"| {method} | {_state(outcome)} |" + " |" * (len(titles) - 2))
             continue
-        values = [outcome.figures[metric] for metric in metrics]
+        values = [outcome.figures.get(metric) for metric in metrics]
         texts = [method, f"{outcome.seconds / 60:.1f}", str(outcome.steps)]
         texts += ["-" if v is None else f"{v:.2f}" for v in values]
         texts += [f"{outcome.copied:.2f}", "yes" if outcome.repeats else "no"]
