@@ -34,6 +34,12 @@ bool near(const glm::vec3& a, const glm::vec3& b, float tolerance) {
 
 pt::Image four_colors() { return {2, 2, {1, 0, 0, 0, 1, 0, 0, 0, 1, 0.5f, 0.5f, 0.5f}}; }
 
+// Of an encoded colour, which reaches beyond 0 to 1 beside edges.
+glm::vec3 albedo_of(const glm::vec3& encoded) {
+  const glm::vec3 albedo = pt::srgb_to_linear(glm::clamp(encoded, 0.0f, 1.0f));
+  return glm::min(albedo, pt::kMaxTextureAlbedo);
+}
+
 }  // namespace
 
 TEST_CASE("An image lies on the mesh by its UV, the first row on top") {
@@ -112,9 +118,8 @@ TEST_CASE("A solid colour is the engine's answer at the surface, decoded") {
     const std::array<float, 3> texels = {7 * p.x, 8 * p.y, 9 * p.z};
     std::array<float, 3> value;
     texture.eval_points({1000.5, -1e9, 3.25}, texels, value);
-    const glm::vec3 expected = pt::srgb_to_linear({value[0], value[1], value[2]});
     CAPTURE(i);
-    CHECK(near(found[i].color, expected, 2e-5f));
+    CHECK(near(found[i].color, albedo_of({value[0], value[1], value[2]}), 2e-5f));
   }
 }
 
@@ -149,7 +154,7 @@ TEST_CASE("Colour and roughness are found by name, wherever the model has them")
     std::array<float, 6> value;
     texture.eval_points({0, 0, 0}, point, value);
     CAPTURE(i);
-    CHECK(near(found[i].color, pt::srgb_to_linear({value[3], value[5], value[1]}), 2e-5f));
+    CHECK(near(found[i].color, albedo_of({value[3], value[5], value[1]}), 2e-5f));
     CHECK(found[i].roughness == (i % 2 ? value[2] : 0.7f));
   }
 }
@@ -247,8 +252,8 @@ TEST_CASE("A plane to the horizon does not alias") {
   const double four = rms_difference(render(pt::TextureFilter::footprint, 4), reference);
   const double slanted = rms_difference(render(pt::TextureFilter::anisotropic, 1), reference);
   CAPTURE(plain, stochastic, filtered, slanted, four);
-  CHECK(slanted < 0.8 * filtered);
-  CHECK(filtered < 0.55 * plain);  // the mean over seeds is 0.50
+  CHECK(slanted < 0.95 * filtered);
+  CHECK(filtered < 0.3 * plain);
   CHECK(four < filtered);
   CHECK(stochastic < 1.3 * plain);
   // Many samples see points, whatever is asked for.

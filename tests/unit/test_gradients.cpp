@@ -55,7 +55,8 @@ std::vector<Footprint> footprints() {
           {"needle", 0, {7, 3, -2, 0, 0, 0, 0, 0, 0}}};
 }
 
-// Against differences to both sides, whose rounding is some 1e-7 / kStep. Where these do not agree
+// Against differences to both sides, whose rounding is some 1e-7 / kStep, and which third
+// derivatives twist by kStep^2 / 6 of theirs. Where these do not agree
 // a plane between two cells, or the edge of an activation, lies between.
 struct Agreement {
   std::size_t smooth = 0, wrong = 0, all = 0;
@@ -63,7 +64,7 @@ struct Agreement {
 };
 
 Agreement agreement_of(const Texture& texture, const Values& points, const Footprint& footprint) {
-  constexpr float kStep = 1.0f / 64, kRounding = 2e-5f, kBend = 0.02f;
+  constexpr float kStep = 1.0f / 128, kRounding = 4e-5f, kBend = 0.05f, kTwist = 6e-4f;
   const Found here = ask(texture, {}, points, footprint);
   Agreement result;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -81,7 +82,7 @@ Agreement agreement_of(const Texture& texture, const Values& points, const Footp
       ++result.all;
       result.largest = std::max(result.largest, size);
       if (high - low > 2 * kRounding + kBend * size) continue;
-      const float margin = kRounding + 1e-3f * size;
+      const float margin = kRounding + kTwist + 1e-3f * size;
       ++result.smooth;
       result.wrong += gradient < low - margin || gradient > high + margin;
     }
@@ -99,10 +100,10 @@ std::vector<Model> encoded_models() {
   return found;
 }
 
-// Multiples of a 64th, so that steps between them are exact.
+// Multiples of a 128th, so that steps between them are exact.
 Values places(std::size_t count, float extent) {
   Values points = random_points(count, extent, 4);
-  for (float& c : points) c = std::round(64 * c) / 64;
+  for (float& c : points) c = std::round(128 * c) / 128;
   return points;
 }
 
