@@ -65,7 +65,7 @@ LONG_LINES, SHORT_LINES = 9.0, 5.5  # widths that thin lines are long
 FAINT = 0.6  # outlines that short lines need for a lattice
 LONG_GRAIN = 4.5
 """Structures along z that are so many times as long as across are fibres."""
-OUTLINED = {"xyz": 3.5, "xy": 7.0}
+OUTLINED = {"xyz": 1.2, "xy": 7.0}
 """Outlines that need a lattice, by the directions that a photograph serves: a sampler draws the
 straight ones of wood, not those of a wall's bricks, of which a photograph has 8."""
 
