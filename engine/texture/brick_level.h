@@ -9,8 +9,8 @@
 #include "engine/texture/answers.h"
 #include "engine/texture/brick_cache.h"
 #include "engine/texture/coordinates.h"
-#include "engine/texture/cubic.h"
 #include "engine/texture/footprint.h"
+#include "engine/texture/reconstruction.h"
 
 namespace solidtex::engine {
 

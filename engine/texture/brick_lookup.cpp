@@ -13,7 +13,7 @@ HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
 // kChannels at a time. Inlined, so that where those are all, the compiler knows.
-template <std::size_t kChannels, class Batch>
+template <class Kernel, std::size_t kChannels, class Batch>
 HWY_INLINE void LookUpOn(const Brick& brick, const std::size_t channels, const Batch& batch,
                          std::span<const std::uint32_t> which, std::span<const PlacedPoint> points,
                          const Answers& answers) {
@@ -24,30 +24,41 @@ HWY_INLINE void LookUpOn(const Brick& brick, const std::size_t channels, const B
     const auto at = cells_of(batch, which[point.place], brick.grid);
     const float* corner = brick.values + at[0].voxel * x + at[1].voxel * y + at[2].voxel * z;
     for (std::size_t c = 0; c < channels; c += kChannels) {
-      const Cell<kChannels> cell{corner + c, x, y, z};
+      const Cell<Kernel, kChannels> cell{corner + c, x, y, z};
       const Answers answer = answers.from(point.place * channels + c);
       if (answer.gradients) {
-        interpolate_with_slopes(cell, at, per_texel, answer.values, answer.gradients);
+        cell.interpolate_with_slopes(at, per_texel, answer.values, answer.gradients);
       } else {
-        interpolate(cell, at, answer.values);
+        cell.interpolate(at, answer.values);
       }
     }
   }
 }
 
 // A colour, and one with one or two maps: all channels together take a third of the time.
+template <class Kernel, class Batch>
+HWY_INLINE void LookUpBy(const Brick& brick, const Batch& batch,
+                         std::span<const std::uint32_t> which, std::span<const PlacedPoint> points,
+                         const Answers& answers) {
+  switch (brick.channels) {
+    case 3:
+      return LookUpOn<Kernel, 3>(brick, 3, batch, which, points, answers);
+    case 4:
+      return LookUpOn<Kernel, 4>(brick, 4, batch, which, points, answers);
+    case 5:
+      return LookUpOn<Kernel, 5>(brick, 5, batch, which, points, answers);
+    default:
+      return LookUpOn<Kernel, 1>(brick, brick.channels, batch, which, points, answers);
+  }
+}
+
 template <class Batch>
 HWY_INLINE void LookUp(const Brick& brick, const Batch& batch, std::span<const std::uint32_t> which,
                        std::span<const PlacedPoint> points, const Answers& answers) {
-  switch (brick.channels) {
-    case 3:
-      return LookUpOn<3>(brick, 3, batch, which, points, answers);
-    case 4:
-      return LookUpOn<4>(brick, 4, batch, which, points, answers);
-    case 5:
-      return LookUpOn<5>(brick, 5, batch, which, points, answers);
-    default:
-      return LookUpOn<1>(brick, brick.channels, batch, which, points, answers);
+  if (brick.grid.taps() == Cubic::kTaps) {
+    LookUpBy<Cubic>(brick, batch, which, points, answers);
+  } else {
+    LookUpBy<Linear>(brick, batch, which, points, answers);
   }
 }
 

@@ -7,7 +7,7 @@
 
 #include "engine/texture/answers.h"
 #include "engine/texture/coordinates.h"
-#include "engine/texture/cubic.h"
+#include "engine/texture/reconstruction.h"
 
 namespace solidtex::engine {
 

@@ -39,11 +39,9 @@ std::array<std::int64_t, 3> block_size(const Box& box) {
 // The pyramid: bricks of about 32^3 texels on the coarse levels, whose voxels cost the more the
 // coarser they are: one of 8^3 texels costs as much as 512, and no larger ones are computed.
 constexpr BrickGrid kGrids[] = {{0, 4}, {1, 4}, {2, 3}, {3, 2}};
-// Between two levels lies a mean of both, which is blurred more than one of the edge in between, so
-// that finer voxels come nearer: means over 2 to 8 texels of granite, rust and pores are missed by
-// 0.11 to 0.18 of the texture's deviation with 0.875 (0.11 to 0.17 with 0.75), with 1 by 0.15 to
-// 0.21. White noise seen towards the horizon is nearer with 0.875 than with 0.75: 0.047, 0.050.
-constexpr float kFinerEdge = 0.875f;
+// Interpolation between voxels blurs once more, so that finer ones come nearer to the mean: with
+// 0.75 means over 2 to 12 texels of granite and rust are missed by half of what they are with 1.
+constexpr float kFinerEdge = 0.75f;
 // A footprint that is longer than wide is looked up in parts, so many at most; parts of half a
 // texel and less are points as good as any.
 constexpr int kMostParts = 16;
