@@ -40,7 +40,8 @@ std::array<std::int64_t, 3> block_size(const Box& box) {
 // coarser they are: one of 8^3 texels costs as much as 512, and no larger ones are computed.
 constexpr BrickGrid kGrids[] = {{0, 4}, {1, 4}, {2, 3}, {3, 2}};
 // Interpolation between voxels blurs once more, so that finer ones come nearer to the mean: with
-// 0.75 means over 2 to 12 texels of granite and rust are missed by half of what they are with 1.
+// 0.75 means over 2 to 8 texels of granite and rust are missed by three quarters of what they are
+// with 1, and with 0.875 by as much.
 constexpr float kFinerEdge = 0.75f;
 // A footprint that is longer than wide is looked up in parts, so many at most; parts of half a
 // texel and less are points as good as any.

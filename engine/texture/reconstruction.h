@@ -18,9 +18,9 @@ namespace solidtex::engine {
 // exactly one brick. Brick corners are multiples of the edge, where the network's tiles begin: from
 // one voxel earlier on 19^3 voxels take 1.3 times as long.
 //
-// Coarse levels are interpolated linearly: a cubic margin of their voxels is wide. Processor time of
-// scenes/carved.json at a small size, beside linear interpolation of all levels: all cubic 1.6, the
-// first two 1.16, the first alone 1.05, but then contrast drops where the second takes over
+// Coarse levels are interpolated linearly: a cubic margin of their voxels is wide. Processor time
+// of scenes/carved.json at a small size, beside linear interpolation of all levels: all cubic 1.6,
+// the first two 1.16, the first alone 1.05, but then contrast drops where the second takes over
 // (tests/scenes/test_zoom.cpp). Footprints miss true means by as much either way.
 struct BrickGrid {
   int level = 0;

@@ -152,7 +152,7 @@ SOLIDTEX_API const char* solidtex_path(const solidtex_texture* texture);
  * continuous; in the sampler family, on the face between two cells of its noise, it is the
  * derivative of either. In the field family it is continuous, too.
  * Full precision then computes the values, too. Four times the work of values alone in the sampler
- * family, six times for one point a call; a tenth more in the field family, where bricks are there
+ * family, six times for one point a call; a third more in the field family, where bricks are there
  * already. */
 SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* texture,
                                                   const double* origin, const float* points,
