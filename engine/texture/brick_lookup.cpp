@@ -55,7 +55,7 @@ HWY_INLINE void LookUpBy(const Brick& brick, const Batch& batch,
 template <class Batch>
 HWY_INLINE void LookUp(const Brick& brick, const Batch& batch, std::span<const std::uint32_t> which,
                        std::span<const PlacedPoint> points, const Answers& answers) {
-  if (brick.grid.taps() == Cubic::kTaps) {
+  if (brick.grid.is_cubic()) {
     LookUpBy<Cubic>(brick, batch, which, points, answers);
   } else {
     LookUpBy<Linear>(brick, batch, which, points, answers);
