@@ -1,4 +1,4 @@
-"""All Python files are formatted and linted by the rules of pyproject.toml."""
+"""Python files are formatted and linted, and those of the package typed, as pyproject.toml says."""
 
 import subprocess
 import sys
@@ -24,6 +24,18 @@ def test_ruff(command: list[str]) -> None:
             *FOLDERS,
         ],
         cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_mypy(tmp_path: Path) -> None:
+    pytest.importorskip("mypy", reason="the Python package mypy is not installed")
+    run = subprocess.run(
+        [sys.executable, "-m", "mypy", f"--cache-dir={tmp_path}"],
+        cwd=REPOSITORY / "python_export",
         capture_output=True,
         text=True,
         check=False,

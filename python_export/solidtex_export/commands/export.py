@@ -15,7 +15,7 @@ from solidtex_export import cli
 from solidtex_export.file_format.model_file import VERSION, ModelFile
 from solidtex_export.generators.build import Generator
 from solidtex_export.generators.fold import fold_lattice
-from solidtex_export.generators.lattice import FieldGenerator, LatticeGenerator
+from solidtex_export.generators.lattice import ConvBlock, FieldGenerator, LatticeGenerator
 from solidtex_export.generators.networks import Network, lattice_network, sampler_network
 from solidtex_export.generators.pyramid import PyramidGenerator, fold_pyramid
 from solidtex_export.generators.sampler import OctaveSampler
@@ -91,8 +91,9 @@ def exemplar_documents(config: dict[str, Any]) -> dict[str, str] | list[dict[str
 
 
 def _fold_field(generator: LatticeGenerator) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    slope = generator.get_submodule("cb1_1").act.negative_slope
-    return fold_lattice(generator.state_dict(), slope)
+    block = generator.get_submodule("cb1_1")
+    assert isinstance(block, ConvBlock)
+    return fold_lattice(generator.state_dict(), block.act.negative_slope)
 
 
 def _fold_sampler(network: OctaveSampler) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

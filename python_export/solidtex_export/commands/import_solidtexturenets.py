@@ -102,10 +102,9 @@ def check_published(state: Mapping[str, Tensor]) -> LatticeSizes:
 
 def with_colors(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
     """Adds what turns the network's output into colours: R, G, B = means + reversed(y) / 255."""
-    double = {"dtype": torch.float64}
     return dict(state) | {
-        "color_mean": torch.tensor(MEAN_BGR[::-1], **double),
-        "color_basis": torch.eye(CHANNELS, **double).flip(0) / 255,
+        "color_mean": torch.tensor(MEAN_BGR[::-1], dtype=torch.float64),
+        "color_basis": torch.eye(CHANNELS, dtype=torch.float64).flip(0) / 255,
     }
 
 

@@ -7,6 +7,7 @@ Without arguments: untrained models of many shapes, then every model in models/.
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -62,7 +63,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     p.add_argument("models", metavar="MODEL", nargs="*", type=Path, help="files to measure")
 
-    def work(args: object) -> None:
+    def work(args: argparse.Namespace) -> None:
         print("| model | boxes | points | largest, in 1/255 |\n|---|---|---|---|")
         for name, found in rows(args.models):
             print(line(name, found), flush=True)

@@ -7,6 +7,7 @@ Without arguments: untrained sampler models of many shapes, then the samplers of
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -86,7 +87,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     p.add_argument("models", metavar="MODEL", nargs="*", type=Path, help="files to measure")
 
-    def work(args: object) -> None:
+    def work(args: argparse.Namespace) -> None:
         print(
             "| model | standard deviation | within 1 | root mean square | 99.9 % below | largest |"
         )

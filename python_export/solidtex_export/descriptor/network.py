@@ -45,6 +45,7 @@ class DescriptorNetwork(nn.Module):
         previous = INPUT_CHANNELS
         for name, width in zip(layer_names(widths), sum(widths, ()), strict=True):
             layer = nn.Conv2d(previous, width, 3)
+            assert layer.bias is not None
             nn.init.kaiming_normal_(layer.weight)
             nn.init.zeros_(layer.bias)
             self.add_module(name, layer)
@@ -53,7 +54,7 @@ class DescriptorNetwork(nn.Module):
 
     def features(self, images: Tensor) -> dict[str, Tensor]:
         """After each layer's ReLU, finest first; ends where an image has become too small."""
-        found = {}
+        found: dict[str, Tensor] = {}
         x = images.contiguous(memory_format=torch.channels_last)
         for scale, widths in enumerate(self.widths):
             if scale:

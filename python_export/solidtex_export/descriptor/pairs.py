@@ -34,11 +34,13 @@ class Pool:
         """Batches by index, as of a step."""
         end = families.ROUND + step // STEPS_PER_BATCH
         wanted = range(max(0, end - KEPT_BATCHES), end)
-        self._batches = {i: self._batches.get(i, None) for i in wanted}
-        for i in wanted:
-            if self._batches[i] is None:
-                self._batches[i] = whitened(families.batch(self._seed, i, BATCH, IMAGE)).half()
+        self._batches = {i: self._kept_or_made(i) for i in wanted}
         return self._batches
+
+    def _kept_or_made(self, index: int) -> Tensor:
+        if index in self._batches:
+            return self._batches[index]
+        return whitened(families.batch(self._seed, index, BATCH, IMAGE)).half()
 
 
 def training_pairs(pool: Pool, seed: int, step: int) -> Tensor:

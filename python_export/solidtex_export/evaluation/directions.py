@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter
 
 from solidtex_export.evaluation.metrics.autocorrelation import correlation
@@ -14,6 +13,8 @@ from solidtex_export.evaluation.pictures import luminance
 GRADIENT_SIGMA = 1.0  # pixels
 COARSE_SIGMA = 4.0  # pixels: bands of a dozen and more, that fine grain hides from the other
 LOCAL_SIGMA = 6.0  # pixels: the window of the local structure tensor
+
+Values = float | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def _structure_tensor(gray: np.ndarray, sigma: float) -> tuple[np.ndarray, np.nd
     return np.square(right), np.square(up), right * up
 
 
-def _coherence(xx: ArrayLike, yy: ArrayLike, xy: ArrayLike) -> np.ndarray:
+def _coherence(xx: Values, yy: Values, xy: Values) -> np.ndarray:
     return np.hypot(xx - yy, 2 * xy) / np.maximum(xx + yy, 1e-12)
 
 

@@ -148,7 +148,7 @@ def _copying(
 
 def _repetitions(subject: Subject, images: list[np.ndarray]) -> dict[str, Any]:
     """Of the exemplars; of a block of a model and of it with one far away, else of each picture."""
-    result = {"self": [_record(repetition(luminance(image))) for image in images]}
+    result: dict[str, Any] = {"self": [_record(repetition(luminance(image))) for image in images]}
     if subject.blocks:
         near, far = (luminance(block) for block in subject.blocks)
         return result | {

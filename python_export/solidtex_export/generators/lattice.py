@@ -59,6 +59,9 @@ class FieldGenerator(nn.Module):
     distribution: ClassVar[str] = "uniform"
     """Of the noise: uniform in [0, 1), or standard normal."""
 
+    color_mean: Tensor
+    color_basis: Tensor
+
     def __init__(self, levels: int, noise_channels: int, out_channels: int) -> None:
         super().__init__()
         self.levels = levels

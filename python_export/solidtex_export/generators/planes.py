@@ -30,9 +30,10 @@ def from_planes(x: Tensor) -> Tensor:
 class PlaneConvolution(nn.Conv3d):
     """An unpadded convolution whose weight [out, in, x, y, z] meets a volume with axes `axes`."""
 
+    bias: Tensor
+
     def reset_parameters(self) -> None:
         nn.init.kaiming_normal_(self.weight, a=1.0)  # keeps the variance
-        assert self.bias is not None
         nn.init.zeros_(self.bias)
 
     def forward(self, x: Tensor, axes: Axes = XYZ, norm: PlaneNorm | None = None) -> Tensor:

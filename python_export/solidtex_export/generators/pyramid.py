@@ -42,11 +42,12 @@ class PyramidGenerator(FieldGenerator):
     ) -> None:
         super().__init__(levels, noise_channels, out_channels)
         self.slope = slope
-        self.blocks = nn.ModuleList()
+        blocks = []
         for level in range(levels):
             joint = noise_channels + (width if level < levels - 1 else 0)
             convolutions = PlaneConvolution(joint, width, 3), PlaneConvolution(width, width, 3)
-            self.blocks.append(nn.ModuleList(convolutions))
+            blocks.append(nn.ModuleList(convolutions))
+        self.blocks: Sequence[Sequence[PlaneConvolution]] = nn.ModuleList(blocks)  # type: ignore[assignment]
         self.last = PlaneConvolution(width, out_channels, 1)
 
     def noise_boxes(self, box: Box) -> list[Box]:

@@ -29,6 +29,7 @@ def lattice_state(levels: int, noise: int, step: int, seed: int = 0) -> dict[str
     with torch.no_grad():
         generator.train()(generator.draw_noise(box, batch=2), box)
         for norm in norms:
+            assert norm.running_mean is not None and norm.running_var is not None
             norm.running_var *= torch.empty_like(norm.running_var).uniform_(0.8, 1.25)
             norm.running_mean += 0.1 * torch.randn_like(norm.running_mean)
         generator.color_mean.uniform_(0.3, 0.6)
@@ -113,6 +114,7 @@ def _random_tensors(
     rng: np.random.Generator, node: dict[str, Any], channels: int
 ) -> dict[str, np.ndarray]:
     name = node["name"]
+    shapes: dict[str, tuple[int, ...]]
     if node["op"] == "affine":
         shapes = {"scale": (channels,), "shift": (channels,)}
     elif "kernel" in node:

@@ -10,7 +10,7 @@ by 1/sqrt(fan-in) when used ("equalized" learning rates, as in the paper).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 import torch
@@ -97,6 +97,10 @@ class HiddenLayer(nn.Module):
 class OctaveSampler(nn.Module):
     """S of equation 1: octave noise at c -> colour at c."""
 
+    scales: Tensor
+    color_mean: Tensor
+    color_basis: Tensor
+
     def __init__(
         self,
         octaves: int = 16,
@@ -126,7 +130,7 @@ class OctaveSampler(nn.Module):
         self.bin_size = octaves // bins
         self.linear = nn.Parameter(_rotations(octaves))
         self.constant = nn.Parameter(torch.randn(width))
-        self.hidden = nn.ModuleList(
+        self.hidden: Sequence[HiddenLayer] = nn.ModuleList(  # type: ignore[assignment]
             HiddenLayer(width, self.bin_size if i < bins else 0, slope)
             for i in range(hidden_layers)
         )

@@ -12,6 +12,8 @@ minutes; this one begins with features that tell textures apart.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
@@ -49,7 +51,8 @@ class ProjectedCritic(nn.Module):
                 f"photograph: found {tuple(photograph.shape[1:])} pixels,"
                 f" expected as many as projected_critic.layers {', '.join(missing)} need"
             )
-        self.heads = nn.ModuleDict({n: _Head(found[n].shape[1], width) for n in layers})
+        heads = {name: _Head(found[name].shape[1], width) for name in layers}
+        self.heads: Mapping[str, _Head] = nn.ModuleDict(heads)  # type: ignore[assignment]
         for name in layers:
             mean, gain = _normalisation(found[name])
             self.register_buffer(f"{name}_mean", mean)

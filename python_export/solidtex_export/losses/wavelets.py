@@ -158,7 +158,7 @@ class WaveletLoss:
         channels = image.shape[1]
         bank = torch.einsum("cd,fxy->cfdxy", torch.eye(channels, device=image.device),
                             self._filters).flatten(0, 1)  # fmt: skip
-        responses = []
+        responses: list[Tensor] = []
         while min(image.shape[2:]) >= SMALLEST:
             weight = bank
             if len(self._deviations) > len(responses):

@@ -31,5 +31,6 @@ def measure_statistics(
             slices.draw(directions[i % len(directions)], size, 1)
         for norm, momentum in zip(norms, momenta, strict=True):
             norm.momentum = momentum
-        ranks.average([s for n in norms for s in (n.running_mean, n.running_var)])
+        averages = [s for n in norms for s in (n.running_mean, n.running_var)]
+        ranks.average([s for s in averages if s is not None])
     generator.eval()

@@ -12,7 +12,7 @@ import numpy as np
 from solidtex_export.file_format.model_file import MAX_OUTPUT_CHANNELS
 from solidtex_export.training.pictures import ExemplarError, Picture, refuse
 
-COLOR = ("albedo.r", "albedo.g", "albedo.b")
+COLOR: tuple[str, ...] = ("albedo.r", "albedo.g", "albedo.b")
 RGB = ("R", "G", "B")
 COLOR_OF = {"Y": COLOR} | {
     name: (channel,)

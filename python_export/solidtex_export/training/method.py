@@ -128,7 +128,7 @@ class Optimiser:
     final_rate: float = number(0, 1, 1.0)
     """Fraction of the learning rate at the end of half a cosine; 1 keeps it."""
     warmup_steps: int = number(0, 1_000_000, 0)
-    betas: tuple[float, ...] = number(0, 0.99999, (0.9, 0.999))
+    betas: tuple[float, float] = number(0, 0.99999, (0.9, 0.999))
     beta_with_critic: float | None = number(0, 0.99999, None)
     """Replaces the first beta once a critic's loss has joined."""
     equalised: bool = False
@@ -157,7 +157,7 @@ class CriticTraining:
     """What critics of either kind have: one per photograph and scale."""
 
     learning_rate: float = number(1e-9, 10, 1e-3)
-    betas: tuple[float, ...] = number(0, 0.99999, (0.0, 0.99))
+    betas: tuple[float, float] = number(0, 0.99999, (0.0, 0.99))
     memory: int = number(1, 4096, 12)
     """Recent slices that it is trained on."""
     batch: int = number(1, 1024, 4)

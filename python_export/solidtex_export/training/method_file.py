@@ -98,7 +98,7 @@ def _read(kind: type, values: Any, label: str, where: str) -> Any:
 def _value(hint: Any, value: Any, limits: Any, label: str, where: str) -> Any:
     if isinstance(hint, types.UnionType):  # optional
         hint = next(h for h in typing.get_args(hint) if h is not type(None))
-    if dataclasses.is_dataclass(hint):
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         return _read(hint, value, label, where)
     if typing.get_origin(hint) is tuple:
         inner = typing.get_args(hint)[0]

@@ -125,7 +125,9 @@ def _upright(values: np.ndarray, orientation: int) -> np.ndarray:
         return values
     buffer = oiio.ImageBuf(values)
     buffer.orientation = orientation
-    return oiio.ImageBufAlgo.reorient(buffer).get_pixels(oiio.FLOAT)
+    pixels = oiio.ImageBufAlgo.reorient(buffer).get_pixels(oiio.FLOAT)
+    assert pixels is not None
+    return pixels
 
 
 def _reason(error: str) -> str:

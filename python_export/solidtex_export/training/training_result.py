@@ -46,7 +46,7 @@ def read_result(folder: Path) -> TrainingResult:
         generator = _generator(config, checkpoint["generator"])
     except StateError as error:
         raise StateError(f"{checkpoint_path}: {error}") from error
-    progress = {k: checkpoint[k] for k in ("step", "seconds") if k in checkpoint}
+    progress: dict[str, float] = {k: checkpoint[k] for k in ("step", "seconds") if k in checkpoint}
     return TrainingResult(config["family"], config, progress, generator)
 
 

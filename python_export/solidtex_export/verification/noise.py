@@ -74,7 +74,8 @@ def _solidtex_1_key(seed: int, level: int, channel: int) -> list[np.uint32]:
 
 def _solidtex_1_bits(seed: int, level: int, channel: int, x: Array, y: Array, z: Array) -> Array:
     key = _solidtex_1_key(seed, level, channel)
-    words = [w ^ k for w, k in zip((x, y, z, np.uint32(0)), key, strict=True)]
+    counter = (x, y, z, np.zeros((), np.uint32))
+    words = [w ^ k for w, k in zip(counter, key, strict=True)]
     # Arrays, never scalars: NumPy warns of wrapping scalars only.
     words = [np.ascontiguousarray(w) for w in np.broadcast_arrays(*words)]
     words = [w * np.uint32(1664525) + np.uint32(1013904223) for w in words]

@@ -80,8 +80,10 @@ def read_layers(path: Path) -> tuple[list[Tensor], list[Tensor]]:
         ) from error
     weights, biases = [], []
     for name, outputs, inputs, kernel, *_ in LAYERS:
-        shapes = {f"{name}.conv.weight": (outputs, inputs, kernel, kernel)}
-        shapes |= {f"{name}.bn.{statistic}": (outputs,) for statistic in STATISTICS}
+        shapes: dict[str, tuple[int, ...]] = {
+            f"{name}.conv.weight": (outputs, inputs, kernel, kernel),
+            **{f"{name}.bn.{statistic}": (outputs,) for statistic in STATISTICS},
+        }
         values = [_tensor(state, key, shape, path) for key, shape in shapes.items()]
         weight, scale, shift, mean, variance = values
         scale = scale / torch.sqrt(variance + EPSILON)
@@ -92,7 +94,7 @@ def read_layers(path: Path) -> tuple[list[Tensor], list[Tensor]]:
 
 def _tensor(state: object, key: str, shape: tuple[int, ...], path: Path) -> Tensor:
     value = state.get(key) if isinstance(state, dict) else None
-    found = f"shape {tuple(value.shape)}" if isinstance(value, Tensor) else "nothing"
-    if found != f"shape {shape}":
+    if not isinstance(value, Tensor) or tuple(value.shape) != shape:
+        found = f"shape {tuple(value.shape)}" if isinstance(value, Tensor) else "nothing"
         raise WeightsError(f"{path}: {key}: found {found}, expected shape {shape}")
     return value.float()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.ndimage import convolve1d
 
@@ -43,7 +45,7 @@ class SlicedWasserstein:
 
 def pyramid(crops: np.ndarray, count: int | None = None) -> list[np.ndarray]:
     """`count` levels, by default as many as leave SMALLEST_SIDE pixels, finest first."""
-    levels = []
+    levels: list[np.ndarray] = []
     while count is None or len(levels) < count - 1:
         if count is None and min(crops.shape[1:3]) < 2 * SMALLEST_SIDE:
             break
@@ -55,7 +57,7 @@ def pyramid(crops: np.ndarray, count: int | None = None) -> list[np.ndarray]:
 
 def _projected(level: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     windows = np.lib.stride_tricks.sliding_window_view(level, (PATCH, PATCH), axis=(1, 2))
-    places = np.prod(windows.shape[:3])
+    places = math.prod(windows.shape[:3])
     chosen = rng.choice(places, min(places, MAX_PATCHES), replace=False)
     patches = windows[np.unravel_index(chosen, windows.shape[:3])].reshape(len(chosen), -1)
     directions = rng.standard_normal((patches.shape[1], PROJECTIONS), dtype=np.float32)
