@@ -24,7 +24,7 @@ CRITIC = ["critic.widths=[4,6]", "critic.batch=2", "projected_critic.head_width=
 RANDOM = ["losses.0.groups=[[4],[4]]"]
 SMALL = {
     "lattice": [*LATTICE, *CRITIC],
-    "sampler": [*SAMPLER, *CRITIC],
+    "sampler": [*SAMPLER, "grain.short_octaves=1", *CRITIC],
     "gutierrez": [*LATTICE, *RANDOM],
     "babichev": [*LATTICE, *(f"losses.{i}.groups=[[4],[4],[4]]" for i in range(4))],
     "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],

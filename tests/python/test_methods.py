@@ -250,6 +250,7 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("[early]\nsteps = -1", "early.steps: found -1, expected 0 to 1e+06"),
         ("[early]\nline_length = -1", "early.line_length: found -1.0, expected 0 to 1e+06"),
         ("[slicing]\nplanes = 'any'", 'slicing.planes: found "any", expected axes'),
+        ("[grain]\nshort_octaves = 2", "grain.short_octaves: found 2, expected 0 for this"),
     ],
 )
 def test_wrong_methods_are_named(text: str, message: str, tmp_path: Path) -> None:
@@ -287,3 +288,12 @@ def test_wrong_settings_are_refused(
         code = exit.code
     assert code in (1, 2) and message in capsys.readouterr().err
     assert not (tmp_path / "r").exists()
+
+
+def test_some_octaves_are_as_long_as_the_grain(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = [str(photo), "-o", str(tmp_path / "r"), "--size", "44", "--method", "sampler"]
+    assert cli_train.main([*arguments, "--set", "grain.short_octaves=16"]) == 1
+    message = "grain.short_octaves: found 16, expected fewer than all 16 octaves"
+    assert message in capsys.readouterr().err

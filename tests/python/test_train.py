@@ -149,7 +149,7 @@ def test_a_sampler_of_wood_starts_with_longer_grain_than_measured(
     scales = []
     for directions in ("xyz", "xy"):
         result = tmp_path / directions
-        generator = make_trainer([photo], result, "sampler", "--directions", directions).generator
+        generator = make_trainer([photo], result, "gramgan", "--directions", directions).generator
         assert isinstance(generator, OctaveSampler)
         scales.append(generator.scales)
     stretch = scales[0] / scales[1]

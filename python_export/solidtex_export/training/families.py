@@ -8,6 +8,7 @@ from solidtex_export.generators.build import Generator, build_generator
 from solidtex_export.generators.lattice import FieldGenerator, LatticeGenerator
 from solidtex_export.generators.lattice_start import quiet_fine_noise, smooth_coarse_features
 from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.generators.sampler_start import start_with_grain
 from solidtex_export.training.axes import grain_ratio
 from solidtex_export.training.config import Config
 from solidtex_export.training.exemplar import Exemplar
@@ -22,7 +23,8 @@ from solidtex_export.training.slices import LatticeSlices, SamplerSlices, SliceS
 # 5.89, the strokes of its pores; at 34 and 68 7.63 and 8.05, ever longer fibres. Layered wood (28,
 # 1000 steps) at 55 and 111 1.84 and 1.96, long either way. All octaves alike: with every other one
 # at the root of that the figures fall (zebrano 4.7 to 2.7, oak 5.9 to 2.0), and so with the finest
-# two (3.8), but training then takes the short ones and wood becomes dashes.
+# two (3.8), but training then takes the short ones and wood becomes dashes. All of this was before
+# there were short octaves that start silent (generators/sampler_start.py).
 GRAIN_START = 2.0
 GRAIN_POWER = 1.4
 MAX_GRAIN = 128.0
@@ -31,7 +33,11 @@ MAX_GRAIN = 128.0
 def generator_sizes(method: Method, channels: int) -> dict[str, Any]:
     """The generator's constructor arguments, and its kind; checked by building it."""
     sizes = {"kind": method.generator.kind, **method.generator.sizes, "out_channels": channels}
-    build_generator(method.family, sizes)
+    generator = build_generator(method.family, sizes)
+    short = method.grain.short_octaves
+    if isinstance(generator, OctaveSampler) and short >= generator.octaves:
+        expected = f"fewer than all {generator.octaves} octaves"
+        raise ValueError(f"grain.short_octaves: found {short}, expected {expected}")
     return sizes
 
 
@@ -47,7 +53,8 @@ def build(
         return generator, LatticeSlices(generator), _oblique(config, generator)
     planes = _planes(config)
     if planes == "about-z" and config.method.slicing.planes == "auto":
-        _stretch_along_z(generator, exemplars[0])
+        grain = _grain_at_start(exemplars[0])
+        start_with_grain(generator, grain, config.method.grain.short_octaves)
     return generator, SamplerSlices(generator, planes), None
 
 
@@ -69,7 +76,6 @@ def _planes(config: Config) -> str:
     return {"xyz": "any", "xy": "about-z"}.get(config.directions, "axes")
 
 
-def _stretch_along_z(sampler: OctaveSampler, exemplar: Exemplar) -> None:
+def _grain_at_start(exemplar: Exemplar) -> float:
     ratio = grain_ratio(exemplar)
-    grain = max(GRAIN_START * ratio, ratio**GRAIN_POWER, 1.0)
-    sampler.scales[:, :, 2] /= min(grain, MAX_GRAIN)
+    return min(max(GRAIN_START * ratio, ratio**GRAIN_POWER, 1.0), MAX_GRAIN)

@@ -64,6 +64,14 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Grain:
+    """How a sampler for one photograph with grain along z starts (generators/sampler_start.py)."""
+
+    short_octaves: int = number(0, 255, 0)
+    """Octaves that are not as long as the grain, and silent at first."""
+
+
+@dataclass(frozen=True)
 class Slicing:
     """Which slices of the solid are compared with a photograph."""
 
@@ -212,6 +220,7 @@ class Method:
     optimiser: Optimiser
     losses: tuple[Loss, ...]
     start: Start = field(default_factory=Start)
+    grain: Grain = field(default_factory=Grain)
     slicing: Slicing = field(default_factory=Slicing)
     early: Early = field(default_factory=Early)
     critic: Critic = field(default_factory=Critic)

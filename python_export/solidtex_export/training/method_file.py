@@ -165,6 +165,9 @@ def _check(method: Method, label: str) -> None:
             if (value := getattr(method.start, f.name)) != f.default:
                 expected = f"{f.default:g} for generator.kind {kind}"
                 raise _wrong(label, f"start.{f.name}", value, expected)
+    if method.family == "field" and method.grain.short_octaves:
+        expected = "0 for this generator"
+        raise _wrong(label, "grain.short_octaves", method.grain.short_octaves, expected)
     if method.family == "field" and method.slicing.planes != "axes":
         expected = "axes for this generator (oblique_share adds oblique slices)"
         raise _wrong(label, "slicing.planes", method.slicing.planes, expected)
