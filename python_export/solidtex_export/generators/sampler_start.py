@@ -3,8 +3,8 @@
 Long octaves alone give even stripes: along z such a solid has 15 to 25 decibels less than the
 photograph of all waves shorter than 30 texels, the flecks, pores and fibres that end. Octaves that
 start both short and loud make dashes of the whole wood. Short and silent, four of 16, patterns and
-spectra by solidtex-eval, without and with them: zebrano (800 steps of 96 x 96) 4.98, 16.3 and 2.12,
-2.00; oak (800 of 64 x 64) 4.77, 9.5 and 2.00, 2.98. By eye, stripes become wood. Tried on zebrano:
+spectra by solidtex-eval, without and with them: zebrano (800 steps of 96 x 96) 4.98, 16.3 and 2.23,
+2.47; oak (800 of 64 x 64) 4.55, 10.3 and 2.00, 2.98. By eye, stripes become wood. Tried on zebrano:
 four beside 16 long ones 2.29, 2.03, for more to compute; so, and kept silent for 60 % of the
 training, 2.70, 3.00.
 """
