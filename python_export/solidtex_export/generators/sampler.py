@@ -65,6 +65,11 @@ def trilinear(lattice: Lattice, positions: Tensor) -> Tensor:
     return corners[0]
 
 
+def ladder(first: float, last: float, octaves: int) -> Tensor:
+    """Scales [octave, 1, 1] from the first to the last, each as many times the one before it."""
+    return torch.logspace(math.log10(first), math.log10(last), octaves).view(-1, 1, 1)
+
+
 class HiddenLayer(nn.Module):
     """y = phi(W x + A eta + b), equation 2; `octaves` = 0 for the last hidden layer."""
 
@@ -136,8 +141,8 @@ class OctaveSampler(nn.Module):
         )
         self.output_weight = nn.Parameter(torch.randn(out_channels, width))
         self.output_bias = nn.Parameter(torch.zeros(out_channels))
-        ladder = torch.logspace(math.log10(1 / coarsest), math.log10(1 / finest), octaves)
-        self.register_buffer("scales", ladder.view(-1, 1, 1).expand(-1, 3, 3).clone())
+        scales = ladder(1 / coarsest, 1 / finest, octaves)
+        self.register_buffer("scales", scales.expand(-1, 3, 3).clone())
         self.register_buffer("color_mean", torch.zeros(out_channels))
         self.register_buffer("color_basis", torch.eye(out_channels))
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import torch
 
-from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.generators.sampler import OctaveSampler, ladder
 
 
 @torch.no_grad()
@@ -24,11 +24,11 @@ def start_with_grain(sampler: OctaveSampler, grain: float, short: int) -> None:
     near the finest, from round to almost as long, and silent: training takes of them what the long
     ones cannot give.
     """
-    coarsest, finest = (float(sampler.scales[i, 0, 0].log10()) for i in (0, -1))
+    coarsest, finest = (float(sampler.scales[i, 0, 0]) for i in (0, -1))
     long = sampler.octaves - short
     part = (torch.arange(short) / max(short, 1)).view(-1, 1, 1)
-    sampler.scales[:long] = torch.logspace(coarsest, finest, long).view(-1, 1, 1)
-    sampler.scales[long:] = 10**finest / 2**part
+    sampler.scales[:long] = ladder(coarsest, finest, long)
+    sampler.scales[long:] = finest / 2**part
     sampler.scales[:long, :, 2] /= grain
     sampler.scales[long:, :, 2:] /= grain**part
     for octave in range(long, sampler.octaves):
