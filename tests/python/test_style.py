@@ -7,37 +7,24 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+PACKAGE = REPOSITORY / "python_export"
 FOLDERS = ("python_export", "plugins", "tests", "scenes", "docs/scenes")
+
+
+def assert_satisfied(folder: Path, *command: str) -> None:
+    """The tool, a module of this Python, finds nothing when it runs in the folder."""
+    run = subprocess.run(
+        [sys.executable, "-m", *command], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
 
 
 @pytest.mark.parametrize("command", [["check"], ["format", "--check", "--diff"]])
 def test_ruff(command: list[str]) -> None:
-    configuration = REPOSITORY / "python_export" / "pyproject.toml"
-    run = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "ruff",
-            *command,
-            "--no-cache",
-            f"--config={configuration}",
-            *FOLDERS,
-        ],
-        cwd=REPOSITORY,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 0, run.stdout + run.stderr
+    configuration = f"--config={PACKAGE / 'pyproject.toml'}"
+    assert_satisfied(REPOSITORY, "ruff", *command, "--no-cache", configuration, *FOLDERS)
 
 
 def test_mypy(tmp_path: Path) -> None:
     pytest.importorskip("mypy", reason="the Python package mypy is not installed")
-    run = subprocess.run(
-        [sys.executable, "-m", "mypy", f"--cache-dir={tmp_path}"],
-        cwd=REPOSITORY / "python_export",
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 0, run.stdout + run.stderr
+    assert_satisfied(PACKAGE, "mypy", f"--cache-dir={tmp_path}")
