@@ -122,6 +122,8 @@ def test_gradient_penalty_of_a_linear_critic() -> None:
     fakes, reals = torch.full((2, 1, 2, 2), 5.0), torch.full((2, 1, 2, 2), 1.0)
     loss = critic_loss(Linear(), fakes, reals, Penalties(gradient=10, drift=0.5))
     assert float(loss.detach()) == pytest.approx(15 - 3 + 10 * (3 - 1) ** 2 + 0.5 * 9)
+    loss = critic_loss(Linear(), fakes, reals, Penalties(gradient=10, drift=0, rms=True))
+    assert float(loss.detach()) == pytest.approx((2 * (15 - 3) + 10 * (2 * 3 - 1) ** 2) / 2)
 
 
 @pytest.fixture(scope="module")

@@ -42,8 +42,10 @@ class Judge(Protocol):
 class Penalties:
     """Equation 3's lambda, the drift term's weight, and whether distances are root mean squares.
 
-    Equation 3 holds the critic's slope at 1 for distances of length, which grows with the root of
-    the number of values in an image. `rms` divides that root out, so that slopes start near 1.
+    Equation 3 holds the critic's slope at 1 for distances of length, which grow with the root of
+    the number of values in an image; as it is built, a critic's slope is near 1 for root mean
+    square ones. `rms` is equation 3 of the critic times that root, all divided by the root: lambda
+    is, too. Undivided it weighs a hundred times what it should, and critics tell nothing apart.
     """
 
     gradient: float = 10.0
@@ -115,8 +117,8 @@ def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalti
     t = torch.rand(len(fakes), 1, 1, 1, device=fakes.device)
     between = torch.lerp(reals, fakes, t).requires_grad_()
     (slope,) = torch.autograd.grad(critic(between).sum(), between, create_graph=True)
-    length = slope.flatten(1).norm(dim=1) * (slope[0].numel() ** 0.5 if penalties.rms else 1)
-    penalty = (length - 1).square().mean()
+    root = slope[0].numel() ** 0.5 if penalties.rms else 1.0
+    penalty = (root * slope.flatten(1).norm(dim=1) - 1).square().mean() / root
     distance = on_fakes.mean() - on_reals.mean()
     return distance + penalties.gradient * penalty + penalties.drift * on_reals.square().mean()
 

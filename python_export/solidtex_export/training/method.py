@@ -184,7 +184,8 @@ class Critic(CriticTraining):
     """Weights of unit variance, scaled when used."""
     penalty: float = number(0, 1e6, 10.0)
     rms: bool = False
-    """Hold slopes at 1 for root mean square distances between images, not for their length."""
+    """Hold slopes at 1 for root mean square distances between images, not for their length, and
+    divide the penalty by the root that lies between them."""
     drift: float = number(0, 1e6, 1e-3)
 
     @property
