@@ -96,6 +96,9 @@ def test_a_plan_is_trained_judged_and_written_once(
     training = model_file.read(MODELS / "granite-grey.solidtex").document["training"]
     assert f"| {training['seconds'] / 60:.1f} | {training['step']} |" in page
     assert "another block of the true solid" in page
+    judged = json.loads((rock / "lattice" / "eval.json").read_text())["distances"]["albedo"]
+    for metric in ("binary_patterns", "spectrum"):  # an overview each, the lowest in bold
+        assert f"| [rock](#rock) | **{judged['overall'][metric]['multiple']:.2f}** |" in page
     for file in ("rock.jpg", "rock-lattice.jpg"):
         assert f"images/table/{file}" in page and (tmp_path / "images" / "table" / file).exists()
 

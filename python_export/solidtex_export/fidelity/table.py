@@ -26,6 +26,10 @@ SHORT = {
     "spectrum": "spectrum",
     "sifid": "SIFID",
 }
+OVERVIEWS = {
+    "binary_patterns": "Binary patterns of all",
+    "spectrum": "Spectra of all",
+}
 SOLID_COLUMNS = {
     "two_point": "two-point",
     "chords_bright": "chords, bright",
@@ -60,20 +64,20 @@ def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) 
             _save_pictures(cell, images)
     parts = [INTRODUCTION.format(plan=plan_name, minutes=plan.minutes)]
     parts += [plan.note + "\n"] if plan.note else []
-    parts.append(_overview(plan, outcomes))
+    parts += [_overview(plan, outcomes, metric) for metric in OVERVIEWS]
     parts += [_section(plan, entry, outcomes, images.name) for entry in plan.exemplars]
     outcomes.write(figures)
     write_whole(path, ("\n".join(parts) + "\n").encode())
 
 
-def _overview(plan: Plan, outcomes: Outcomes) -> str:
-    """Binary patterns of all; the lowest of each row in bold."""
-    lines = ["## Binary patterns of all\n", "| | " + " | ".join(plan.methods) + " |"]
+def _overview(plan: Plan, outcomes: Outcomes, metric: str) -> str:
+    """One metric of all; the lowest of each row in bold."""
+    lines = [f"## {OVERVIEWS[metric]}\n", "| | " + " | ".join(plan.methods) + " |"]
     lines.append("|---|" + "---|" * len(plan.methods))
     for entry in plan.exemplars:
         found = outcomes.pairs.get(entry.name, {})
         multiples = {
-            method: outcome.figures["binary_patterns"]
+            method: outcome.figures.get(metric)
             for method, outcome in found.items()
             if outcome.failure is None and method in plan.methods
         }
