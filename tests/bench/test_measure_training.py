@@ -4,7 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-COMMAND = [sys.executable, str(Path(__file__).with_name("measure_training.py"))]
+BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
+COMMAND = [sys.executable, str(BENCHMARKS / "measure_training.py")]
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -135,4 +135,4 @@ def test_the_measurement_runs(made: Path, tmp_path: Path) -> None:
     plugin = str(made / "build-blender" / "lib" / "openimageio")
     module = os.environ["SOLIDTEX_BUILD"] + "/python"
     env = environment(OIIO_LIBRARY_PATH=plugin, PYTHONPATH=module)
-    run([BPY, "-B", "-c", code, REPOSITORY / "tests" / "hosts"], tmp_path, env=env)
+    run([BPY, "-B", "-c", code, REPOSITORY / "benchmarks"], tmp_path, env=env)

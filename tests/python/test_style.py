@@ -8,7 +8,7 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGE = REPOSITORY / "python_export"
-FOLDERS = ("python_export", "plugins", "tests", "scenes", "docs/scenes")
+FOLDERS = ("python_export", "plugins", "benchmarks", "tests", "scenes", "docs/scenes")
 
 
 def assert_satisfied(folder: Path, *command: str) -> None:

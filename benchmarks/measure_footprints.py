@@ -6,7 +6,7 @@ long: how far their means deviate from the mean of all, the error of a cube of t
 eight points at random in the parallelogram, and of the three axes, as root mean squares over the
 deviation of the texture; then the processor time of a cube's and of a parallelogram's lookup, in
 microseconds, when the bricks are there. From the repository, built:
-.venv/bin/python tests/bench/measure_footprints.py granite-grey ...
+.venv/bin/python benchmarks/measure_footprints.py granite-grey ...
 """
 
 from __future__ import annotations

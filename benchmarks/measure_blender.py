@@ -1,7 +1,7 @@
 """What a solid texture costs in Cycles: lookups a second of processor time through OSL and the
 plugin of OpenImageIO, beside direct calls of the library. Run by a Python with bpy 4.5, on a core:
 
-    taskset -c 1 bpy/bin/python tests/hosts/measure_blender.py granite-grey granite-grey-sampler
+    taskset -c 1 bpy/bin/python benchmarks/measure_blender.py granite-grey granite-grey-sampler
 
 An unlit plane fills the picture, so that the material is all that differs from a render with one
 colour. OIIO_LIBRARY_PATH is that of docs/hosts/blender-osl.md, PYTHONPATH the folder of the module
@@ -19,7 +19,7 @@ import numpy as np
 
 import solidtex
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "plugins" / "blender"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "plugins" / "blender"))
 import solidtex_osl
 
 SIDE, SAMPLES, ROUNDS = 512, 16, 3

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+REPOSITORY = Path(__file__).resolve().parents[1]
 ENVIRONMENT = REPOSITORY / "scenes" / "studio.exr"
 EYE, TARGET, FOV = (1.5, 1.2, 3.2), (0.0, 0.0, 0.0), 38.0
 MAX_DEPTH = 8  # of a path, in segments

@@ -5,7 +5,7 @@ For cubes of several edges in each model: how far their means deviate from the m
 error of one plain lookup in the middle, of one and of four at random in the cube, and of the
 filtered one, as root mean squares over the deviation of the texture. Means are those of light; what
 is compared is sRGB. From the repository, built:
-.venv/bin/python tests/bench/measure_filtering.py granite-grey ...
+.venv/bin/python benchmarks/measure_filtering.py granite-grey ...
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 
 from solidtex import Texture
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+REPOSITORY = Path(__file__).resolve().parents[1]
 RADII = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 PLACES = 160
 SPREAD = 4000.0  # texels: side of the cube that the places are in

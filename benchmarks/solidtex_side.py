@@ -12,7 +12,7 @@ from pathlib import Path
 
 from solidtex_export.verification.engine import EngineError
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+REPOSITORY = Path(__file__).resolve().parents[1]
 DEFAULT_PROGRAM = (
     Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin/solidtex-bench"
 )
