@@ -17,7 +17,7 @@ from pathlib import Path
 
 from mitsuba_scene import REPOSITORY, mitsuba_scene, scene_file, write_image, write_mesh
 
-from solidtex_export import cli
+from solidtex_export.commands import cli
 
 PROGRAM = "compare_mitsuba.py"
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")

@@ -13,10 +13,10 @@ from peer_report import document, table
 from solidtex_side import DEFAULT_PROGRAM, REPOSITORY
 from timing import CLOCKS
 
-from solidtex_export import cli
-from solidtex_export.file_format import model_file
-from solidtex_export.file_format.model_file import ModelFile
-from solidtex_export.verification.model_output import OutputError, check_output
+from solidtex_export.commands import cli
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.verification.model_output import OutputError, check_output
 from solidtex_export.whole_file import write_whole
 
 PROGRAM = "compare_peers.py"

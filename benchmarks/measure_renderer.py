@@ -23,7 +23,7 @@ from pathlib import Path
 
 from mitsuba_scene import REPOSITORY, scene_file, write_mesh
 
-from solidtex_export import cli
+from solidtex_export.commands import cli
 
 PROGRAM = "measure_renderer.py"
 CONSTANT = [0.42, 0.4, 0.38]

@@ -17,12 +17,12 @@ import numpy as np
 import torch
 from PIL import Image
 
-from solidtex_export import cli
+from solidtex_export.analysis.choice import LATTICE
+from solidtex_export.commands import cli
 from solidtex_export.commands.train import make_trainer
 from solidtex_export.commands.train_options import check
 from solidtex_export.commands.train_options import parser as train_parser
-from solidtex_export.training.choice import LATTICE
-from solidtex_export.training.method_file import shipped
+from solidtex_export.training.preset_file import shipped
 
 PROGRAM = "measure_training.py"
 MIB = 1 << 20

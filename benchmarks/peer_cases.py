@@ -13,9 +13,9 @@ from peer_runtimes import PEERS, Inputs, Peer, Work
 from solidtex_side import BenchResult, run_case
 from timing import seconds_of_calls
 
-from solidtex_export.file_format.model_file import ModelFile
+from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.onnx.model import onnx_model
 from solidtex_export.generators.lattice import Box
-from solidtex_export.onnx_export.model import onnx_model
 
 
 @dataclass(frozen=True)

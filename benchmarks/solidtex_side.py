@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from solidtex_export.verification.engine import EngineError
+from solidtex_export.export.verification.engine import EngineError
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 DEFAULT_PROGRAM = (

@@ -11,7 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from solidtex_export.file_format.model_file import ModelFile, write
+from solidtex_export.export.file_format.model_file import ModelFile, write
 
 PROGRAMS = Path(os.environ["SOLIDTEX_BUILD"]) / "bin"
 CHANNELS = ["height", "albedo.b", "roughness", "albedo.r", "albedo.g"]

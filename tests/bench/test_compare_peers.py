@@ -13,9 +13,9 @@ import pytest
 from peer_cases import random_inputs
 from peer_runtimes import PEERS, Peer
 
+from solidtex_export.export.onnx.model import onnx_model
 from solidtex_export.generators import random_models
 from solidtex_export.generators.lattice import Box
-from solidtex_export.onnx_export.model import onnx_model
 
 BENCH = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bench"
 INSTALLED = [peer for peer in PEERS if peer.version is not None]

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from solidtex_export.commands import measure_numerics
-from solidtex_export.file_format import model_file
-from solidtex_export.verification import verify
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.verification import verify
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SHIPPED = sorted((REPOSITORY / "models").glob("*.solidtex"))

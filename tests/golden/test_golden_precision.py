@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from solidtex_export.commands import measure_numerics, measure_precision
-from solidtex_export.file_format import model_file
+from solidtex_export.export.file_format import model_file
 
 SAMPLERS = [name for name in measure_numerics.RANDOM_MODELS if name.startswith("sampler")]
 

@@ -8,7 +8,7 @@ import pytest
 from base_files import valid_files
 from make_hostile import HostileFile, hostile_files
 
-from solidtex_export.file_format.model_file import ModelFileError, read
+from solidtex_export.export.file_format.model_file import ModelFileError, read
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build"))

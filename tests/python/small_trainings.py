@@ -10,11 +10,11 @@ import torch
 from PIL import Image
 
 from solidtex_export.commands import train as cli_train
+from solidtex_export.images.channels import COLOR
+from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses import vgg
-from solidtex_export.solids.materials import SOLIDS
-from solidtex_export.solids.solid import exemplar
-from solidtex_export.training.channels import COLOR
-from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.research.solids.materials import SOLIDS
+from solidtex_export.research.solids.solid import exemplar
 from solidtex_export.training.trainer import Trainer
 
 LATTICE = ["generator.sizes.levels=3", "generator.sizes.step_channels=2"]

@@ -11,15 +11,15 @@ from PIL import Image
 from small_trainings import CRITIC, LATTICE, SMALL, config_of, of_solid
 from torch import Tensor
 
-from solidtex_export.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.analysis import choice
+from solidtex_export.analysis.choice import Choice
+from solidtex_export.analysis.choice import suited as suited_in
+from solidtex_export.analysis.structure import outlines
+from solidtex_export.analysis.symmetry import Symmetry, symmetry_of
+from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
-from solidtex_export.training import choice
-from solidtex_export.training.choice import Choice
-from solidtex_export.training.choice import suited as suited_in
-from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.outlines import outlines
 from solidtex_export.training.surrogate import surrogate
-from solidtex_export.training.symmetry import Symmetry, symmetry_of
 
 SIDE = 96
 distance = LearnedDescriptor(load_weights(SHIPPED)).loss

@@ -6,17 +6,17 @@ import pytest
 import torch
 
 from solidtex_export.commands import pretrain_descriptor
-from solidtex_export.descriptor import pairs, variants
-from solidtex_export.descriptor.network import DescriptorNetwork
-from solidtex_export.descriptor.pretrain import PretrainConfig, Pretrainer
-from solidtex_export.descriptor.procedural import families
-from solidtex_export.descriptor.procedural.color import whitened
-from solidtex_export.descriptor.weights import (
+from solidtex_export.losses.descriptor.network import DescriptorNetwork
+from solidtex_export.losses.descriptor.weights import (
     WeightsError,
     feature_deviations,
     load_weights,
     save_weights,
 )
+from solidtex_export.research.descriptor import pairs, variants
+from solidtex_export.research.descriptor.pretrain import PretrainConfig, Pretrainer
+from solidtex_export.research.procedural import families
+from solidtex_export.research.procedural.color import whitened
 from solidtex_export.training.result import ResultFolder
 
 

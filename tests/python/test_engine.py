@@ -8,7 +8,7 @@ import pytest
 
 import solidtex
 from solidtex_export.commands import export
-from solidtex_export.verification import engine
+from solidtex_export.export.verification import engine
 
 
 def test_a_shipped_model_is_opened_as_asked() -> None:

@@ -19,7 +19,7 @@ from solidtex_export.evaluation import subjects
 from solidtex_export.evaluation.comparison import Settings
 from solidtex_export.evaluation.evaluate import evaluate
 from solidtex_export.evaluation.subjects import Subject, SubjectError, View, judged_views
-from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.images.exemplar import Exemplar
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 METRICS = {"binary_patterns", "autocorrelation", "fdmse", "sliced_wasserstein", "spectrum"}

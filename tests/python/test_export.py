@@ -10,11 +10,11 @@ import torch
 
 from solidtex import Texture
 from solidtex_export.commands import export
-from solidtex_export.file_format import model_file
-from solidtex_export.generators import fold
+from solidtex_export.export import fold
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.training_result import read_result
+from solidtex_export.export.verification import verify
 from solidtex_export.generators.networks import lattice_network
-from solidtex_export.training.training_result import read_result
-from solidtex_export.verification import verify
 
 FAMILIES = ["field", "sampler"]
 

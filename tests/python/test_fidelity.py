@@ -14,13 +14,13 @@ from PIL import Image
 from solidtex_export.commands import evaluate
 from solidtex_export.commands.fidelity import main
 from solidtex_export.evaluation import subjects
-from solidtex_export.fidelity import cell as cells
-from solidtex_export.fidelity.cell import Cell
-from solidtex_export.fidelity.plan import PlanError, photograph, read_plan
-from solidtex_export.fidelity.table import write_table
-from solidtex_export.file_format import model_file
-from solidtex_export.solids.materials import SOLIDS
-from solidtex_export.training.method_file import shipped
+from solidtex_export.export.file_format import model_file
+from solidtex_export.research.fidelity import cell as cells
+from solidtex_export.research.fidelity.cell import Cell
+from solidtex_export.research.fidelity.plan import PlanError, photograph, read_plan
+from solidtex_export.research.fidelity.table import write_table
+from solidtex_export.research.solids.materials import SOLIDS
+from solidtex_export.training.preset_file import shipped
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS, MODELS = REPOSITORY / "docs", REPOSITORY / "models"

@@ -15,8 +15,8 @@ import torch
 from PIL import Image
 
 from solidtex_export.commands import train as cli_train
-from solidtex_export.descriptor.network import DescriptorNetwork
-from solidtex_export.descriptor.weights import (
+from solidtex_export.losses.descriptor.network import DescriptorNetwork
+from solidtex_export.losses.descriptor.weights import (
     SHIPPED,
     feature_deviations,
     load_weights,

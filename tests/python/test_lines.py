@@ -10,10 +10,10 @@ import pytest
 import torch
 from small_trainings import make_trainer, of_solid, save_photo, save_specks
 
-from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.lines import line_length
-from solidtex_export.training.method import Early, Start
-from solidtex_export.training.method_file import load_method
+from solidtex_export.analysis.lines import line_length
+from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.training.preset import Early, Start
+from solidtex_export.training.preset_file import load_method
 
 SIDE = 100
 

@@ -11,15 +11,21 @@ import torch
 from textures_2d import noise as maps
 from torch import Tensor
 
+from solidtex_export.discriminators.critic import (
+    Critic,
+    Penalties,
+    critic_loss,
+    field_of_view,
+    style_loss,
+)
+from solidtex_export.export.verification.reference import cubic_convolution
+from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.images.histograms import share_histograms
 from solidtex_export.losses import statistics, vgg
-from solidtex_export.losses.critic import Critic, Penalties, critic_loss, field_of_view, style_loss
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.training.divergence import EXPLOSION, DivergenceWatch, TrainError
-from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.histograms import share_histograms
 from solidtex_export.training.oblique import cubic_columns
-from solidtex_export.verification.reference import cubic_convolution
 
 torch.set_num_threads(1)
 MEAN, BASIS = torch.tensor([0.4, 0.5, 0.6]), torch.diag(torch.tensor([0.1, 0.2, 0.3]))

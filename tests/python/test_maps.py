@@ -10,18 +10,18 @@ import pytest
 import torch
 from PIL import Image
 
+from solidtex_export.analysis.grain import channel_axes, whiten
 from solidtex_export.commands import export as cli_export
 from solidtex_export.commands import train as cli_train
-from solidtex_export.file_format.model_file import read
-from solidtex_export.training.axes import channel_axes, whiten
-from solidtex_export.training.channels import groups, srgb_decode, srgb_encode
-from solidtex_export.training.exemplar import (
+from solidtex_export.export.file_format.model_file import read
+from solidtex_export.images.channels import groups, srgb_decode, srgb_encode
+from solidtex_export.images.exemplar import (
     Exemplar,
     load_exemplar,
     random_crops,
     random_symmetry,
 )
-from solidtex_export.training.pictures import ExemplarError, write_exr
+from solidtex_export.images.photographs import ExemplarError, write_exr
 
 torch.set_num_threads(1)
 SIZE = 44

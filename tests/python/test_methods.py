@@ -20,7 +20,7 @@ from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
 from solidtex_export.losses import vgg
 from solidtex_export.training.divergence import TrainError
-from solidtex_export.training.method_file import MethodError, load_method, shipped
+from solidtex_export.training.preset_file import MethodError, load_method, shipped
 from solidtex_export.training.result import ResultError
 
 torch.set_num_threads(1)

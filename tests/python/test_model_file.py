@@ -10,7 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solidtex_export.file_format.model_file import ModelFile, ModelFileError, read, serialize, write
+from solidtex_export.export.file_format.model_file import (
+    ModelFile,
+    ModelFileError,
+    read,
+    serialize,
+    write,
+)
 from solidtex_export.generators import random_models
 
 REPOSITORY = Path(__file__).resolve().parents[2]

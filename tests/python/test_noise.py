@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from solidtex_export.verification import noise
+from solidtex_export.export.verification import noise
 
 M32, M64 = (1 << 32) - 1, (1 << 64) - 1
 GOLDEN = 0x9E3779B97F4A7C15

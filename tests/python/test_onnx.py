@@ -14,11 +14,11 @@ import pytest
 
 from solidtex import Texture
 from solidtex_export.commands import export_onnx
-from solidtex_export.file_format import model_file
-from solidtex_export.file_format.model_file import ModelFile
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.onnx import inputs as onnx_inputs
+from solidtex_export.export.verification import reference, verify
 from solidtex_export.generators import random_models
-from solidtex_export.onnx_export import inputs as onnx_inputs
-from solidtex_export.verification import reference, verify
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SHIPPED = [model_file.read(path) for path in sorted((REPOSITORY / "models").glob("*.solidtex"))]
@@ -215,7 +215,7 @@ def test_what_cannot_be_exported_is_named(
 
 def test_a_missing_onnx_package_is_named(tmp_path: Path, capsys: Any, monkeypatch: Any) -> None:
     for module in ("model", "field", "sampler", "graph"):
-        monkeypatch.delitem(sys.modules, f"solidtex_export.onnx_export.{module}", raising=False)
+        monkeypatch.delitem(sys.modules, f"solidtex_export.export.onnx.{module}", raising=False)
     monkeypatch.setitem(sys.modules, "onnx", None)
     model_file.write(tmp_path / "m.solidtex", SAMPLERS["n=1 L=2 m=1"])
     assert export_onnx.main([str(tmp_path / "m.solidtex"), "-o", str(tmp_path / "m.onnx")]) == 1

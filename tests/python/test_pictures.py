@@ -12,8 +12,8 @@ import OpenImageIO as oiio
 import pytest
 from PIL import Image, ImageOps
 
-from solidtex_export.training import pictures
-from solidtex_export.training.pictures import ExemplarError, read_picture, write_exr
+from solidtex_export.images import photographs as pictures
+from solidtex_export.images.photographs import ExemplarError, read_picture, write_exr
 
 SHAPE = (12, 10)  # rows, columns
 random = np.random.default_rng(4)

@@ -7,10 +7,10 @@ import torch
 from small_trainings import of_solid
 from torch import Tensor
 
-from solidtex_export.descriptor.network import DescriptorNetwork, layer_names, smallest_image
-from solidtex_export.descriptor.weights import SHIPPED, load_weights
-from solidtex_export.losses.projected import ProjectedCritic
-from solidtex_export.training.method_file import MethodError, load_method
+from solidtex_export.discriminators.projected import ProjectedCritic
+from solidtex_export.losses.descriptor.network import DescriptorNetwork, layer_names, smallest_image
+from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.training.preset_file import MethodError, load_method
 
 LAYERS = ("conv1_2", "conv3_2")
 

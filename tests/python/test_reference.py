@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 import torch
 
-from solidtex_export.file_format.model_file import ModelFile, validate
+from solidtex_export.export.file_format.model_file import ModelFile, validate
+from solidtex_export.export.verification import noise
+from solidtex_export.export.verification.reference import (
+    evaluate_box,
+    evaluate_points,
+    octave_noise,
+)
 from solidtex_export.generators import random_models
-from solidtex_export.verification import noise
-from solidtex_export.verification.reference import evaluate_box, evaluate_points, octave_noise
 
 MODELS = {
     "operations": random_models.every_operation_model(),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from solidtex_export.file_format.model_file import read
+from solidtex_export.export.file_format.model_file import read
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 INFO = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-info"

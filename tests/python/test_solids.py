@@ -11,11 +11,11 @@ from PIL import Image
 from scipy.special import ndtr
 
 from solidtex_export.evaluation.correspondence import coherence, correspondence
-from solidtex_export.solids.__main__ import main
-from solidtex_export.solids.exact import BooleanSpheres, Excursion
-from solidtex_export.solids.materials import SOLIDS, PorousRock, Spheres
-from solidtex_export.solids.solid import Solid, box, exemplar, phase
-from solidtex_export.solids.statistics import (
+from solidtex_export.research.solids.__main__ import main
+from solidtex_export.research.solids.exact import BooleanSpheres, Excursion
+from solidtex_export.research.solids.materials import SOLIDS, PorousRock, Spheres
+from solidtex_export.research.solids.solid import Solid, box, exemplar, phase
+from solidtex_export.research.solids.statistics import (
     chords,
     minkowski,
     solid_error,
@@ -169,7 +169,7 @@ def test_the_exemplar_is_the_slice_normal_to_x() -> None:
 
 
 def test_gaussian_fields_have_their_covariance() -> None:
-    from solidtex_export.solids.random_parts import GaussianField
+    from solidtex_export.research.solids.random_parts import GaussianField
 
     points = np.random.default_rng(0).uniform(0, 3000, (20000, 3))
     moved = points + np.array([3.0, 0, 0])

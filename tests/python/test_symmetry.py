@@ -10,10 +10,10 @@ from PIL import Image
 from small_trainings import SMALL, config_of, of_solid
 from torch import Tensor
 
-from solidtex_export.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.analysis.symmetry import symmetry_of
+from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
-from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.symmetry import symmetry_of
 
 SIDE = 96
 torch.set_num_threads(1)

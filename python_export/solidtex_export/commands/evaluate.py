@@ -8,15 +8,15 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from solidtex_export import cli
+from solidtex_export.commands import cli
 from solidtex_export.commands.train_options import maps_of_photographs, named_file, rectangle
 from solidtex_export.evaluation import subjects
 from solidtex_export.evaluation.pictures import ORIENTATIONS
 from solidtex_export.evaluation.subjects import SMALLEST_PICTURE, UNLIMITED, Subject, SubjectError
-from solidtex_export.file_format import model_file
-from solidtex_export.training.exemplar import Exemplar, check_alike, load_exemplar
-from solidtex_export.training.pictures import ExemplarError, read_picture
-from solidtex_export.verification.model_output import OutputError, check_output
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.verification.model_output import OutputError, check_output
+from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
+from solidtex_export.images.photographs import ExemplarError, read_picture
 from solidtex_export.whole_file import write_whole
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from solidtex_export import cli
-from solidtex_export.file_format import model_file
-from solidtex_export.file_format.model_file import ModelFile
+from solidtex_export.commands import cli
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.verification.model_output import OutputError, check_output
 from solidtex_export.generators.lattice import Box
-from solidtex_export.verification.model_output import OutputError, check_output
 from solidtex_export.whole_file import write_whole
 
 PROGRAM = "solidtex-export-onnx"
@@ -53,7 +53,7 @@ def export(args: argparse.Namespace) -> None:
     model = model_file.read(args.model)
     box = block(args, model)
     try:
-        from solidtex_export.onnx_export.model import onnx_model
+        from solidtex_export.export.onnx.model import onnx_model
     except ModuleNotFoundError as error:
         raise OutputError(
             f"{args.output}: found no Python package {error.name!r}, expected it (pip install onnx)"

@@ -7,13 +7,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from solidtex_export import cli
-from solidtex_export.training.method_file import MethodError, load_method
-from solidtex_export.verification.model_output import OutputError
+from solidtex_export.commands import cli
+from solidtex_export.export.verification.model_output import OutputError
+from solidtex_export.training.preset_file import MethodError, load_method
 
 if TYPE_CHECKING:
-    from solidtex_export.fidelity.cell import Cell
-    from solidtex_export.fidelity.outcome import Outcomes
+    from solidtex_export.research.fidelity.cell import Cell
+    from solidtex_export.research.fidelity.outcome import Outcomes
 
 PROGRAM = "solidtex-fidelity"
 
@@ -69,10 +69,10 @@ def is_done(cell: Cell, told: Outcomes, args: argparse.Namespace) -> bool:
 
 def run(args: argparse.Namespace) -> None:
     with cli.optional_packages(PROGRAM, "evaluate"):
-        from solidtex_export.fidelity.cell import Cell
-        from solidtex_export.fidelity.outcome import read_outcomes
-        from solidtex_export.fidelity.plan import read_plan
-        from solidtex_export.fidelity.table import write_table
+        from solidtex_export.research.fidelity.cell import Cell
+        from solidtex_export.research.fidelity.outcome import read_outcomes
+        from solidtex_export.research.fidelity.plan import read_plan
+        from solidtex_export.research.fidelity.table import write_table
     plan = read_plan(args.plan)
     for method in plan.methods:
         load_method(method)  # refuses what is none

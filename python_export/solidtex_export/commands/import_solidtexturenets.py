@@ -15,9 +15,10 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from solidtex_export import cli
-from solidtex_export.file_format.model_file import VERSION, ModelFile
-from solidtex_export.generators.fold import fold_lattice
+from solidtex_export.commands import cli
+from solidtex_export.export.file_format.model_file import VERSION, ModelFile
+from solidtex_export.export.fold import fold_lattice
+from solidtex_export.export.verification.model_output import check_output, summary, write_verified
 from solidtex_export.generators.lattice_state import (
     COLOR_BUFFERS,
     LatticeSizes,
@@ -25,7 +26,6 @@ from solidtex_export.generators.lattice_state import (
     check_lattice_state,
 )
 from solidtex_export.generators.networks import lattice_network
-from solidtex_export.verification.model_output import check_output, summary, write_verified
 
 PROGRAM = "solidtex-import-solidtexturenets"
 SCHEME = "solidtexturenets"

@@ -16,10 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from solidtex_export import cli
-from solidtex_export.commands import measure_numerics
-from solidtex_export.file_format import model_file
-from solidtex_export.verification import engine
+from solidtex_export.commands import cli, measure_numerics
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.verification import engine
 
 TRAINED = ("stone-grey", "wood-zebrano")
 SEEDS = range(4)

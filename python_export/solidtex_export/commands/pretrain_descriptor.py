@@ -8,10 +8,10 @@ from pathlib import Path
 
 import torch
 
-from solidtex_export import cli
-from solidtex_export.descriptor.pretrain import PretrainConfig, Pretrainer
+from solidtex_export.commands import cli
+from solidtex_export.commands.terminal import run_in_terminal
+from solidtex_export.research.descriptor.pretrain import PretrainConfig, Pretrainer
 from solidtex_export.training.result import ResultError, ResultFolder
-from solidtex_export.training.terminal import run_in_terminal
 
 INTERRUPTED = 130
 

@@ -10,27 +10,27 @@ from pathlib import Path
 
 import torch
 
+from solidtex_export.analysis.choice import suited
+from solidtex_export.analysis.lines import line_length
+from solidtex_export.analysis.symmetry import symmetry_of
+from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.commands.train_options import DEFAULT_SIZE, check, parser, smallest_size
-from solidtex_export.descriptor.weights import SHIPPED, WeightsError, load_weights
+from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
+from solidtex_export.images.histograms import share_histograms
+from solidtex_export.images.photographs import ExemplarError, read_picture
+from solidtex_export.losses.descriptor.weights import SHIPPED, WeightsError, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.statistics import LayerError
 from solidtex_export.losses.vgg import VggError, read_weights
 from solidtex_export.training import ranks
 from solidtex_export.training.acceleration import compile_generator
-from solidtex_export.training.choice import suited
 from solidtex_export.training.config import Config, exemplar_records
 from solidtex_export.training.divergence import TrainError
-from solidtex_export.training.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.training.families import generator_sizes
-from solidtex_export.training.histograms import share_histograms
-from solidtex_export.training.lines import line_length
-from solidtex_export.training.method import Method
-from solidtex_export.training.method_file import MethodError, load_method
-from solidtex_export.training.pictures import ExemplarError, read_picture
+from solidtex_export.training.preset import Method
+from solidtex_export.training.preset_file import MethodError, load_method
 from solidtex_export.training.result import ResultError, ResultFolder
-from solidtex_export.training.symmetry import symmetry_of
-from solidtex_export.training.terminal import run_in_terminal
 from solidtex_export.training.trainer import Trainer
 
 INTERRUPTED = 130

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import torch
 
-from solidtex_export import cli
-from solidtex_export.descriptor.weights import SHIPPED
-from solidtex_export.training.channels import check_map_name
-from solidtex_export.training.choice import LATTICE, SAMPLER
-from solidtex_export.training.method import Method
-from solidtex_export.training.method_file import MethodError, load_method, shipped
-from solidtex_export.training.pictures import ExemplarError
+from solidtex_export.analysis.choice import LATTICE, SAMPLER
+from solidtex_export.commands import cli
+from solidtex_export.images.channels import check_map_name
+from solidtex_export.images.photographs import ExemplarError
+from solidtex_export.losses.descriptor.weights import SHIPPED
+from solidtex_export.training.preset import Method
+from solidtex_export.training.preset_file import MethodError, load_method, shipped
 
 DEFAULT_MINUTES = 15.0
 DEFAULT_SIZE = 128  # texels

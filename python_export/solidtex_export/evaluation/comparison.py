@@ -9,7 +9,7 @@ import numpy as np
 
 from solidtex_export.evaluation.metrics import Metric, standard_metrics
 from solidtex_export.evaluation.pictures import crop_side, halvings, oriented, random_crops
-from solidtex_export.training.channels import groups
+from solidtex_export.images.channels import groups
 
 NO_DISTANCE = 1e-9  # an exemplar that is this alike to itself has no multiples
 

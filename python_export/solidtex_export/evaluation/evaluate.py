@@ -21,8 +21,8 @@ from solidtex_export.evaluation.directions import directionality
 from solidtex_export.evaluation.pictures import luminance, random_crops, to_8_bit
 from solidtex_export.evaluation.repetition import Repetition, repetition
 from solidtex_export.evaluation.subjects import Subject, SubjectError, View, values
-from solidtex_export.training.channels import COLOR
-from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.images.channels import COLOR
+from solidtex_export.images.exemplar import Exemplar
 
 VERSION = 1
 CUBE_PIXELS = 380

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from solidtex_export.evaluation.subjects import Subject
-from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.training.preview import sheet_of
 
 

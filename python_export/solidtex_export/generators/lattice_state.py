@@ -10,7 +10,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from solidtex_export.file_format.field import MAX_LEVEL
+from solidtex_export.export.file_format.field import MAX_LEVEL
 from solidtex_export.generators.lattice import LatticeGenerator
 
 COLOR_BUFFERS = ("color_mean", "color_basis")

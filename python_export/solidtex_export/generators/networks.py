@@ -12,9 +12,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from solidtex_export.export.verification import noise
 from solidtex_export.generators.lattice import Box, FieldGenerator
 from solidtex_export.generators.sampler import OctaveSampler
-from solidtex_export.verification import noise
 
 Network = Callable[[Sequence[int], Sequence[int], int], np.ndarray]
 """(origin, size, seed) -> the voxels of a box, float64 [x, y, z, channel]."""

@@ -8,8 +8,8 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from solidtex_export.file_format.model_file import VERSION, ModelFile
-from solidtex_export.generators.fold import fold_lattice
+from solidtex_export.export.file_format.model_file import VERSION, ModelFile
+from solidtex_export.export.fold import fold_lattice
 from solidtex_export.generators.lattice import Box, LatticeGenerator
 from solidtex_export.generators.sampler import OctaveSampler
 

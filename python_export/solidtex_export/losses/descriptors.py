@@ -8,7 +8,7 @@ from typing import Protocol
 
 from torch import Tensor
 
-from solidtex_export.descriptor.weights import Trained, WeightsError
+from solidtex_export.losses.descriptor.weights import Trained, WeightsError
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.losses.statistics import Features

@@ -25,8 +25,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from solidtex_export.descriptor.network import INPUT_CHANNELS
-from solidtex_export.descriptor.weights import Trained
+from solidtex_export.losses.descriptor.network import INPUT_CHANNELS
+from solidtex_export.losses.descriptor.weights import Trained
 from solidtex_export.losses.statistics import Features, gram
 
 GRAM_SOFTNESS = 0.5  # Gram differences beyond this count linearly

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from solidtex_export.training.channels import groups
-from solidtex_export.training.exemplar import Exemplar
-from solidtex_export.training.method import AnyCritic, Early, Loss, Method, Start
+from solidtex_export.images.channels import groups
+from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.training.preset import AnyCritic, Early, Loss, Method, Start
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Config:
     descriptor: dict[str, str] | None = None
     """The same of the learned descriptor."""
     line_length: float = 0.0
-    """Of the photographs' thin lines, in their widths (training/lines.py)."""
+    """Of the photographs' thin lines, in their widths (analysis/lines.py)."""
 
     @property
     def early(self) -> Early:

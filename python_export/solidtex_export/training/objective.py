@@ -10,16 +10,16 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from solidtex_export.losses.critic import adversarial_loss, style_loss
+from solidtex_export.discriminators.critic import adversarial_loss, style_loss
+from solidtex_export.discriminators.trainer import Opponent
+from solidtex_export.images.exemplar import random_crops, random_symmetry
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
 from solidtex_export.losses.patches import patch_distance
 from solidtex_export.losses.spectrum import SpectrumLoss
 from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.tones import tone_distance
 from solidtex_export.losses.wavelets import WaveletLoss
-from solidtex_export.training.exemplar import random_crops, random_symmetry
-from solidtex_export.training.method import CRITIC_OF, DESCRIPTOR_LOSSES, Loss
-from solidtex_export.training.opponent import Opponent
+from solidtex_export.training.preset import CRITIC_OF, DESCRIPTOR_LOSSES, Loss
 
 REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
 

@@ -8,7 +8,7 @@ from typing import Any
 from torch import nn
 from torch.optim import Adam
 
-from solidtex_export.training.method import Early, Optimiser
+from solidtex_export.training.preset import Early, Optimiser
 
 
 class GeneratorOptimiser:

@@ -13,8 +13,8 @@ from torch import Tensor, nn
 
 from solidtex_export.generators.lattice import Box, FieldGenerator
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
-from solidtex_export.training.display import Display
-from solidtex_export.training.exemplar import Exemplar
+from solidtex_export.images.display import Display
+from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.training.fixed_noise import FixedNoise
 from solidtex_export.training.oblique import AFTER, BEFORE, cubic_columns
 from solidtex_export.training.slices import SLICE_AXES, axis_frame, plane_points

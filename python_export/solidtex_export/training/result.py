@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 import torch
 
-from solidtex_export.training.display import Display
-from solidtex_export.training.exemplar import Exemplar, save_channels, save_image
+from solidtex_export.images.display import Display
+from solidtex_export.images.exemplar import Exemplar, save_channels, save_image
 
 
 class ResultError(ValueError):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from solidtex_export.descriptor.variants import scrambled
+from solidtex_export.research.descriptor.variants import scrambled
 
 ROUNDS = 8
 

@@ -14,15 +14,15 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from solidtex_export.analysis.grain import channel_axes, whiten
+from solidtex_export.discriminators.trainer import Opponent
+from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
-from solidtex_export.training.axes import channel_axes, whiten
 from solidtex_export.training.batch_norm import measure_statistics
 from solidtex_export.training.config import Config
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
-from solidtex_export.training.exemplar import Exemplar
 from solidtex_export.training.families import build
 from solidtex_export.training.objective import Objective
-from solidtex_export.training.opponent import Opponent
 from solidtex_export.training.optimiser import GeneratorOptimiser
 from solidtex_export.training.preview import preview_sheet
 from solidtex_export.training.ranks import Ranks, on_cpu

@@ -1,0 +1,72 @@
+"""What an exemplar's channels are measured in: their principal axes, and how long its grain is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from solidtex_export.images.channels import groups
+from solidtex_export.images.exemplar import Exemplar
+
+MIN_AXIS_RATIO = 0.15  # of the largest: keeps a grey stone's faint hues from being amplified
+CONSTANT = 1e-3  # a channel that varies by less than this share of its size counts as constant
+
+
+def channel_axes(exemplars: Sequence[Exemplar]) -> tuple[Tensor, Tensor]:
+    """Mean m [channel] and axes B [channel, channel]; channels = m + B y, y of unit variance.
+
+    First colour as a whole and every other channel are scaled to unit deviation, so that units do
+    not matter: a roughness that hardly varies counts as much as a height in millimetres. Then the
+    principal axes of all channels together are scaled to unit variance. Joint axes let a generator
+    start with the exemplar's correlations between maps, and make what breaks them stand out: where
+    an edge of the colour lacks its edge of the roughness, y on a small axis is large. The floor
+    keeps what is hardly there (a grey stone's hues) from being amplified more than 1/0.15 times.
+    """
+    values = torch.cat([e.image.flatten(1) for e in exemplars], dim=1).double()
+    mean = values.mean(1)
+    scales = block_scales(values, exemplars[0].channels)
+    eigenvalues, vectors = torch.linalg.eigh(torch.atleast_2d(torch.cov(values / scales[:, None])))
+    deviations = eigenvalues.clamp_min(1e-8).sqrt()
+    deviations = deviations.clamp_min(MIN_AXIS_RATIO * float(deviations.max()))
+    return mean.float(), (scales[:, None] * vectors * deviations).float()
+
+
+def block_scales(values: Tensor, channels: Sequence[str]) -> Tensor:
+    """Deviation of each channel of `values` [channel, pixel]; that of the largest for a colour's.
+
+    One scale for a colour (albedo.r, albedo.g ...) keeps the proportions of its channels.
+    """
+    floor = CONSTANT * values.abs().amax(1).clamp_min(1e-6)
+    scales = torch.maximum(values.std(1), floor)
+    for group in groups(channels):
+        indices = list(group.indices)
+        scales[indices] = scales[indices].max()
+    return scales
+
+
+def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
+    """The inverse of the colour affine, for an image [channel, row, column]."""
+    centred = (image - mean[:, None, None]).flatten(1).double()
+    return torch.linalg.solve(basis.double(), centred).float().view_as(image)
+
+
+def grain_ratio(exemplar: Exemplar) -> float:
+    """How much longer structures are along columns of pixels than across them; 1 without any."""
+    scales = block_scales(exemplar.image.flatten(1), exemplar.channels)
+    image = exemplar.image / scales[:, None, None]
+    along, across = _correlation_length(image.transpose(1, 2)), _correlation_length(image)
+    return along / across if across > 0 else 1.0
+
+
+def _correlation_length(image: Tensor) -> float:
+    """The distance, along rows, where the mean squared difference is half that of strangers."""
+    half = float(image.var((1, 2)).mean())
+    previous = 0.0
+    for lag in range(1, image.shape[2] // 2):
+        difference = float((image[:, :, lag:] - image[:, :, :-lag]).square().mean())
+        if difference >= half:
+            return lag - 1 + (half - previous) / max(difference - previous, 1e-12)
+        previous = difference
+    return image.shape[2] / 2

@@ -1,0 +1,74 @@
+"""What the commands do alike: --version, examples, exit codes 0, 1 (failed) and 2 (usage)."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from solidtex_export import __version__
+from solidtex_export.export.file_format.checks import ModelFileError
+from solidtex_export.export.verification import engine
+from solidtex_export.export.verification.model_output import OutputError
+from solidtex_export.generators.lattice_state import StateError
+
+FAILURES = (ModelFileError, OutputError, StateError, OSError)
+
+
+def parser(program: str, description: str, examples: str) -> argparse.ArgumentParser:
+    """An argument parser with --version, and with examples below its help."""
+    p = argparse.ArgumentParser(
+        prog=program,
+        description=description,
+        epilog="examples:\n" + examples,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    return p
+
+
+def add_model_arguments(p: argparse.ArgumentParser) -> None:
+    """The options of a command that writes a model."""
+    add_output_arguments(p, "MODEL", ".solidtex")
+    p.add_argument("--name", help="name of the material (default: that of MODEL)")
+    p.add_argument("--license", help="licence of the model, an SPDX expression")
+
+
+def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> None:
+    """The options of a command that writes one file."""
+    p.add_argument("-o", dest="output", metavar=name, type=Path, required=True,
+                   help=f"the {suffix} file to write")  # fmt: skip
+    p.add_argument("--force", action="store_true", help=f"replace {name} if it exists")
+
+
+@contextmanager
+def optional_packages(program: str, extra: str) -> Iterator[None]:
+    """Around imports that need an extra of the package: one that lacks is named with its cure."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise OutputError(
+            f"{program}: found no Python package {error.name!r}, expected it"
+            f" (pip install 'solidtex-export[{extra}]')"
+        ) from error
+
+
+def run(
+    p: argparse.ArgumentParser,
+    arguments: list[str] | None,
+    work: Callable[..., None],
+    failures: tuple[type[Exception], ...] = FAILURES,
+) -> int:
+    """Calls work(args); an error that has a message for the user ends with exit code 1."""
+    args = p.parse_args(arguments)
+    try:
+        work(args)
+    except (*failures, *engine.errors()) as error:
+        print(f"{p.prog}: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"{p.prog}: interrupted, nothing was written", file=sys.stderr)
+        return 130
+    return 0

@@ -1,0 +1,1 @@
+"""Discriminators and how they are trained."""

@@ -1,0 +1,117 @@
+"""The critics of one kind and one photograph in training, and the slices they remember."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+from torch.optim import Adam
+
+from solidtex_export.discriminators.critic import Critic, Penalties
+from solidtex_export.discriminators.projected import ProjectedCritic
+from solidtex_export.images.exemplar import random_crops
+from solidtex_export.losses.descriptors import DescriptorSource
+from solidtex_export.training import preset as method
+
+Reals = Callable[[int, int], Tensor]
+"""(count, side) -> crops of the photograph [count, channel, side, side]."""
+
+
+class Opponent:
+    """One critic per scale; recent slices keep them from chasing only the last one.
+
+    Zhao et al. 2022 ("STS-GAN"), section 3.2: a critic of scale s sees crops of s times the side,
+    magnified to the whole side, of slices and of photograph alike. Theirs are slices of smaller
+    solids; without padding, a crop of a larger slice has the same distribution.
+    """
+
+    def __init__(
+        self, settings: method.AnyCritic, photograph: Tensor, source: DescriptorSource
+    ) -> None:
+        """`photograph` [channel, rows, columns], whitened, on the device of the training."""
+        self._settings = settings
+        self.critics = [
+            _critic(settings, photograph, source).to(photograph.device) for _ in settings.scales
+        ]
+        self._optimizers = [
+            Adam(critic.parameters(), settings.learning_rate, settings.betas)
+            for critic in self.critics
+        ]
+        self._slices: deque[Tensor] = deque(maxlen=settings.memory)
+        self._device = photograph.device
+
+    def random_scale(self) -> int:
+        """Which critic judges the generator in this step (STS-GAN, section 3.3)."""
+        count = len(self.critics)
+        return 0 if count == 1 else int(torch.randint(count, ()))
+
+    def view(self, images: Tensor, scale: int) -> Tensor:
+        """What the critic of that scale sees of images [batch, channel, side, side]."""
+        fraction, side = self._settings.scales[scale], images.shape[2]
+        if fraction == 1:
+            return images
+        part = max(1, round(fraction * side))
+        crops = torch.cat([random_crops(image, 1, part, part) for image in images])
+        return F.interpolate(crops, size=(side, side), mode="bilinear", align_corners=False)
+
+    def remember(self, slices: Tensor) -> None:
+        self._slices.extend(slices)
+
+    def losses(self, reals: Reals, turned: Callable[[Tensor], Tensor]) -> list[Tensor]:
+        """What each critic has to minimise, on remembered slices."""
+        losses = []
+        for scale, critic in enumerate(self.critics):
+            fakes = turned(self._crops())
+            views = [self.view(i, scale) for i in (fakes, reals(len(fakes), fakes.shape[2]))]
+            losses.append(critic.loss(*views))
+        return losses
+
+    def update(self, losses: list[Tensor], average: Callable[[nn.Module], None]) -> None:
+        """One step of each critic; `average` may change its gradients before."""
+        for critic, optimizer, loss in zip(self.critics, self._optimizers, losses, strict=True):
+            optimizer.zero_grad(set_to_none=True)
+            loss.backward()
+            average(critic)
+            optimizer.step()
+
+    def _crops(self) -> Tensor:
+        """Random crops [crop, channel, side, side] of what is remembered."""
+        side = min(image.shape[1] for image in self._slices)
+        side = min(side, self._settings.crop or side)
+        order = torch.randperm(len(self._slices)).tolist()
+        picks = [order[i % len(order)] for i in range(self._settings.batch)]
+        return torch.cat([random_crops(self._slices[p], 1, side, side) for p in picks])
+
+    def state(self) -> dict[str, Any]:
+        return {
+            "critics": [critic.state_dict() for critic in self.critics],
+            "optimizers": [optimizer.state_dict() for optimizer in self._optimizers],
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        for critic, saved in zip(self.critics, state["critics"], strict=True):
+            critic.load_state_dict(saved)
+        for optimizer, saved in zip(self._optimizers, state["optimizers"], strict=True):
+            optimizer.load_state_dict(saved)
+
+    @property
+    def memory(self) -> list[Tensor]:
+        return list(self._slices)
+
+    @memory.setter
+    def memory(self, slices: list[Tensor]) -> None:
+        self._slices.extend(image.to(self._device) for image in slices)
+
+
+def _critic(
+    settings: method.AnyCritic, photograph: Tensor, source: DescriptorSource
+) -> Critic | ProjectedCritic:
+    if isinstance(settings, method.ProjectedCritic):
+        network = source.learned("projected_critic").network
+        return ProjectedCritic(network, photograph, settings.layers, settings.head_width)
+    penalties = Penalties(settings.penalty, settings.drift, settings.rms)
+    return Critic(len(photograph), settings.widths, settings.equalised, penalties)

@@ -1,0 +1,167 @@
+"""The lattice family as an ONNX graph: noise in, the voxels of one box out, all shapes static."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from onnx import GraphProto
+
+from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.onnx.graph import GraphBuilder
+from solidtex_export.export.onnx.regions import Node, alignment, needed, regions
+from solidtex_export.generators.lattice import Box
+
+OUTPUT = "values"
+SPATIAL_AXES = (2, 3, 4)
+
+
+def field_graph(model: ModelFile, box: Box) -> tuple[GraphProto, dict[str, Any]]:
+    """The graph, and what its user has to know: the box, and what to feed."""
+    field = model.document["field"]
+    exporter = _Exporter(model, regions(field["nodes"], box))
+    for node in field["nodes"]:
+        exporter.add(node)
+    shape = (1, len(model.document["channels"]), *box.size)
+    value = exporter.values[field["output"]]
+    document = {
+        "box": _box_document(box),
+        "alignment": alignment(field["nodes"]),
+        "inputs": [exporter.input(node) for node in field["nodes"] if node["op"] == "noise"],
+    }
+    return exporter.builder.graph(model.document["name"], value, shape), document
+
+
+def _box_document(box: Box) -> dict[str, list[int]]:
+    return {"lo": list(box.lo), "hi": list(box.hi)}
+
+
+class _Exporter:
+    """Adds node after node; every tensor lies on the box that `regions` gives it."""
+
+    def __init__(self, model: ModelFile, regions: dict[str, Box]) -> None:
+        self.builder = GraphBuilder(OUTPUT)
+        self.regions = regions
+        self.tensors = model.tensors
+        self.values: dict[str, str] = {}
+
+    def input(self, noise: Node) -> dict[str, Any]:
+        """What to feed for a noise node."""
+        kept = {key: noise[key] for key in ("level", "channels", "distribution")}
+        name = noise["name"]
+        return {"name": self.values[name], **kept, **_box_document(self.regions[name])}
+
+    def add(self, node: Node) -> None:
+        self.values[node["name"]] = _OPERATIONS[node["op"]](self, node)
+
+    def sources(self, node: Node) -> list[str]:
+        """The inputs of `node`, cut to what it needs."""
+        need = needed(node, self.regions[node["name"]])
+        return [
+            self.cropped(self.values[name], self.regions[name], need) for name in node["inputs"]
+        ]
+
+    def parameters(self, node: Node, *names: str) -> list[str]:
+        full_names = [f"{node['name']}.{name}" for name in names]
+        return [self.builder.constant(name, self.tensors[name]) for name in full_names]
+
+    def per_channel(self, node: Node, name: str) -> str:
+        values = self.tensors[f"{node['name']}.{name}"]
+        return self.builder.constant(f"{node['name']}.{name}", values.reshape(1, -1, 1, 1, 1))
+
+    def cropped(self, value: str, have: Box, want: Box) -> str:
+        if have == want:
+            return value
+        starts = [w - h for w, h in zip(want.lo, have.lo, strict=True)]
+        ends = [s + size for s, size in zip(starts, want.size, strict=True)]
+        bounds = [
+            self.builder.constant(f"{value}.{what}", np.array(numbers, np.int64))
+            for what, numbers in (("starts", starts), ("ends", ends), ("axes", SPATIAL_AXES))
+        ]
+        return self.builder.apply("Slice", [value, *bounds], f"{value}.crop")
+
+
+def _noise(exporter: _Exporter, node: Node) -> str:
+    size = exporter.regions[node["name"]].size
+    return exporter.builder.input(node["name"], (1, node["channels"], *size))
+
+
+def _conv3d(exporter: _Exporter, node: Node) -> str:
+    inputs = exporter.sources(node) + exporter.parameters(node, "weight", "bias")
+    return exporter.builder.apply("Conv", inputs, node["name"], **_kernel(node))
+
+
+def _conv_transpose3d(exporter: _Exporter, node: Node) -> str:
+    """out[o] = b + sum of w[t] in[i] over o = 2i + t - padding.
+
+    The padding is left to the crop: ONNX's would cut at the edges of the box, not of the lattice.
+    The extra plane of output_padding is only bias: what no tap reaches when the kernel is 1.
+    """
+    box = exporter.regions[node["name"]]
+    inputs = exporter.sources(node) + exporter.parameters(node, "weight", "bias")
+    attributes = _kernel(node) | {"strides": [2] * 3, "output_padding": [1] * 3}
+    value = exporter.builder.apply("ConvTranspose", inputs, node["name"], **attributes)
+    source = needed(node, box)
+    first = tuple(2 * l - node["padding"] for l in source.lo)
+    size = [2 * (s - 1) + node["kernel"] + 1 for s in source.size]
+    whole = Box(first, tuple(f + s for f, s in zip(first, size, strict=True)))
+    return exporter.cropped(value, whole, box)
+
+
+def _kernel(node: Node) -> dict[str, Sequence[int]]:
+    return {"kernel_shape": [node["kernel"]] * 3}
+
+
+def _upsample(exporter: _Exporter, node: Node) -> str:
+    """out[i] = in[floor(i / 2)]: both indices count from an even voxel here."""
+    box = exporter.regions[node["name"]]
+    scales = exporter.builder.constant("scales", np.array([1, 1, 2, 2, 2], np.float32))
+    value = exporter.builder.apply(
+        "Resize",
+        [*exporter.sources(node), "", scales],
+        node["name"],
+        mode="nearest",
+        coordinate_transformation_mode="asymmetric",
+        nearest_mode="floor",
+    )
+    source = needed(node, box)
+    whole = Box(tuple(2 * l for l in source.lo), tuple(2 * h for h in source.hi))
+    return exporter.cropped(value, whole, box)
+
+
+def _concat(exporter: _Exporter, node: Node) -> str:
+    return exporter.builder.apply("Concat", exporter.sources(node), node["name"], axis=1)
+
+
+def _affine(exporter: _Exporter, node: Node) -> str:
+    scale, shift = (exporter.per_channel(node, name) for name in ("scale", "shift"))
+    name = node["name"]
+    scaled = exporter.builder.apply("Mul", [*exporter.sources(node), scale], f"{name}.scaled")
+    return exporter.builder.apply("Add", [scaled, shift], name)
+
+
+def _leaky_relu(exporter: _Exporter, node: Node) -> str:
+    inputs = exporter.sources(node)
+    return exporter.builder.apply("LeakyRelu", inputs, node["name"], alpha=float(node["slope"]))
+
+
+def _tanh(exporter: _Exporter, node: Node) -> str:
+    return exporter.builder.apply("Tanh", exporter.sources(node), node["name"])
+
+
+def _sigmoid(exporter: _Exporter, node: Node) -> str:
+    return exporter.builder.apply("Sigmoid", exporter.sources(node), node["name"])
+
+
+_OPERATIONS: dict[str, Callable[[_Exporter, Node], str]] = {
+    "noise": _noise,
+    "conv3d": _conv3d,
+    "conv_transpose3d": _conv_transpose3d,
+    "upsample": _upsample,
+    "concat": _concat,
+    "affine": _affine,
+    "leaky_relu": _leaky_relu,
+    "tanh": _tanh,
+    "sigmoid": _sigmoid,
+}

@@ -1,0 +1,83 @@
+"""Noise for an exported ONNX graph, so that it gives the values that libsolidtex gives.
+
+`metadata` is that of the ONNX model: `session.get_modelmeta().custom_metadata_map` of ONNX Runtime,
+or `{p.key: p.value for p in model.metadata_props}` of the onnx package. Neither is needed here.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solidtex_export.export.verification import noise
+from solidtex_export.export.verification.reference import octave_noise
+
+METADATA_KEY = "solidtex"
+DOCUMENT_VERSION = 1
+
+Inputs = dict[str, np.ndarray]
+"""By name of the graph's input: float32."""
+
+
+class InputError(ValueError):
+    """Noise that an ONNX model cannot be given."""
+
+
+def block_inputs(metadata: Mapping[str, str], origin: Sequence[int], seed: int = 0) -> Inputs:
+    """The noise of the block whose first voxel is `origin`, for a model of the lattice family.
+
+    The graph fits where `origin` differs from the origin it was exported for by multiples of its
+    alignment.
+    """
+    document = _document(metadata, "field")
+    exported, step = document["box"]["lo"], document["alignment"]
+    shift = [o - e for o, e in zip(origin, exported, strict=True)]
+    if any(s % step for s in shift):
+        raise InputError(
+            f"origin: found {list(origin)}, expected {exported} plus multiples of {step};"
+            " solidtex-export-onnx --origin exports for others"
+        )
+    return {node["name"]: _block(document, node, shift, seed) for node in document["inputs"]}
+
+
+def point_inputs(metadata: Mapping[str, str], positions: ArrayLike, seed: int = 0) -> Inputs:
+    """The octaves' values at positions [point, 3] in texels, for a model of the point family."""
+    document = _document(metadata, "sampler")
+    points = np.asarray(positions, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"positions: found shape {points.shape}, expected (count, 3)")
+    scheme = document["noise"]["scheme"]
+    octaves = [
+        octave_noise(scheme, seed, level, points @ transform.T)
+        for level, transform in enumerate(np.array(document["transforms"]))
+    ]
+    (node,) = document["inputs"]
+    return {node["name"]: np.stack(octaves, axis=-1).astype(np.float32)}
+
+
+def _block(
+    document: dict[str, Any], node: dict[str, Any], shift: list[int], seed: int
+) -> np.ndarray:
+    lo, hi = ([v + (s >> node["level"]) for v, s in zip(node[end], shift, strict=True)]
+              for end in ("lo", "hi"))  # fmt: skip
+    scheme, channels = document["noise"]["scheme"], node["channels"]
+    values = noise.block(scheme, node["distribution"], seed, node["level"], channels, lo, hi)
+    return values.astype(np.float32)[None]
+
+
+def _document(metadata: Mapping[str, str], family: str) -> dict[str, Any]:
+    if METADATA_KEY not in metadata:
+        raise InputError(f"metadata: found no key {METADATA_KEY!r}, expected an ONNX model of"
+                         " solidtex-export-onnx")  # fmt: skip
+    document = json.loads(metadata[METADATA_KEY])
+    if document["version"] != DOCUMENT_VERSION:
+        raise InputError(f"metadata: found version {document['version']}, expected"
+                         f" {DOCUMENT_VERSION}")  # fmt: skip
+    if document["family"] != family:
+        raise InputError(f"metadata: found a model of family {document['family']!r}, expected"
+                         f" {family!r}")  # fmt: skip
+    return document

@@ -1,0 +1,214 @@
+"""What a model means, in float64: an oracle for the engine, written without regard to speed.
+
+Every value is pulled from the output: a node asks its inputs for the boxes that it needs, in
+absolute integer coordinates, so there is no bookkeeping of regions to agree with the engine's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.verification import noise
+
+MAX_VOXELS = 1 << 18
+
+Box = tuple[tuple[int, ...], tuple[int, ...]]
+"""lo inclusive, hi exclusive."""
+
+Positions = np.ndarray
+"""Absolute positions in texels, float64 [point, 3]."""
+
+
+def evaluate_box(
+    model: ModelFile, origin: Sequence[int], size: Sequence[int], seed: int = 0
+) -> np.ndarray:
+    """The voxels [origin, origin + size) at their centres: float64 [x, y, z, channel]."""
+    lo, hi = tuple(origin), tuple(o + s for o, s in zip(origin, size, strict=True))
+    if model.document["family"] == "field":
+        return _Field(model, seed).output((lo, hi)).permute(1, 2, 3, 0).numpy()
+    axes = [np.arange(l, h, dtype=np.float64) + 0.5 for l, h in zip(lo, hi, strict=True)]
+    centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    return _sampler(model, centres.reshape(-1, 3), seed).reshape(*size, -1)
+
+
+def evaluate_points(model: ModelFile, positions: Positions, seed: int = 0) -> np.ndarray:
+    """The colours at continuous positions: float64 [point, channel].
+
+    In the lattice family all voxels between them are evaluated, so they have to be close together.
+    """
+    positions = np.asarray(positions, dtype=np.float64)
+    if model.document["family"] == "sampler":
+        return _sampler(model, positions, seed)
+    return _between_voxels(_Field(model, seed), positions)
+
+
+def _between_voxels(field: _Field, positions: Positions) -> np.ndarray:
+    """Cubic convolution of the 4^3 voxel centres around each position."""
+    centred = positions - 0.5
+    cells = np.floor(centred)
+    lo, hi = cells.min(axis=0).astype(int) - 1, cells.max(axis=0).astype(int) + 3
+    if np.prod(hi - lo) > MAX_VOXELS:
+        raise ValueError(f"positions: found them in {hi - lo} voxels, expected {MAX_VOXELS} in all")
+    box = field.output((tuple(lo.tolist()), tuple(hi.tolist()))).numpy()
+    colors = []
+    for first, t in zip(cells.astype(int) - 1 - lo, centred - cells, strict=True):
+        i, j, k = (slice(start, start + 4) for start in first)
+        weights = [cubic_convolution(np.arange(-1, 3) - part) for part in t]
+        colors.append(np.einsum("cijk,i,j,k->c", box[:, i, j, k], *weights))
+    return np.stack(colors)
+
+
+def cubic_convolution(distance: np.ndarray) -> np.ndarray:
+    """How much a voxel counts at a distance: Keys 1981, equation 6 with a = -3/4."""
+    a, s = -0.75, np.abs(distance)
+    near = (a + 2) * s**3 - (a + 3) * s**2 + 1
+    far = a * (s**3 - 5 * s**2 + 8 * s - 4)
+    return np.where(s < 1, near, np.where(s < 2, far, 0.0))
+
+
+class _Field:
+    """The graph of the lattice family."""
+
+    def __init__(self, model: ModelFile, seed: int) -> None:
+        self.seed = seed
+        self.scheme = model.document["noise"]["scheme"]
+        self.nodes = {node["name"]: node for node in model.document["field"]["nodes"]}
+        self.output_name = model.document["field"]["output"]
+        self.tensors = {k: torch.from_numpy(v).double() for k, v in model.tensors.items()}
+
+    @torch.no_grad()
+    def output(self, box: Box) -> Tensor:
+        """The output [channel, x, y, z] on a box."""
+        self.known: dict[tuple[str, Box], Tensor] = {}
+        return self.value(self.output_name, box)
+
+    def value(self, name: str, box: Box) -> Tensor:
+        if (name, box) not in self.known:
+            node = self.nodes[name]
+            self.known[name, box] = _OPERATIONS[node["op"]](self, node, box)
+        return self.known[name, box]
+
+    def input(self, node: dict[str, Any], box: Box) -> Tensor:
+        return self.value(node["inputs"][0], box)
+
+    def tensor(self, node: dict[str, Any], name: str) -> Tensor:
+        return self.tensors[f"{node['name']}.{name}"]
+
+
+def _noise(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    values = noise.block(
+        field.scheme, node["distribution"], field.seed, node["level"], node["channels"], *box
+    )
+    return torch.from_numpy(values)
+
+
+def _conv3d(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    r = node["kernel"] // 2
+    source = field.input(node, (tuple(l - r for l in box[0]), tuple(h + r for h in box[1])))
+    return F.conv3d(source[None], field.tensor(node, "weight"), field.tensor(node, "bias"))[0]
+
+
+def _conv_transpose3d(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    """out[o] = b + sum of w[t] in[i] over o = 2i + t - padding."""
+    kernel, padding = node["kernel"], node["padding"]
+    lo = tuple((l + padding - kernel + 1) // 2 for l in box[0])
+    hi = tuple((h - 1 + padding) // 2 + 1 for h in box[1])
+    weight, bias = field.tensor(node, "weight"), field.tensor(node, "bias")
+    source = field.input(node, (lo, hi))[None]
+    # The extra plane of output_padding is only bias: what no tap reaches when the kernel is 1.
+    values = F.conv_transpose3d(source, weight, bias, stride=2, output_padding=1)[0]
+    first = tuple(2 * l - padding for l in lo)
+    return _cropped(values, first, box)
+
+
+def _upsample(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    lo = tuple(l // 2 for l in box[0])
+    hi = tuple((h - 1) // 2 + 1 for h in box[1])
+    values = field.input(node, (lo, hi))
+    for axis in (1, 2, 3):
+        values = values.repeat_interleave(2, dim=axis)
+    return _cropped(values, tuple(2 * l for l in lo), box)
+
+
+def _cropped(values: Tensor, first: Sequence[int], box: Box) -> Tensor:
+    """Cuts `box` out of values [channel, x, y, z] whose first voxel lies at `first`."""
+    cut = [slice(l - f, h - f) for f, l, h in zip(first, *box, strict=True)]
+    return values[:, cut[0], cut[1], cut[2]]
+
+
+def _concat(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    return torch.cat([field.value(name, box) for name in node["inputs"]])
+
+
+def _affine(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    scale, shift = (field.tensor(node, name).view(-1, 1, 1, 1) for name in ("scale", "shift"))
+    return scale * field.input(node, box) + shift
+
+
+def _leaky_relu(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    return F.leaky_relu(field.input(node, box), node["slope"])
+
+
+def _tanh(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    return torch.tanh(field.input(node, box))
+
+
+def _sigmoid(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+    return torch.sigmoid(field.input(node, box))
+
+
+_OPERATIONS: dict[str, Callable[[_Field, dict[str, Any], Box], Tensor]] = {
+    "noise": _noise,
+    "conv3d": _conv3d,
+    "conv_transpose3d": _conv_transpose3d,
+    "upsample": _upsample,
+    "concat": _concat,
+    "affine": _affine,
+    "leaky_relu": _leaky_relu,
+    "tanh": _tanh,
+    "sigmoid": _sigmoid,
+}
+
+
+def _sampler(model: ModelFile, positions: Positions, seed: int) -> np.ndarray:
+    """GramGAN equations 1 and 2: octave noise at T_i c enters the hidden layers bin by bin."""
+    sizes = model.document["sampler"]
+    scheme = model.document["noise"]["scheme"]
+    tensors = {name: values.astype(np.float64) for name, values in model.tensors.items()}
+    octaves = [
+        octave_noise(scheme, seed, level, _transformed(positions, transform))
+        for level, transform in enumerate(tensors["transforms"])
+    ]
+    eta = np.stack(octaves, axis=-1)
+    bins = sizes["octaves"] // (sizes["hidden_layers"] - 1)
+    x = np.broadcast_to(tensors["constant"], (len(positions), sizes["width"]))
+    for l in range(sizes["hidden_layers"]):
+        y = x @ tensors[f"hidden.{l}.weight"].T + tensors[f"hidden.{l}.bias"]
+        if l < sizes["hidden_layers"] - 1:
+            y = y + eta[:, l * bins : (l + 1) * bins] @ tensors[f"hidden.{l}.noise"].T
+        x = np.where(y > 0, y, sizes["slope"] * y)
+    return x @ tensors["output.weight"].T + tensors["output.bias"]
+
+
+def _transformed(positions: Positions, transform: np.ndarray) -> Positions:
+    """T c in one order of summation: far away, BLAS's order for few or many points would show."""
+    return sum(positions[:, [axis]] * transform[:, axis] for axis in range(3))
+
+
+def octave_noise(scheme: str, seed: int, level: int, positions: Positions) -> np.ndarray:
+    """Trilinear interpolation of standard normal lattice noise at positions [point, 3]."""
+    cells = np.floor(positions)
+    t = positions - cells
+    total = np.zeros(len(positions))
+    for corner in np.ndindex(2, 2, 2):
+        weights = np.where(np.array(corner) == 1, t, 1 - t).prod(axis=1)
+        lattice = (cells + corner).astype(np.int64).T
+        total += weights * noise.normal(scheme, seed, level, 0, *lattice)
+    return total

@@ -1,0 +1,1 @@
+"""The shipped descriptor network and its weights."""

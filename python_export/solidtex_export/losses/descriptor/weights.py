@@ -1,0 +1,78 @@
+"""The weights file of a descriptor: safetensors, convolutions in float16.
+
+`<layer>.weight`, `<layer>.bias`, and `<layer>.deviation`, the standard deviation of each feature
+over the procedural textures. `__metadata__` tells how they were trained.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save
+from torch import Tensor
+
+from solidtex_export.losses.descriptor.network import DescriptorNetwork, layer_names
+from solidtex_export.whole_file import write_whole
+
+SHIPPED = Path(__file__).with_name("weights.safetensors")
+"""What `solidtex-pretrain-descriptor` writes with its default options."""
+
+METADATA_KEY = "solidtex-descriptor"
+EXPECTED = "expected weights.safetensors of solidtex-pretrain-descriptor"
+
+
+class WeightsError(ValueError):
+    """A weights file that cannot be used; the message names it and the tensor."""
+
+
+class Trained(NamedTuple):
+    """A frozen network, the deviation [channels] of each layer's features, and its history."""
+
+    network: DescriptorNetwork
+    deviations: dict[str, Tensor]
+    metadata: dict[str, Any]
+
+
+def save_weights(
+    path: Path, network: DescriptorNetwork, deviations: dict[str, Tensor], metadata: dict[str, Any]
+) -> None:
+    tensors = {k: v.half().contiguous() for k, v in network.state_dict().items()}
+    tensors |= {f"{name}.deviation": d.float() for name, d in deviations.items()}
+    write_whole(path, save(tensors, {METADATA_KEY: json.dumps(metadata, sort_keys=True)}))
+
+
+def load_weights(path: Path) -> Trained:
+    network = DescriptorNetwork()
+    expected = {k: v.shape for k, v in network.state_dict().items()}
+    expected |= {f"{n}.deviation": expected[f"{n}.bias"] for n in layer_names()}
+    try:
+        with safe_open(path, "pt") as file:
+            metadata = json.loads((file.metadata() or {}).get(METADATA_KEY, "null"))
+            tensors = {k: file.get_tensor(k).float() for k in file.keys()}  # noqa: SIM118
+    except (SafetensorError, OSError, ValueError) as error:
+        raise WeightsError(
+            f"{path}: found no readable safetensors ({error}), {EXPECTED}"
+        ) from error
+    if not isinstance(metadata, dict):
+        raise WeightsError(f"{path}: {METADATA_KEY}: found no such metadata, {EXPECTED}")
+    for name in sorted(expected.keys() | tensors.keys()):
+        found = tuple(tensors[name].shape) if name in tensors else "nothing"
+        wanted = tuple(expected[name]) if name in expected else "nothing"
+        if found != wanted:
+            raise WeightsError(f"{path}: {name}: found {found}, expected {wanted}")
+        if not tensors[name].isfinite().all():
+            raise WeightsError(f"{path}: {name}: found a value that is not finite")
+    network.load_state_dict({k: tensors[k] for k in network.state_dict()})
+    network.requires_grad_(False).eval()
+    deviations = {n: tensors[f"{n}.deviation"] for n in layer_names()}
+    return Trained(network, deviations, metadata)
+
+
+@torch.no_grad()
+def feature_deviations(network: DescriptorNetwork, images: Tensor) -> dict[str, Tensor]:
+    """Standard deviation [channels] of each layer's features over images and pixels."""
+    return {name: f.float().std((0, 2, 3)) for name, f in network.features(images).items()}

@@ -1,0 +1,1 @@
+"""Fidelity tables, analytic solids and pretraining of the descriptor."""

@@ -1,0 +1,154 @@
+"""One exemplar with one method: trained, exported and judged, each step only where it is missing.
+
+Every step is a process of its own, and leaves a file when it has succeeded:
+
+    EXEMPLAR/exemplar.png          of an analytic solid, with its maps
+    EXEMPLAR/true.npy              of an analytic solid: two blocks of the phase
+    EXEMPLAR/METHOD/result/        solidtex-train
+    EXEMPLAR/METHOD/model.solidtex solidtex-export
+    EXEMPLAR/METHOD/eval.json, report.html, pictures/  solidtex-eval
+    EXEMPLAR/METHOD/solid.json     errors of the 3D statistics
+    EXEMPLAR/METHOD/failure.txt    the last line of a step that failed
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from solidtex_export.export.verification import engine
+from solidtex_export.images.channels import COLOR
+from solidtex_export.research.fidelity.plan import Entry, Plan, photograph
+from solidtex_export.research.solids.__main__ import write_picture
+from solidtex_export.research.solids.materials import SOLIDS
+from solidtex_export.research.solids.solid import box, exemplar, phase
+from solidtex_export.research.solids.statistics import solid_error
+from solidtex_export.whole_file import write_whole
+
+INTERRUPTED = 130
+CHOSEN = "default"  # leaves the method to solidtex-train
+BLOCK = 128  # voxels: side of the blocks whose 3D statistics are compared
+TRUE_PLACES = ((1000, 1000, 1000), (3000, 1000, 1000))
+
+
+class Stopped(KeyboardInterrupt):
+    """The user interrupted a step."""
+
+
+class Cell:
+    """The folder of one pair; `root` holds all pairs, `photos` the photographs."""
+
+    def __init__(self, plan: Plan, entry: Entry, method: str, root: Path, photos: Path) -> None:
+        self.entry = entry
+        self.method = method
+        self.shared = root / entry.name
+        self.folder = self.shared / method
+        self._minutes = plan.minutes
+        self._photos = photos
+        self.model = self.folder / "model.solidtex"
+        self.judgement = self.folder / "eval.json"
+        self.solid_errors = self.folder / "solid.json"
+        self.failure = self.folder / "failure.txt"
+
+    @property
+    def photo(self) -> Path:
+        if self.entry.solid:
+            return self.shared / "exemplar.png"
+        return photograph(self.entry, self._photos)
+
+    @property
+    def finished(self) -> bool:
+        judged = self.judgement.exists() and (not self.entry.solid or self.solid_errors.exists())
+        return self.model.exists() and judged
+
+    def run(self, threads: int) -> bool:
+        """Do what is missing; false where a step failed, which then says why in failure.txt."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.failure.unlink(missing_ok=True)
+        if self.entry.solid:
+            cut_exemplar(self.entry, self.shared)
+        if not self.model.exists():
+            result = self.folder / "result"
+            if not self._step("train", *self._training(result), "--threads", str(threads)):
+                return False
+            if not self._step("export", str(result), "-o", str(self.model)):
+                return False
+        if not self.judgement.exists() and not self._step("evaluate", *self._judging()):
+            return False
+        if self.entry.solid and not self.solid_errors.exists():
+            errors = solid_errors(self.entry.solid, self.model, self.shared / "true.npy")
+            write_whole(self.solid_errors, (json.dumps(errors, indent=1) + "\n").encode())
+        return True
+
+    def _training(self, result: Path) -> list[str]:
+        entry = self.entry
+        options = {
+            "method": None if self.method == CHOSEN else self.method,
+            "minutes": self._minutes,
+            "size": entry.size,
+            "resolution": entry.resolution,
+            "crop": ",".join(map(str, entry.crop)) if entry.crop else None,
+            "directions": entry.directions,
+            "symmetry": entry.symmetry,
+        }
+        known = [f"--{name}={value}" for name, value in options.items() if value is not None]
+        return [str(self.photo), "-o", str(result), *known, *self._maps()]
+
+    def _judging(self) -> list[str]:
+        files = ["--json", str(self.judgement), "-o", str(self.folder / "report.html")]
+        files += ["--pictures", str(self.folder / "pictures"), "--force"]
+        return [str(self.model), str(self.photo), *files, *self._maps()]
+
+    def _maps(self) -> list[str]:
+        if not self.entry.solid:
+            return []
+        names = SOLIDS[self.entry.solid](0).channels[len(COLOR) :]
+        return [f"--map={name}={self.shared / f'exemplar-{name}.png'}" for name in names]
+
+    def _step(self, command: str, *arguments: str) -> bool:
+        module = f"solidtex_export.commands.{command}"
+        done = subprocess.run(
+            [sys.executable, "-m", module, *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        if done.returncode == INTERRUPTED:
+            raise Stopped
+        if done.returncode:
+            said = done.stdout.strip().splitlines() or ["no word"]
+            write_whole(self.failure, f"{command}: {said[-1]}\n".encode())
+        return done.returncode == 0
+
+
+def cut_exemplar(entry: Entry, folder: Path) -> None:
+    """The exemplar of an analytic solid, and two blocks of its phase [2, x, y, z], once."""
+    assert entry.solid is not None
+    truth = folder / "true.npy"
+    if truth.exists():
+        return
+    solid = SOLIDS[entry.solid](0)
+    picture = exemplar(solid, entry.pixels, entry.pixels)
+    write_picture(folder / "exemplar.png", picture[..., : len(COLOR)], force=True)
+    for index, channel in enumerate(solid.channels[len(COLOR) :], len(COLOR)):
+        write_picture(folder / f"exemplar-{channel}.png", picture[..., index], force=True)
+    blocks = [phase(box(solid, place, (BLOCK,) * 3), solid) for place in TRUE_PLACES]
+    temporary = folder / "true.tmp.npy"
+    np.save(temporary, np.stack(blocks))
+    temporary.replace(truth)
+
+
+def solid_errors(name: str, model: Path, truth: Path) -> dict[str, dict[str, float]]:
+    """Of the model's block, and of another block of the true solid, to the first true block."""
+    solid = SOLIDS[name](0)
+    first, second = np.load(truth)
+    with engine.open_model(model) as texture:
+        values = texture.eval_box((0, 0, 0), (BLOCK,) * 3)
+    found = {"model": phase(values, solid), "true": second}
+    return {key: asdict(solid_error(block, first)) for key, block in found.items()}

@@ -1,0 +1,132 @@
+"""What became of each pair of exemplar and method: the figures of the page, kept in a JSON file.
+
+The file stands beside the page, so that the page grows from command to command although models,
+reports and full pictures, which are large, are kept elsewhere or not at all.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.verification.model_output import OutputError
+from solidtex_export.research.fidelity.cell import Cell
+from solidtex_export.whole_file import write_whole
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of one pair. Either `failure` or all the others.
+
+    `multiples`: distance of all slices by metric, in multiples of the exemplar's own; `copied`: the
+    largest coherence of a correspondence map; `solid`: errors of the 3D statistics, by statistic.
+    """
+
+    failure: str | None = None
+    seconds: float = 0.0
+    steps: int = 0
+    multiples: dict[str, float | None] | None = None
+    copied: float = 0.0
+    repeats: bool = False
+    solid: dict[str, float] | None = None
+
+    @property
+    def figures(self) -> dict[str, float | None]:
+        assert self.multiples is not None
+        return self.multiples
+
+
+@dataclass
+class Outcomes:
+    """All of them, and the errors of a second block of each true solid."""
+
+    pairs: dict[str, dict[str, Outcome]]
+    """Exemplar -> method -> outcome."""
+    true_solids: dict[str, dict[str, float]]
+
+    def of(self, cell: Cell) -> Outcome | None:
+        return self.pairs.get(cell.entry.name, {}).get(cell.method)
+
+    def take(self, cell: Cell) -> None:
+        """What the cell's files say, if it has been run."""
+        if cell.failure.exists():
+            words = " ".join(cell.failure.read_text().split())
+            self._set(cell, Outcome(failure=words))
+        elif cell.finished:
+            self._set(cell, _judged(cell))
+            if cell.entry.solid:
+                self.true_solids[cell.entry.name] = _solid_errors(cell)["true"]
+
+    def _set(self, cell: Cell, outcome: Outcome) -> None:
+        self.pairs.setdefault(cell.entry.name, {})[cell.method] = outcome
+
+    def write(self, path: Path) -> None:
+        pairs = {
+            exemplar: {method: asdict(o) for method, o in row.items()}
+            for exemplar, row in self.pairs.items()
+        }
+        document = {"pairs": pairs, "true_solids": self.true_solids}
+        write_whole(path, (json.dumps(_plain(document), indent=1) + "\n").encode())
+
+
+def read_outcomes(path: Path) -> Outcomes:
+    """Of a file that `write` made; none where there is no such file."""
+    if not path.exists():
+        return Outcomes({}, {})
+    try:
+        document = json.loads(path.read_text())
+        pairs = {
+            exemplar: {method: _restored(values) for method, values in row.items()}
+            for exemplar, row in document["pairs"].items()
+        }
+        solids = {name: _infinite(v) for name, v in document["true_solids"].items()}
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise OutputError(
+            f"{path}: found no outcomes ({error}), expected what {path.stem}.md was made from"
+        ) from error
+    return Outcomes(pairs, solids)
+
+
+def _distances(judgement: dict[str, Any]) -> dict[str, Any]:
+    """Of the colours, or of the first group of channels."""
+    overall: dict[str, Any] = next(iter(judgement["distances"].values()))["overall"]
+    return overall
+
+
+def _judged(cell: Cell) -> Outcome:
+    judgement = json.loads(cell.judgement.read_text())
+    training = model_file.read(cell.model).document["training"]
+    tests = [judgement["repetition"][key] for key in ("block", "far blocks")]
+    return Outcome(
+        seconds=training["seconds"],
+        steps=training["step"],
+        multiples={name: found["multiple"] for name, found in _distances(judgement).items()},
+        copied=max(judgement["copying"]["views"].values()),
+        repeats=any(found and found["repeats"] for found in tests),
+        solid=_solid_errors(cell)["model"] if cell.entry.solid else None,
+    )
+
+
+def _solid_errors(cell: Cell) -> dict[str, dict[str, float]]:
+    errors: dict[str, dict[str, float]] = json.loads(cell.solid_errors.read_text())
+    return errors
+
+
+def _restored(values: dict[str, Any]) -> Outcome:
+    solid = values.get("solid")
+    return Outcome(**{**values, "solid": None if solid is None else _infinite(solid)})
+
+
+def _plain(value: Any) -> Any:
+    """JSON has no infinity: an error that is infinite (no phase at all) is written as null."""
+    if isinstance(value, dict):
+        return {key: _plain(v) for key, v in value.items()}
+    return None if isinstance(value, float) and math.isinf(value) else value
+
+
+def _infinite(errors: dict[str, float | None]) -> dict[str, float]:
+    return {name: math.inf if value is None else value for name, value in errors.items()}

@@ -1,0 +1,69 @@
+"""Writes exemplars cut from analytic solids: `python -m solidtex_export.solids NAME -o FOLDER`."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from solidtex_export.commands import cli
+from solidtex_export.export.verification.model_output import check_output
+from solidtex_export.images.channels import COLOR
+from solidtex_export.research.solids.materials import SOLIDS
+from solidtex_export.research.solids.solid import exemplar
+from solidtex_export.whole_file import write_whole
+
+PROGRAM = "python -m solidtex_export.solids"
+EXAMPLES = f"""  {PROGRAM} marble -o exemplars
+  {PROGRAM} all --size 320,240 --seed 3 -o exemplars
+
+A solid with maps gives a picture for each: grains.png, grains-roughness.png, grains-height.png.
+solidtex-train exemplars/grains.png --map roughness=exemplars/grains-roughness.png ..."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    p = cli.parser(PROGRAM, "Cut exemplars from analytic solids.", EXAMPLES)
+    p.add_argument("solid", choices=[*SOLIDS, "all"])
+    p.add_argument("-o", dest="folder", metavar="FOLDER", type=Path, required=True)
+    p.add_argument("--size", type=size, default=(256, 256), metavar="N|WIDTH,HEIGHT",
+                   help="pixels, one for each texel (default: 256)")  # fmt: skip
+    p.add_argument("--seed", type=int, default=0, metavar="S", help="(default: 0)")
+    p.add_argument("--force", action="store_true", help="replace pictures that exist")
+    return cli.run(p, arguments, cut)
+
+
+def size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition(",")
+    values = int(width), int(height or width)
+    if min(values) < 1:
+        raise argparse.ArgumentTypeError(f"found {text}, expected pixels, such as 256 or 320,240")
+    return values
+
+
+def cut(args: argparse.Namespace) -> None:
+    names = list(SOLIDS) if args.solid == "all" else [args.solid]
+    args.folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        solid = SOLIDS[name](args.seed)
+        width, height = args.size
+        picture = exemplar(solid, height, width)
+        write_picture(args.folder / f"{name}.png", picture[..., : len(COLOR)], args.force)
+        for index, channel in enumerate(solid.channels[len(COLOR) :], len(COLOR)):
+            write_picture(args.folder / f"{name}-{channel}.png", picture[..., index], args.force)
+
+
+def write_picture(path: Path, picture: np.ndarray, force: bool) -> None:
+    """An 8-bit PNG of values 0 ... 1."""
+    check_output(path, force, ".png")
+    data = io.BytesIO()
+    Image.fromarray(np.rint(picture.clip(0, 1) * 255).astype(np.uint8)).save(data, "PNG")
+    write_whole(path, data.getvalue())
+    print(path)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
