@@ -24,8 +24,8 @@ void keep(solidtex_status status, const char* message) noexcept {
 solidtex_status solidtex::engine::fail(const solidtex_texture* texture, solidtex_status status,
                                        const char* message) noexcept {
   keep(status, message);
-  if (texture && texture->told_of_errors)
-    texture->told_of_errors(texture->errors_user, status, message);
+  if (texture && texture->error_callback)
+    texture->error_callback(texture->error_user, status, message);
   return status;
 }
 

@@ -1,5 +1,3 @@
-#include "engine/api/find_model.h"
-
 #include <dlfcn.h>
 
 #include <cstdlib>
@@ -7,7 +5,8 @@
 #include <sstream>
 #include <vector>
 
-#include "engine/model/error.h"
+#include "engine/api/handle.h"
+#include "engine/common/error.h"
 
 namespace solidtex::engine {
 namespace {

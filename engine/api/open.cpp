@@ -1,9 +1,7 @@
 // A texture from its making to its end: references, parameters, opening.
 #include <span>
 
-#include "engine/api/find_model.h"
 #include "engine/api/handle.h"
-#include "engine/api/target.h"
 
 using solidtex::engine::Error;
 using solidtex::engine::guarded;
@@ -91,17 +89,17 @@ solidtex_status solidtex_get_string(const solidtex_texture* texture, const char*
   });
 }
 
-solidtex_status solidtex_set_error_callback(solidtex_texture* texture, solidtex_error_callback told,
-                                            void* user) {
+solidtex_status solidtex_set_error_callback(solidtex_texture* texture,
+                                            solidtex_error_callback callback, void* user) {
   return change(texture, [&] {
-    texture->told_of_errors = told;
-    texture->errors_user = user;
+    texture->error_callback = callback;
+    texture->error_user = user;
   });
 }
 
 solidtex_status solidtex_set_progress_callback(solidtex_texture* texture,
-                                               solidtex_progress_callback told, void* user) {
-  return change(texture, [&] { texture->progress = {told, user}; });
+                                               solidtex_progress_callback callback, void* user) {
+  return change(texture, [&] { texture->progress = {callback, user}; });
 }
 
 solidtex_status solidtex_open(solidtex_texture* texture, const char* model) {

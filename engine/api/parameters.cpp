@@ -1,9 +1,8 @@
-#include "engine/api/parameters.h"
-
 #include <algorithm>
 #include <limits>
 
-#include "engine/model/error.h"
+#include "engine/api/handle.h"
+#include "engine/common/error.h"
 
 namespace solidtex::engine {
 namespace {

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "engine/api/handle.h"
-#include "engine/api/target.h"
 
 using solidtex::engine::Error;
 using solidtex::engine::guarded;
@@ -30,13 +29,13 @@ Value fact(const solidtex_texture* texture, Value otherwise, const Read& read) {
   return value;
 }
 
-// Asks a texture; its host hears of the progress.
-template <class Ask>
-solidtex_status query(const solidtex_texture* texture, const Ask& ask) {
+// Runs a query of an open texture and reports its progress to the host.
+template <class Run>
+solidtex_status query(const solidtex_texture* texture, const Run& run) {
   return guarded(texture, [&] {
-    const Texture& asked = opened(texture);
+    const Texture& opened_texture = opened(texture);
     const ProgressScope progress(texture->progress);
-    ask(asked);
+    run(opened_texture);
   });
 }
 
@@ -54,9 +53,9 @@ const char* solidtex_target(void) {
 }
 
 solidtex_family solidtex_get_family(const solidtex_texture* texture) {
-  return fact(texture, SOLIDTEX_FAMILY_FIELD, [](const Texture& t) {
-    return std::holds_alternative<solidtex::engine::FieldModel>(t.model().architecture)
-               ? SOLIDTEX_FAMILY_FIELD
+  return fact(texture, SOLIDTEX_FAMILY_LATTICE, [](const Texture& t) {
+    return std::holds_alternative<solidtex::engine::LatticeModel>(t.model().architecture)
+               ? SOLIDTEX_FAMILY_LATTICE
                : SOLIDTEX_FAMILY_SAMPLER;
   });
 }
@@ -102,36 +101,36 @@ const char* solidtex_path(const solidtex_texture* texture) {
 
 solidtex_status solidtex_eval_points(const solidtex_texture* texture, const double* origin,
                                      const float* points, size_t count, float* values,
-                                     float* gradients) {
+                                     float* jacobians) {
   return query(texture, [&](const Texture& t) {
     if (count == 0) return;
     require(points, "points is null");
     require(values, "values is null");
-    t.eval_points(origin ? origin : kZero, points, count, {values, gradients});
+    t.eval_points(origin ? origin : kZero, points, count, {values, jacobians});
   });
 }
 
 solidtex_status solidtex_eval_filtered(const solidtex_texture* texture, const double* origin,
                                        const float* points, const float* radii, size_t count,
-                                       float* values, float* gradients) {
+                                       float* values, float* jacobians) {
   return query(texture, [&](const Texture& t) {
     if (count == 0) return;
     require(points, "points is null");
     require(radii, "radii is null");
     require(values, "values is null");
-    t.eval_filtered(origin ? origin : kZero, points, radii, count, {values, gradients});
+    t.eval_filtered(origin ? origin : kZero, points, radii, count, {values, jacobians});
   });
 }
 
 solidtex_status solidtex_eval_footprints(const solidtex_texture* texture, const double* origin,
                                          const float* points, const float* axes, size_t count,
-                                         float* values, float* gradients) {
+                                         float* values, float* jacobians) {
   return query(texture, [&](const Texture& t) {
     if (count == 0) return;
     require(points, "points is null");
     require(axes, "axes is null");
     require(values, "values is null");
-    t.eval_footprints(origin ? origin : kZero, points, axes, count, {values, gradients});
+    t.eval_footprints(origin ? origin : kZero, points, axes, count, {values, jacobians});
   });
 }
 
@@ -149,17 +148,17 @@ solidtex_status solidtex_eval_box(const solidtex_texture* texture, const int64_t
 solidtex_status solidtex_get_statistics(const solidtex_texture* texture,
                                         solidtex_statistics* statistics) {
   return guarded(texture, [&] {
-    const Texture& asked = opened(texture);
+    const Texture& opened_texture = opened(texture);
     require(statistics, "statistics is null");
     if (statistics->struct_size != sizeof(solidtex_statistics))
       throw Error(SOLIDTEX_INVALID_ARGUMENT,
                   "solidtex_statistics.struct_size is " + std::to_string(statistics->struct_size) +
                       ", expected " + std::to_string(sizeof(solidtex_statistics)));
-    const auto cache = asked.cache_stats();
-    const auto answered = asked.answered();
+    const auto cache = opened_texture.cache_stats();
+    const auto counts = opened_texture.query_counts();
     *statistics = {.struct_size = sizeof(solidtex_statistics),
-                   .point_count = answered.points,
-                   .voxel_count = answered.voxels,
+                   .point_count = counts.points,
+                   .voxel_count = counts.voxels,
                    .hit_count = cache.hit_count,
                    .miss_count = cache.miss_count,
                    .brick_count = cache.brick_count,

@@ -1,5 +1,4 @@
-#include "engine/api/target.h"
-
+#include "engine/api/handle.h"
 #include "engine/kernels/targets.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/api/target.cpp"
@@ -10,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "engine/model/error.h"
+#include "engine/common/error.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {

@@ -25,14 +25,14 @@ inline constexpr std::ptrdiff_t kStrip = 32;  // values in a strip: pairs of vec
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-HWY_INLINE Floats Activate(Floats v, Floats slope) {
-  return hn::IfThenElse(hn::Gt(v, hn::Zero(Float())), v, hn::Mul(slope, v));
+HWY_INLINE Floats Activate(Floats v, Floats negative_slope) {
+  return hn::IfThenElse(hn::Gt(v, hn::Zero(Float())), v, hn::Mul(negative_slope, v));
 }
 
 #if HWY_NATIVE_FMA
 
 // Sums of two vectors fill most of the registers: 24 of 32, or 12 of 16.
-inline constexpr int kMostChannels = HWY_TARGET == HWY_AVX2 ? 6 : 12;
+inline constexpr int kMaxChannels = HWY_TARGET == HWY_AVX2 ? 6 : 12;
 
 // `kOutputs` outputs of some vectors, from output `first` on.
 template <int kOutputs, int kVectors>
@@ -58,12 +58,13 @@ HWY_INLINE void ChannelTile(const ChannelLayer& layer, int first, const float* H
       for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
     }
   }
-  const Floats slope = hn::Set(d, layer.slope);
+  const Floats negative_slope = hn::Set(d, layer.negative_slope);
   out += first * out_pitch;
 #pragma GCC unroll 12
   for (int o = 0; o < kOutputs; ++o, out += out_pitch)
 #pragma GCC unroll 2
-    for (int v = 0; v < kVectors; ++v) hn::Store(Activate(sum[o][v], slope), d, out + v * kLanes);
+    for (int v = 0; v < kVectors; ++v)
+      hn::Store(Activate(sum[o][v], negative_slope), d, out + v * kLanes);
 }
 
 // The widest tile that fits what is left, from kOutputs down; gives the output behind it.
@@ -82,7 +83,7 @@ template <int kVectors>
 void ChannelTiles(const ChannelLayer& layer, const float* in, std::ptrdiff_t pitch, float* out,
                   std::ptrdiff_t out_pitch) {
   for (int first = 0; first < layer.padded;)
-    first = WidestChannelTile<kMostChannels, kVectors>(layer, first, in, pitch, out, out_pitch);
+    first = WidestChannelTile<kMaxChannels, kVectors>(layer, first, in, pitch, out, out_pitch);
 }
 
 // All padded outputs of `count` values, whole vectors. Channels are `pitch` apart.
@@ -105,7 +106,7 @@ void Channels(const ChannelLayer& layer, const float* in, std::ptrdiff_t pitch,
       float sum = layer.bias[o];
       for (int i = 0; i < layer.inputs; ++i)
         sum = std::fma(layer.weights[i * layer.padded + o], in[i * pitch + t], sum);
-      out[o * out_pitch + t] = sum > 0 ? sum : layer.slope * sum;
+      out[o * out_pitch + t] = sum > 0 ? sum : layer.negative_slope * sum;
     }
 }
 

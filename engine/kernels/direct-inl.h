@@ -79,14 +79,14 @@ HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source, con
 #pragma GCC unroll 3
       for (int dy = 0; dy < 3; ++dy, weights += 3 * LinearLayer::kPack)
         AddRow<kVectors>(tiles, x, tiles[0].Y(y + dy) + channel, weights, sum);
-  const Floats slope = hn::Set(d, layer.slope);
+  const Floats negative_slope = hn::Set(d, layer.negative_slope);
 #pragma GCC unroll 4
   for (int o = 0; o < kTapOutputs; ++o)
 #pragma GCC unroll 2
     for (int z = 0; z < 2; ++z)
 #pragma GCC unroll 2
       for (int v = 0; v < kVectors; ++v)
-        hn::StoreU(Activate(sum[o][z][v], slope), d,
+        hn::StoreU(Activate(sum[o][z][v], negative_slope), d,
                    targets[v].at + (first + o) * targets[v].output + targets[v].voxels[2 * y + z]);
 }
 
@@ -134,7 +134,8 @@ void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
             sum[t] = std::fma(layer.weight(o, term), in[t], sum[t]);
         }
         float* to = targets[i].at + o * targets[i].output + targets[i].voxels[p];
-        for (std::size_t t = 0; t < kLanes; ++t) to[t] = sum[t] > 0 ? sum[t] : layer.slope * sum[t];
+        for (std::size_t t = 0; t < kLanes; ++t)
+          to[t] = sum[t] > 0 ? sum[t] : layer.negative_slope * sum[t];
       }
   }
 }

@@ -47,10 +47,10 @@ void Affine(const float* scale, const float* shift, const ConstVolume& in, const
   });
 }
 
-void LeakyRelu(float slope, const ConstVolume& in, const Volume& out) {
+void LeakyRelu(float negative_slope, const ConstVolume& in, const Volume& out) {
   Map(in, out, [&](int, Floats v) {
     const Float d;
-    return hn::IfThenElse(hn::Gt(v, hn::Zero(d)), v, hn::Mul(hn::Set(d, slope), v));
+    return hn::IfThenElse(hn::Gt(v, hn::Zero(d)), v, hn::Mul(hn::Set(d, negative_slope), v));
   });
 }
 
@@ -78,8 +78,8 @@ void Sigmoid(const ConstVolume& in, const Volume& out) {
 void Affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out) {
   reference::affine(scale, shift, in, out);
 }
-void LeakyRelu(float slope, const ConstVolume& in, const Volume& out) {
-  reference::leaky_relu(slope, in, out);
+void LeakyRelu(float negative_slope, const ConstVolume& in, const Volume& out) {
+  reference::leaky_relu(negative_slope, in, out);
 }
 void Tanh(const ConstVolume& in, const Volume& out) { reference::tanh(in, out); }
 void Sigmoid(const ConstVolume& in, const Volume& out) { reference::sigmoid(in, out); }
@@ -100,8 +100,8 @@ HWY_EXPORT(Sigmoid);
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out) {
   HWY_DYNAMIC_DISPATCH(Affine)(scale, shift, in, out);
 }
-void leaky_relu(float slope, const ConstVolume& in, const Volume& out) {
-  HWY_DYNAMIC_DISPATCH(LeakyRelu)(slope, in, out);
+void leaky_relu(float negative_slope, const ConstVolume& in, const Volume& out) {
+  HWY_DYNAMIC_DISPATCH(LeakyRelu)(negative_slope, in, out);
 }
 void tanh(const ConstVolume& in, const Volume& out) { HWY_DYNAMIC_DISPATCH(Tanh)(in, out); }
 void sigmoid(const ConstVolume& in, const Volume& out) { HWY_DYNAMIC_DISPATCH(Sigmoid)(in, out); }

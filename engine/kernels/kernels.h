@@ -19,11 +19,11 @@ void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t 
 // One point, the same bits; writes layer.pitch values.
 void dense_point(const PointLayer& layer, const float* in, float* out);
 // In place; the pitches are multiples of kPointStep.
-void activate_slopes(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
-                     std::ptrdiff_t pitch, float* slopes);
+void activate_derivatives(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
+                          std::ptrdiff_t pitch, float* derivatives);
 
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out);
-void leaky_relu(float slope, const ConstVolume& in, const Volume& out);
+void leaky_relu(float negative_slope, const ConstVolume& in, const Volume& out);
 void tanh(const ConstVolume& in, const Volume& out);
 void sigmoid(const ConstVolume& in, const Volume& out);
 

@@ -56,12 +56,13 @@ HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
   }
 
   // By way of memory, so that every index of `sum` is a constant: it must stay in registers.
-  const Floats slope = hn::Set(d, layer.slope), zero = hn::Zero(d);
+  const Floats negative_slope = hn::Set(d, layer.negative_slope), zero = hn::Zero(d);
   HWY_ALIGN float results[kOutputs][kVectors * hn::MaxLanes(d)];
   for (int o = 0; o < kOutputs; ++o)
     for (int v = 0; v < kVectors; ++v) {
       const Floats s = sum[o][v];
-      hn::Store(hn::IfThenElse(hn::Gt(s, zero), s, hn::Mul(slope, s)), d, results[o] + v * lanes);
+      hn::Store(hn::IfThenElse(hn::Gt(s, zero), s, hn::Mul(negative_slope, s)), d,
+                results[o] + v * lanes);
     }
   const int used = std::min(kOutputs, layer.outputs - first);
   for (int o = 0; o < used; ++o) std::copy_n(results[o], count, out + (first + o) * run.pitch);

@@ -12,15 +12,15 @@
 namespace solidtex::engine {
 
 // out[o] = phi(bias[o] + sum over t of weight(o, t) * in[t]), terms in ascending order, each one a
-// fused multiply-add; phi(v) = v > 0 ? v : slope * v, so slope 1 is the identity. The terms of a
-// convolution are (input channel, kx, ky, kz), kz fastest.
+// fused multiply-add; phi(v) = v > 0 ? v : negative_slope * v, so negative_slope 1 is the identity.
+// The terms of a convolution are (input channel, kx, ky, kz), kz fastest.
 struct LinearLayer {
   static constexpr int kPack = 4;
 
   int outputs = 0, terms = 0;
   std::vector<float> packed;  // [ceil(outputs / kPack)][term][kPack], zeros behind the last output
   std::vector<float> bias;    // the same number of packs
-  float slope = 1;
+  float negative_slope = 1;
 
   LinearLayer() = default;
 
@@ -39,7 +39,7 @@ struct LinearLayer {
     return (static_cast<std::size_t>(o / kPack) * terms + t) * kPack + o % kPack;
   }
   float weight(int o, int t) const { return packed[index(o, t)]; }
-  float activate(float v) const { return v > 0 ? v : slope * v; }
+  float activate(float v) const { return v > 0 ? v : negative_slope * v; }
 };
 
 // The same layer for one point: neighbouring outputs lie side by side.
@@ -51,14 +51,14 @@ struct PointLayer {
   // [term][pitch], zeros behind the last output; aligned, as they are read once a point.
   hwy::AlignedFreeUniquePtr<float[]> weights;
   std::vector<float> bias;  // [pitch]
-  float slope = 1;
+  float negative_slope = 1;
 
   explicit PointLayer(const LinearLayer& layer)
       : terms(layer.terms),
         pitch((layer.outputs + kStep - 1) / kStep * kStep),
         weights(hwy::AllocateAligned<float>(static_cast<std::size_t>(pitch * std::max(terms, 1)))),
         bias(static_cast<std::size_t>(pitch)),
-        slope(layer.slope) {
+        negative_slope(layer.negative_slope) {
     if (!weights) throw std::bad_alloc();
     std::fill_n(weights.get(), pitch * terms, 0.0f);
     for (int o = 0; o < layer.outputs; ++o) {

@@ -11,19 +11,19 @@
 namespace solidtex::engine {
 
 // Value (channel, x, 2 Y + py, 2 Z + pz) is
-// plane(x)[(4 * channel + 2 * py + pz) * phase_pitch + (Y - y_lo) * row_pitch + Z - z_lo].
-// With one phase Y and Z are y and z themselves. Planes of x are kept in a ring.
+// plane(x)[(4 * channel + 2 * py + pz) * parity_pitch + (Y - y_lo) * row_pitch + Z - z_lo].
+// With one parity Y and Z are y and z themselves. Planes of x are kept in a ring.
 template <class Value>
 struct BasicPlanes {
   Value* data = nullptr;
-  int channels = 0, phases = 4;
+  int channels = 0, parities = 4;
   std::int64_t x_lo = 0, x_hi = 0;
   std::int64_t ring = 1;     // planes; any x finds one: if it is not kept any more, another's
   std::int64_t x_first = 0;  // the first plane in memory is that of this x, modulo ring
   std::int64_t y_lo = 0, z_lo = 0, rows = 0;
-  std::ptrdiff_t row_pitch = 0, phase_pitch = 0;
+  std::ptrdiff_t row_pitch = 0, parity_pitch = 0;
 
-  std::ptrdiff_t channel_pitch() const { return phases * phase_pitch; }
+  std::ptrdiff_t channel_pitch() const { return parities * parity_pitch; }
   std::ptrdiff_t plane_pitch() const { return channels * channel_pitch(); }
 
   // Without a division where x is near, which took a tenth of the time of a small convolution, and
@@ -46,8 +46,8 @@ struct Planes : BasicPlanes<float> {};
 struct ConstPlanes : BasicPlanes<const float> {
   ConstPlanes() = default;
   ConstPlanes(const Planes& p)
-      : BasicPlanes{p.data,    p.channels, p.phases, p.x_lo, p.x_hi,      p.ring,
-                    p.x_first, p.y_lo,     p.z_lo,   p.rows, p.row_pitch, p.phase_pitch} {}
+      : BasicPlanes{p.data,    p.channels, p.parities, p.x_lo, p.x_hi,      p.ring,
+                    p.x_first, p.y_lo,     p.z_lo,     p.rows, p.row_pitch, p.parity_pitch} {}
 };
 
 }  // namespace solidtex::engine

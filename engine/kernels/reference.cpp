@@ -75,23 +75,24 @@ void dense_point(const PointLayer& layer, const float* in, float* out) {
     float sum = layer.bias[o];
     for (int t = 0; t < layer.terms; ++t)
       sum = std::fma(layer.weights[t * layer.pitch + o], in[t], sum);
-    out[o] = sum > 0 ? sum : layer.slope * sum;
+    out[o] = sum > 0 ? sum : layer.negative_slope * sum;
   }
 }
 
-void activate_slopes(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
-                     std::ptrdiff_t pitch, float* slopes) {
+void activate_derivatives(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
+                          std::ptrdiff_t pitch, float* derivatives) {
   for (int o = 0; o < layer.outputs; ++o, units += unit_pitch)
-    for (int axis = 0; axis < 3; ++axis, slopes += pitch)
-      for (std::ptrdiff_t p = 0; p < pitch; ++p) slopes[p] *= units[p] > 0 ? 1 : layer.slope;
+    for (int axis = 0; axis < 3; ++axis, derivatives += pitch)
+      for (std::ptrdiff_t p = 0; p < pitch; ++p)
+        derivatives[p] *= units[p] > 0 ? 1 : layer.negative_slope;
 }
 
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out) {
   map(in, out, [&](int c, float v) { return std::fma(scale[c], v, shift[c]); });
 }
 
-void leaky_relu(float slope, const ConstVolume& in, const Volume& out) {
-  map(in, out, [&](int, float v) { return v > 0 ? v : slope * v; });
+void leaky_relu(float negative_slope, const ConstVolume& in, const Volume& out) {
+  map(in, out, [&](int, float v) { return v > 0 ? v : negative_slope * v; });
 }
 
 void tanh(const ConstVolume& in, const Volume& out) {

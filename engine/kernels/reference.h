@@ -36,13 +36,14 @@ void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t 
 void dense_point(const PointLayer& layer, const float* in, float* out);
 
 // How the activation changes derivatives: those of unit u by x, y and z, three runs of `pitch`
-// points each, are multiplied by its slope where units[u * unit_pitch + p], which dense gave, is.
-void activate_slopes(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
-                     std::ptrdiff_t pitch, float* slopes);
+// points each, are multiplied by its negative_slope where units[u * unit_pitch + p], which dense
+// gave, is.
+void activate_derivatives(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
+                          std::ptrdiff_t pitch, float* derivatives);
 
 // Element-wise; both volumes have the same size and channels.
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out);
-void leaky_relu(float slope, const ConstVolume& in, const Volume& out);
+void leaky_relu(float negative_slope, const ConstVolume& in, const Volume& out);
 void tanh(const ConstVolume& in, const Volume& out);
 void sigmoid(const ConstVolume& in, const Volume& out);
 

@@ -125,7 +125,7 @@ void winograd_conv3d(const WinogradLayer& layer, int origin,
                                             d.values[p], products.values[p]);
           }
           const float sum = transformed_output(products, voxel) + layer.bias[o];
-          out.row(o, x, y)[z] = sum > 0 ? sum : layer.slope * sum;
+          out.row(o, x, y)[z] = sum > 0 ? sum : layer.negative_slope * sum;
         }
 }
 

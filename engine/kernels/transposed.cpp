@@ -10,7 +10,7 @@
 
 #include "engine/kernels/kernels.h"
 #include "engine/kernels/linear-inl.h"
-#include "engine/kernels/parity.h"
+#include "engine/kernels/parity_split.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {

@@ -41,7 +41,7 @@ class Convolution {
     for (int voxel = 0; voxel < 4; ++voxel) {
       const int y = voxel / 2 + chain.origin, z = voxel % 2 + chain.origin;
       offsets_[voxel] =
-          (y >> 1) * out.row_pitch + (z >> 1) + (2 * (y & 1) + (z & 1)) * out.phase_pitch;
+          (y >> 1) * out.row_pitch + (z >> 1) + (2 * (y & 1) + (z & 1)) * out.parity_pitch;
     }
     if constexpr (kTile > 1) FindTerms();
   }
@@ -70,7 +70,7 @@ class Convolution {
   }
 
  private:
-  static constexpr std::size_t kMostVectors = kStrip / hn::MaxLanes(Float());
+  static constexpr std::size_t kMaxVectors = kStrip / hn::MaxLanes(Float());
   static constexpr int kShift = kTile / 2;  // from voxels to tiles along x
   static constexpr int kGroups = 4 * (kTile + 2);
   static constexpr int kVoxels = 4 * kTile;
@@ -92,9 +92,9 @@ class Convolution {
   TileVector& VectorWithRoom() {
     if (vector_count_ > 0) {
       TileVector& last = vectors_[vector_count_ - 1];
-      if (joins_ && last.used() < FloatLanes() && last.size < TileVector::kMostRuns) return last;
+      if (joins_ && last.used() < FloatLanes() && last.size < TileVector::kMaxRuns) return last;
     }
-    if (vector_count_ == kMostVectors) RunStrip();
+    if (vector_count_ == kMaxVectors) RunStrip();
     TileVector& next = vectors_[vector_count_++];
     next.size = 0;
     return next;
@@ -123,7 +123,7 @@ class Convolution {
   template <bool kJoined>
   void RunFirst(std::span<const TileVector> vectors) {
     if constexpr (kTile == 1) {
-      TapTarget targets[kMostVectors];
+      TapTarget targets[kMaxVectors];
       for (std::size_t i = 0; i < vectors.size(); ++i) targets[i] = Target(i);
       SumTaps<kJoined>(chain_.taps, sources_[0].planes, vectors, chain_.origin, targets);
     } else {
@@ -214,7 +214,7 @@ class Convolution {
     }
   }
 
-  // At most a vector of neighbouring tiles, for all channels and phases.
+  // At most a vector of neighbouring tiles, for all channels and parities.
   void StoreRun(const float* from, float* to, std::ptrdiff_t count) {
     const Float d;
     const auto used = hn::FirstN(d, static_cast<std::size_t>(count));
@@ -265,7 +265,7 @@ class Convolution {
   std::vector<ProductTerms> terms_;
   std::size_t first_term_[kGroups + 1];
   std::ptrdiff_t offsets_[4];  // from a tile's place in a result's plane to its voxels
-  TileVector vectors_[kMostVectors];
+  TileVector vectors_[kMaxVectors];
   std::size_t vector_count_ = 0;
   std::ptrdiff_t wrap_ = 1;  // from one row of tiles to the next, in tiles
   bool joins_ = false;

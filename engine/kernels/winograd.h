@@ -17,14 +17,14 @@
 namespace solidtex::engine {
 
 // A dense layer over channels. out[o] = phi(bias[o] + sum over i of weight(i, o) * in[i]), inputs
-// in ascending order, each a fused multiply-add; phi(v) = v > 0 ? v : slope * v.
+// in ascending order, each a fused multiply-add; phi(v) = v > 0 ? v : negative_slope * v.
 struct ChannelLayer {
   static constexpr int kPack = 4;  // outputs are padded to a multiple of it
 
   int inputs = 0, outputs = 0, padded = 0;
   std::vector<float> weights;  // [input][padded]
   std::vector<float> bias;     // [padded]
-  float slope = 1;
+  float negative_slope = 1;
 
   ChannelLayer() = default;
   // weights: [output][input].
@@ -44,7 +44,7 @@ struct WinogradLayer {
   std::vector<bool> upsampled;  // [input]
   std::vector<float> weights;   // [ix][iy][input][output][iz]
   std::vector<float> bias;      // [output]
-  float slope = 1;
+  float negative_slope = 1;
 
   WinogradLayer() = default;
   // weights: [output][input][3][3][3].
@@ -82,7 +82,7 @@ int widest_layer(const ConvChain& chain);
 // Some input channels of a convolution.
 struct ConvSource {
   ConstPlanes planes;
-  // The planes, of one phase, are those of a volume of half the size and stand for its nearest
+  // The planes, of one parity, are those of a volume of half the size and stand for its nearest
   // upsampling.
   bool upsampled = false;
 };
@@ -100,9 +100,9 @@ std::size_t winograd_scratch(const ConvChain& chain);
 
 // Writes planes of `out`; the sources are the inputs in their order. A tile reads its neighbours on
 // every side, whether the source has them or not: what lies there may be anything where no result
-// depends on it, but must be readable (see Window). In tiles of four every input along x takes part
-// in every output: their tiles must be whole. scratch is aligned to HWY_ALIGNMENT.
-// Fastest where all sources have one row pitch.
+// depends on it, but must be readable (see PlaneRing). In tiles of four every input along x takes
+// part in every output: their tiles must be whole. scratch is aligned to HWY_ALIGNMENT. Fastest
+// where all sources have one row pitch.
 void winograd_conv3d(const ConvChain& chain, std::span<const ConvSource> sources,
                      const TileRange& range, const Planes& out, float* scratch);
 

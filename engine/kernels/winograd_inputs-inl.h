@@ -59,13 +59,13 @@ struct TileRun {
 
 // A vector of tiles. One run fills it in large regions; in small ones it joins several.
 struct TileVector {
-  static constexpr int kMostRuns = 4;
+  static constexpr int kMaxRuns = 4;
 
   const TileRun& first() const { return runs[0]; }
   const TileRun& last() const { return runs[size - 1]; }
   std::ptrdiff_t used() const { return size == 0 ? 0 : last().lane + last().count; }
 
-  TileRun runs[kMostRuns];
+  TileRun runs[kMaxRuns];
   int size = 0;
 };
 
@@ -90,8 +90,8 @@ class TilePlanes {
     for (int i = 0; i < 4; ++i) {
       const int voxel = i - 1 + origin;
       const std::ptrdiff_t tile = voxel >> 1, odd = voxel & 1;
-      y_[i] = tile * source.row_pitch + odd * 2 * source.phase_pitch;
-      z_[i] = tile + odd * source.phase_pitch;
+      y_[i] = tile * source.row_pitch + odd * 2 * source.parity_pitch;
+      z_[i] = tile + odd * source.parity_pitch;
     }
   }
 
@@ -113,7 +113,7 @@ class TilePlanes {
   }
 
  private:
-  static constexpr int kRuns = kJoined ? TileVector::kMostRuns : 1;
+  static constexpr int kRuns = kJoined ? TileVector::kMaxRuns : 1;
 
   const float* at_[kPlanes][kRuns];
   hn::Mask<Float> lanes_[kRuns];  // from the first of each run on

@@ -188,7 +188,7 @@ void OutputAlongY(int outputs, std::ptrdiff_t count, const float* HWY_RESTRICT p
 template <int kTile>
 void OutputAlongX(const WinogradLayer& layer, std::ptrdiff_t count, float* HWY_RESTRICT slots) {
   const Float d;
-  const Floats slope = hn::Set(d, layer.slope);
+  const Floats negative_slope = hn::Set(d, layer.negative_slope);
   for (int o = 0; o < layer.outputs; ++o, slots += kSlots<kTile> * kStrip) {
     const Floats bias = hn::Set(d, layer.bias[o]);
     for (int yz = 0; yz < 4; ++yz)
@@ -200,7 +200,7 @@ void OutputAlongX(const WinogradLayer& layer, std::ptrdiff_t count, float* HWY_R
         TransformOutput(m, x);
 #pragma GCC unroll 4
         for (int i = 0; i < kTile; ++i)
-          hn::Store(Activate(hn::Add(x[i], bias), slope), d, at + 4 * i * kStrip);
+          hn::Store(Activate(hn::Add(x[i], bias), negative_slope), d, at + 4 * i * kStrip);
       }
   }
 }

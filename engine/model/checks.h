@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/model/error.h"
+#include "engine/common/error.h"
 
 namespace solidtex::engine {
 

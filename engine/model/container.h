@@ -1,12 +1,15 @@
-// The safetensors container: bytes to metadata and tensor views, every extent checked.
+// The safetensors container: bytes to metadata and tensors, every extent checked.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "engine/model/model.h"
 
 namespace solidtex::engine {
 
@@ -27,5 +30,23 @@ struct Container {
 
 // The views refer to `bytes`. `label` stands for the file name in messages.
 Container parse_container(std::span<const std::byte> bytes, const std::string& label);
+
+// Hands out the tensors of a file: each exactly once, with the shape that the architecture needs.
+class TensorSource {
+ public:
+  TensorSource(std::string label, const std::map<std::string, TensorView>& tensors)
+      : label_(std::move(label)), tensors_(tensors) {}
+
+  // Copies one tensor; throws when it is missing, has another shape or a value that is not finite.
+  Tensor take(const std::string& name, const std::vector<std::int64_t>& shape);
+
+  // Throws when the file has tensors that nobody took.
+  void expect_all_taken() const;
+
+ private:
+  std::string label_;
+  const std::map<std::string, TensorView>& tensors_;
+  std::set<std::string> taken_;
+};
 
 }  // namespace solidtex::engine

@@ -41,7 +41,7 @@ void read_architecture(const Fields& document, TensorSource& tensors, Model& mod
     throw invalid(document.label(), other, "this key",
                   "only " + family + ", the key of the family");
   if (family == "field")
-    model.architecture = read_field(document.child(family), model, tensors);
+    model.architecture = read_lattice(document.child(family), model, tensors);
   else
     model.architecture = read_sampler(document.child(family), model, tensors);
 }

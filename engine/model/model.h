@@ -38,7 +38,7 @@ struct AffineOp {
   Tensor scale, shift;
 };
 struct LeakyReluOp {
-  float slope = 0;
+  float negative_slope = 0;
 };
 struct TanhOp {};
 struct SigmoidOp {};
@@ -55,14 +55,14 @@ struct Node {
 };
 
 // Lattice family. Nodes are in topological order and the output is the last node.
-struct FieldModel {
+struct LatticeModel {
   std::vector<Node> nodes;
 };
 
 // Point family: GramGAN's sampler S.
 struct SamplerModel {
   int octaves = 0, width = 0;
-  float slope = 0;
+  float negative_slope = 0;
   Tensor transforms;  // [n, 3, 3]
   Tensor constant;    // [m]
   struct HiddenLayer {
@@ -78,7 +78,7 @@ struct Model {
   std::vector<std::string> channels;
   std::string color_space;
   NoiseScheme noise_scheme = NoiseScheme::solidtex_1;
-  std::variant<FieldModel, SamplerModel> architecture;
+  std::variant<LatticeModel, SamplerModel> architecture;
   std::string metadata_json;  // the document as stored
   std::uint64_t parameter_count = 0;
 };

@@ -2,18 +2,18 @@
 #pragma once
 
 #include "engine/model/checks.h"
+#include "engine/model/container.h"
 #include "engine/model/model.h"
-#include "engine/model/tensor_source.h"
 
 namespace solidtex::engine {
 
 // Reads everything but the architecture into `model`.
 void read_document(const Fields& document, Model& model);
 
-FieldModel read_field(const Fields& field, const Model& model, TensorSource& tensors);
+LatticeModel read_lattice(const Fields& lattice, const Model& model, TensorSource& tensors);
 SamplerModel read_sampler(const Fields& sampler, const Model& model, TensorSource& tensors);
 
 // Throws when one voxel would need too many values or operations.
-void check_voxel_cost(const Fields& field, const std::vector<Node>& nodes);
+void check_voxel_cost(const Fields& lattice, const std::vector<Node>& nodes);
 
 }  // namespace solidtex::engine

@@ -18,7 +18,7 @@ SamplerModel read_sampler(const Fields& sampler, const Model& model, TensorSourc
   const std::int64_t width = sampler.integer("width", 1, max_width);
   const std::int64_t channels = static_cast<std::int64_t>(model.channels.size());
   SamplerModel result;
-  result.slope = static_cast<float>(sampler.number("slope", 0, 1));
+  result.negative_slope = static_cast<float>(sampler.number("slope", 0, 1));
   if (octaves % (layers - 1) != 0)
     throw sampler.wrong("octaves",
                         "a multiple of " + std::to_string(layers - 1) + ", hidden_layers - 1");

@@ -1,6 +1,6 @@
 #include "engine/noise/noise.h"
 
-#include "engine/model/error.h"
+#include "engine/common/error.h"
 #include "engine/noise/normal.h"
 #include "engine/noise/solidtex_1.h"
 

@@ -59,16 +59,16 @@ void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count
   for (int i = 0; i < count; ++i) values[i] = trilinear(key, cells, i);
 }
 
-void trilinear_normal_slopes(const StreamKey& key, const LatticeCells& cells,
-                             const float* transform, int count, float* values,
-                             float* const* slopes) {
+void trilinear_normal_derivatives(const StreamKey& key, const LatticeCells& cells,
+                                  const float* transform, int count, float* values,
+                                  float* const* derivatives) {
   for (int i = 0; i < count; ++i) {
     values[i] = trilinear(key, cells, i);
     float step[3];
     for (int axis = 0; axis < 3; ++axis) step[axis] = step_along(axis, key, cells, i);
     for (int k = 0; k < 3; ++k)
-      slopes[k][i] = std::fma(transform[6 + k], step[2],
-                              std::fma(transform[3 + k], step[1], transform[k] * step[0]));
+      derivatives[k][i] = std::fma(transform[6 + k], step[2],
+                                   std::fma(transform[3 + k], step[1], transform[k] * step[0]));
   }
 }
 

@@ -37,13 +37,13 @@ void plane(const StreamKey& key, Distribution distribution, const LatticePoints&
 // fma(t, b - a, a).
 void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values);
 
-// The same, and how it changes: slopes[axis][i] = its derivative by a coordinate of the position
-// that `transform` (3 x 3, row-major) takes to the lattice; on the faces of a cell that on the
-// upper side. Those by the fractions are differences of what is interpolated, in the same order,
-// and one slope is fma(t2, d2, fma(t1, d1, t0 * d0)).
-void trilinear_normal_slopes(const StreamKey& key, const LatticeCells& cells,
-                             const float* transform, int count, float* values,
-                             float* const* slopes);
+// The same, and how it changes: derivatives[axis][i] = its derivative by a coordinate of the
+// position that `transform` (3 x 3, row-major) takes to the lattice; on the faces of a cell that on
+// the upper side. Those by the fractions are differences of what is interpolated, in the same
+// order, and one derivative is fma(t2, d2, fma(t1, d1, t0 * d0)).
+void trilinear_normal_derivatives(const StreamKey& key, const LatticeCells& cells,
+                                  const float* transform, int count, float* values,
+                                  float* const* derivatives);
 
 // The same as trilinear_normal where each lookup i has a stream of its own.
 void trilinear_normal_of_streams(const StreamKeys& keys, const LatticeCells& cells, int count,

@@ -8,9 +8,9 @@ namespace solidtex::engine::solidtex_1 {
 void plane(const StreamKey& key, Distribution distribution, const LatticePoints& points, int count,
            float* values);
 void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values);
-void trilinear_normal_slopes(const StreamKey& key, const LatticeCells& cells,
-                             const float* transform, int count, float* values,
-                             float* const* slopes);
+void trilinear_normal_derivatives(const StreamKey& key, const LatticeCells& cells,
+                                  const float* transform, int count, float* values,
+                                  float* const* derivatives);
 void trilinear_normal_of_streams(const StreamKeys& keys, const LatticeCells& cells, int count,
                                  float* values);
 

@@ -63,7 +63,7 @@ struct StoreValues {
 };
 
 // The same, and how they change with the position.
-struct StoreSlopes {
+struct StoreDerivatives {
   HWY_INLINE void operator()(const Floats (&fraction)[3], const Floats (&corner)[8],
                              std::ptrdiff_t i, std::ptrdiff_t count) const {
     const auto& [x, y, z] = fraction;
@@ -79,13 +79,13 @@ struct StoreSlopes {
     for (int axis = 0; axis < 3; ++axis) {
       const auto entry = [&](int row) { return hn::Set(d, transform[3 * row + axis]); };
       const Floats first = hn::Mul(entry(0), step[0]);
-      const Floats slope = hn::MulAdd(entry(2), step[2], hn::MulAdd(entry(1), step[1], first));
-      StoreFirst(slope, slopes[axis] + i, count);
+      const Floats derivative = hn::MulAdd(entry(2), step[2], hn::MulAdd(entry(1), step[1], first));
+      StoreFirst(derivative, derivatives[axis] + i, count);
     }
   }
   const float* transform;
   float* values;
-  float* const* slopes;
+  float* const* derivatives;
 };
 
 // The lattice points around some lookups.
@@ -205,9 +205,10 @@ void TrilinearNormal(const StreamKey& key, const LatticeCells& cells, int count,
   LookUp(key, cells, count, StoreValues{values});
 }
 
-void TrilinearNormalSlopes(const StreamKey& key, const LatticeCells& cells, const float* transform,
-                           int count, float* values, float* const* slopes) {
-  LookUp(key, cells, count, StoreSlopes{transform, values, slopes});
+void TrilinearNormalDerivatives(const StreamKey& key, const LatticeCells& cells,
+                                const float* transform, int count, float* values,
+                                float* const* derivatives) {
+  LookUp(key, cells, count, StoreDerivatives{transform, values, derivatives});
 }
 
 void TrilinearNormalOfStreams(const StreamKeys& keys, const LatticeCells& cells, int count,
@@ -228,9 +229,10 @@ void TrilinearNormalOfStreams(const StreamKeys& keys, const LatticeCells& cells,
 void TrilinearNormal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {
   reference::trilinear_normal(key, cells, count, values);
 }
-void TrilinearNormalSlopes(const StreamKey& key, const LatticeCells& cells, const float* transform,
-                           int count, float* values, float* const* slopes) {
-  reference::trilinear_normal_slopes(key, cells, transform, count, values, slopes);
+void TrilinearNormalDerivatives(const StreamKey& key, const LatticeCells& cells,
+                                const float* transform, int count, float* values,
+                                float* const* derivatives) {
+  reference::trilinear_normal_derivatives(key, cells, transform, count, values, derivatives);
 }
 void TrilinearNormalOfStreams(const StreamKeys& keys, const LatticeCells& cells, int count,
                               float* values) {
@@ -246,17 +248,18 @@ HWY_AFTER_NAMESPACE();
 namespace solidtex::engine::solidtex_1 {
 
 HWY_EXPORT(TrilinearNormal);
-HWY_EXPORT(TrilinearNormalSlopes);
+HWY_EXPORT(TrilinearNormalDerivatives);
 HWY_EXPORT(TrilinearNormalOfStreams);
 
 void trilinear_normal(const StreamKey& key, const LatticeCells& cells, int count, float* values) {
   HWY_DYNAMIC_DISPATCH(TrilinearNormal)(key, cells, count, values);
 }
 
-void trilinear_normal_slopes(const StreamKey& key, const LatticeCells& cells,
-                             const float* transform, int count, float* values,
-                             float* const* slopes) {
-  HWY_DYNAMIC_DISPATCH(TrilinearNormalSlopes)(key, cells, transform, count, values, slopes);
+void trilinear_normal_derivatives(const StreamKey& key, const LatticeCells& cells,
+                                  const float* transform, int count, float* values,
+                                  float* const* derivatives) {
+  HWY_DYNAMIC_DISPATCH(TrilinearNormalDerivatives)
+  (key, cells, transform, count, values, derivatives);
 }
 
 void trilinear_normal_of_streams(const StreamKeys& keys, const LatticeCells& cells, int count,

@@ -60,7 +60,7 @@ MatrixNetwork::Layer MatrixNetwork::make_layer(const LinearLayer& linear, int un
               .unit_steps = tiles_of(units, kStep),
               .weights = {},
               .bias = linear.bias,
-              .slope = linear.slope};
+              .negative_slope = linear.negative_slope};
   const int steps = layer.octave_steps + layer.unit_steps;
   layer.weights = allocate_zeros<std::uint16_t>(static_cast<std::size_t>(layer.output_tiles) *
                                                 steps * kTileSize);
@@ -186,25 +186,26 @@ SOLIDTEX_MATRIX_UNIT void sum_tiles(int tiles, const std::uint16_t* weights, int
   sum_tiles<3>(weights, steps, inputs, pitch, sums);
 }
 
-SOLIDTEX_MATRIX_UNIT inline __m512 activated(const float* sums, float bias, __m512 slope) {
+SOLIDTEX_MATRIX_UNIT inline __m512 activated(const float* sums, float bias, __m512 negative_slope) {
   const __m512 sum = _mm512_add_ps(_mm512_load_ps(sums), _mm512_set1_ps(bias));
-  return _mm512_max_ps(sum, _mm512_mul_ps(sum, slope));
+  return _mm512_max_ps(sum, _mm512_mul_ps(sum, negative_slope));
 }
 
-SOLIDTEX_MATRIX_UNIT void store_pairs(const Sums& sums, const float* bias, __m512 slope, int tiles,
-                                      int pitch, std::uint32_t* pairs) {
+SOLIDTEX_MATRIX_UNIT void store_pairs(const Sums& sums, const float* bias, __m512 negative_slope,
+                                      int tiles, int pitch, std::uint32_t* pairs) {
   for (int o = 0; o < kTile; o += 2)
     for (int t = 0; t < tiles; ++t)
       _mm512_store_si512(pairs + o / 2 * pitch + t * kTile,
-                         pair_of(activated(sums[t][o], bias[o], slope),
-                                 activated(sums[t][o + 1], bias[o + 1], slope)));
+                         pair_of(activated(sums[t][o], bias[o], negative_slope),
+                                 activated(sums[t][o + 1], bias[o + 1], negative_slope)));
 }
 
-SOLIDTEX_MATRIX_UNIT void store_values(const Sums& sums, const float* bias, __m512 slope, int tiles,
-                                       int pitch, float* values) {
+SOLIDTEX_MATRIX_UNIT void store_values(const Sums& sums, const float* bias, __m512 negative_slope,
+                                       int tiles, int pitch, float* values) {
   for (int o = 0; o < kTile; ++o)
     for (int t = 0; t < tiles; ++t)
-      _mm512_store_ps(values + o * pitch + t * kTile, activated(sums[t][o], bias[o], slope));
+      _mm512_store_ps(values + o * pitch + t * kTile,
+                      activated(sums[t][o], bias[o], negative_slope));
 }
 
 }  // namespace
@@ -219,7 +220,7 @@ SOLIDTEX_MATRIX_UNIT void MatrixNetwork::run_layer(const Layer& layer, int point
                                                    std::uint32_t* pairs, float* values) {
   alignas(64) Sums sums;
   const int steps = layer.octave_steps + layer.unit_steps;
-  const __m512 slope = _mm512_set1_ps(layer.slope);
+  const __m512 negative_slope = _mm512_set1_ps(layer.negative_slope);
   for (int tile = 0; tile < layer.output_tiles; ++tile) {
     const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(tile) * kTile;
     const std::uint16_t* weights = layer.weights.get() + row * steps * kStep;
@@ -227,9 +228,11 @@ SOLIDTEX_MATRIX_UNIT void MatrixNetwork::run_layer(const Layer& layer, int point
       const int tiles = std::min(kGroup, point_tiles - first), point = first * kTile;
       sum_tiles(tiles, weights, steps, inputs + point, pitch, sums);
       if (values) {
-        store_values(sums, &layer.bias[row], slope, tiles, pitch, values + row * pitch + point);
+        store_values(sums, &layer.bias[row], negative_slope, tiles, pitch,
+                     values + row * pitch + point);
       } else {
-        store_pairs(sums, &layer.bias[row], slope, tiles, pitch, pairs + row / 2 * pitch + point);
+        store_pairs(sums, &layer.bias[row], negative_slope, tiles, pitch,
+                    pairs + row / 2 * pitch + point);
       }
     }
   }

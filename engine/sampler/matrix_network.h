@@ -55,7 +55,7 @@ class MatrixNetwork {
     int output_tiles, octaves, octave_steps, unit_steps;
     hwy::AlignedFreeUniquePtr<std::uint16_t[]> weights;  // [output tile][step][16][32]
     std::vector<float> bias;                             // [output tile][16]
-    float slope;
+    float negative_slope;
   };
 
   static Layer make_layer(const LinearLayer& layer, int units);

@@ -21,38 +21,39 @@ struct Lookup {
 };
 
 // Planar. An activation buffer has the rows of a layer's input: the previous layer's units, then
-// its octaves. There are three derivatives of each: for a block side by side in the row, for one
-// point as three buffers of their own, so that neighbouring units lie side by side.
+// its octaves. There are three derivative_count of each: for a block side by side in the row, for
+// one point as three buffers of their own, so that neighbouring units lie side by side.
 struct PartBuffers {
-  PartBuffers(std::size_t rows, std::size_t count, bool with_slopes_)
+  PartBuffers(std::size_t rows, std::size_t count, bool with_derivatives_)
       : is_point(count == 1),
-        with_slopes(with_slopes_),
+        with_derivatives(with_derivatives_),
         pitch(is_point ? 1 : kOctaveBlock),
         axis_pitch(is_point ? rows : rounded_up(count)),
         row_pitch(is_point ? 1 : 3 * axis_pitch) {
     const std::size_t values = rows * pitch;
-    const std::size_t derivatives = with_slopes ? 3 * rows * (is_point ? 1 : axis_pitch) : 0;
-    storage = hwy::AllocateAligned<float>(2 * (values + derivatives));
+    const std::size_t derivative_count =
+        with_derivatives ? 3 * rows * (is_point ? 1 : axis_pitch) : 0;
+    storage = hwy::AllocateAligned<float>(2 * (values + derivative_count));
     if (!storage) throw std::bad_alloc();
     current = storage.get();
     next = current + values;
-    slopes = next + values;
-    next_slopes = slopes + derivatives;
+    derivatives = next + values;
+    next_derivatives = derivatives + derivative_count;
   }
   static std::size_t rounded_up(std::size_t count) {
     constexpr std::size_t kStep = kernels::kPointStep;
     return (std::min<std::size_t>(count, kOctaveBlock) + kStep - 1) / kStep * kStep;
   }
   float* values_of(int row) const { return current + static_cast<std::size_t>(row) * pitch; }
-  std::array<float*, 3> slopes_of(int row) const {
-    float* first = slopes + static_cast<std::size_t>(row) * row_pitch;
+  std::array<float*, 3> derivatives_of(int row) const {
+    float* first = derivatives + static_cast<std::size_t>(row) * row_pitch;
     return {first, first + axis_pitch, first + 2 * axis_pitch};
   }
 
-  bool is_point, with_slopes;
+  bool is_point, with_derivatives;
   std::size_t pitch, axis_pitch, row_pitch;
   hwy::AlignedFreeUniquePtr<float[]> storage;
-  float *current, *next, *slopes, *next_slopes;
+  float *current, *next, *derivatives, *next_derivatives;
   Lookup lookup;
   PlanarSpreads footprints;
 };

@@ -25,7 +25,7 @@ std::size_t alone(std::size_t count) {
 LinearLayer without_bias(const LinearLayer& layer) {
   LinearLayer result = layer;
   std::ranges::fill(result.bias, 0.0f);
-  result.slope = 1;
+  result.negative_slope = 1;
   return result;
 }
 
@@ -70,13 +70,13 @@ std::vector<float> folded_bias(const SamplerModel& model) {
 
 // The columns of [weight | noise]; `inputs` of weight's columns are used (none for layer 0).
 LinearLayer pack(const Tensor& weight, const Tensor& noise, std::vector<float> bias, int inputs,
-                 int octaves, float slope) {
+                 int octaves, float negative_slope) {
   const auto outputs = static_cast<int>(bias.size());
   LinearLayer layer(outputs, inputs + octaves, std::move(bias), [&](int o, int t) {
     return t < inputs ? weight.values[static_cast<std::size_t>(o) * inputs + t]
                       : noise.values[static_cast<std::size_t>(o) * octaves + (t - inputs)];
   });
-  layer.slope = slope;
+  layer.negative_slope = negative_slope;
   return layer;
 }
 
@@ -93,13 +93,13 @@ Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t se
   for (std::size_t l = 0; l < hidden.size(); ++l)
     layers_.push_back(pack(hidden[l].weight, hidden[l].noise,
                            l == 0 ? folded_bias(model) : hidden[l].bias.values, l == 0 ? 0 : width_,
-                           l + 1 < hidden.size() ? octaves_per_layer_ : 0, model.slope));
+                           l + 1 < hidden.size() ? octaves_per_layer_ : 0, model.negative_slope));
   layers_.push_back(
-      pack(model.output_weight, {}, model.output_bias.values, width_, 0, /*slope=*/1));
+      pack(model.output_weight, {}, model.output_bias.values, width_, 0, /*negative_slope=*/1));
   for (const LinearLayer& layer : layers_) {
     point_layers_.emplace_back(layer);
-    slope_layers_.push_back(without_bias(layer));
-    point_slope_layers_.emplace_back(slope_layers_.back());
+    derivative_layers_.push_back(without_bias(layer));
+    point_derivative_layers_.emplace_back(derivative_layers_.back());
   }
   if (precision == Precision::fast && MatrixNetwork::supported())
     fast_.emplace(std::span(layers_).first(hidden.size()));
@@ -120,27 +120,27 @@ void Sampler::evaluate(const double* positions, std::size_t count, float* values
 }
 
 void Sampler::evaluate_faded(const double* positions, const Spread* footprints, std::size_t count,
-                             float* values, float* gradients) const {
+                             float* values, float* jacobians) const {
   const std::size_t in_blocks = count - alone(count), first = in_blocks * channels();
-  evaluate_parts(positions, footprints, in_blocks, kOctaveBlock, values, gradients);
+  evaluate_parts(positions, footprints, in_blocks, kOctaveBlock, values, jacobians);
   evaluate_parts(positions + 3 * in_blocks, footprints ? footprints + in_blocks : nullptr,
-                 count - in_blocks, 1, values + first, gradients ? gradients + 3 * first : nullptr);
+                 count - in_blocks, 1, values + first, jacobians ? jacobians + 3 * first : nullptr);
 }
 
 void Sampler::evaluate_parts(const double* positions, const Spread* footprints, std::size_t count,
-                             std::size_t part, float* values, float* gradients) const {
+                             std::size_t part, float* values, float* jacobians) const {
   if (count == 0) return;
-  PartBuffers buffers(activation_rows(), std::min(count, part), gradients != nullptr);
+  PartBuffers buffers(activation_rows(), std::min(count, part), jacobians != nullptr);
   for (std::size_t done = 0; done < count; done += part) {
     const std::size_t first = done * channels();
     evaluate_part(positions + 3 * done, footprints ? footprints + done : nullptr,
                   static_cast<int>(std::min(count - done, part)), buffers, values + first,
-                  gradients ? gradients + 3 * first : nullptr);
+                  jacobians ? jacobians + 3 * first : nullptr);
   }
 }
 
 void Sampler::evaluate_part(const double* positions, const Spread* footprints, int count,
-                            PartBuffers& buffers, float* values, float* gradients) const {
+                            PartBuffers& buffers, float* values, float* jacobians) const {
   buffers.lookup.positions.assign(positions, count);
   if (footprints) buffers.footprints.assign(footprints, count);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
@@ -148,16 +148,17 @@ void Sampler::evaluate_part(const double* positions, const Spread* footprints, i
     for (int t = inputs; t < layers_[l].terms; ++t) {
       const int octave = static_cast<int>(l) * octaves_per_layer_ + (t - inputs);
       float* noise = buffers.values_of(t);
-      const std::array<float*, 3> slopes = buffers.slopes_of(t);
-      if (gradients) {
-        octave_slopes(octave, count, buffers.lookup, noise, slopes.data());
+      const std::array<float*, 3> derivatives = buffers.derivatives_of(t);
+      if (jacobians) {
+        octave_derivatives(octave, count, buffers.lookup, noise, derivatives.data());
       } else {
         octave_noise(octave, count, buffers.lookup, noise);
       }
       if (!footprints) continue;
       const FadeDivisors divisors = fade_.divisors(octave, buffers.footprints);
       divisors.apply(count, noise);
-      if (gradients) std::ranges::for_each(slopes, [&](float* s) { divisors.apply(count, s); });
+      if (jacobians)
+        std::ranges::for_each(derivatives, [&](float* s) { divisors.apply(count, s); });
     }
     if (buffers.is_point) {
       point_layer(l, buffers);
@@ -166,34 +167,37 @@ void Sampler::evaluate_part(const double* positions, const Spread* footprints, i
     }
   }
   interleave(buffers.current, static_cast<int>(buffers.pitch), count, channels(), values);
-  if (gradients)
+  if (jacobians)
     for (int p = 0; p < count; ++p)
       for (int c = 0; c < channels(); ++c)
-        for (const float* slope : buffers.slopes_of(c)) *gradients++ = slope[p];
+        for (const float* derivative : buffers.derivatives_of(c)) *jacobians++ = derivative[p];
 }
 
 void Sampler::block_layer(std::size_t l, int count, PartBuffers& buffers) const {
   const LinearLayer& layer = layers_[l];
   kernels::dense(layer, buffers.current, count, kOctaveBlock, buffers.next);
   std::swap(buffers.current, buffers.next);
-  if (!buffers.with_slopes) return;
+  if (!buffers.with_derivatives) return;
   const auto columns = static_cast<int>(buffers.row_pitch);
-  kernels::dense(slope_layers_[l], buffers.slopes, columns, columns, buffers.next_slopes);
-  std::swap(buffers.slopes, buffers.next_slopes);
-  kernels::activate_slopes(layer, buffers.current, kOctaveBlock,
-                           static_cast<std::ptrdiff_t>(buffers.axis_pitch), buffers.slopes);
+  kernels::dense(derivative_layers_[l], buffers.derivatives, columns, columns,
+                 buffers.next_derivatives);
+  std::swap(buffers.derivatives, buffers.next_derivatives);
+  kernels::activate_derivatives(layer, buffers.current, kOctaveBlock,
+                                static_cast<std::ptrdiff_t>(buffers.axis_pitch),
+                                buffers.derivatives);
 }
 
 void Sampler::point_layer(std::size_t l, PartBuffers& buffers) const {
   kernels::dense_point(point_layers_[l], buffers.current, buffers.next);
   std::swap(buffers.current, buffers.next);
-  if (!buffers.with_slopes) return;
+  if (!buffers.with_derivatives) return;
   for (std::size_t at = 0; at < 3 * buffers.axis_pitch; at += buffers.axis_pitch) {
-    kernels::dense_point(point_slope_layers_[l], buffers.slopes + at, buffers.next_slopes + at);
+    kernels::dense_point(point_derivative_layers_[l], buffers.derivatives + at,
+                         buffers.next_derivatives + at);
     for (int o = 0; o < layers_[l].outputs; ++o)
-      buffers.next_slopes[at + o] *= buffers.current[o] > 0 ? 1 : layers_[l].slope;
+      buffers.next_derivatives[at + o] *= buffers.current[o] > 0 ? 1 : layers_[l].negative_slope;
   }
-  std::swap(buffers.slopes, buffers.next_slopes);
+  std::swap(buffers.derivatives, buffers.next_derivatives);
 }
 
 void Sampler::octave_noise(int octave, int count, Lookup& lookup, float* values) const {
@@ -201,14 +205,14 @@ void Sampler::octave_noise(int octave, int count, Lookup& lookup, float* values)
   solidtex_1::trilinear_normal(octaves_.key_of(octave), lookup.cells.view(), count, values);
 }
 
-void Sampler::octave_slopes(int octave, int count, Lookup& lookup, float* values,
-                            float* const* slopes) const {
+void Sampler::octave_derivatives(int octave, int count, Lookup& lookup, float* values,
+                                 float* const* derivatives) const {
   const std::array<double, 9> transform = octaves_.transform_of(octave);
   float entries[9];  // those of the file
   std::ranges::transform(transform, entries, [](double e) { return static_cast<float>(e); });
   find_octave_cells(transform.data(), lookup.positions, count, lookup.cells);
-  solidtex_1::trilinear_normal_slopes(octaves_.key_of(octave), lookup.cells.view(), entries, count,
-                                      values, slopes);
+  solidtex_1::trilinear_normal_derivatives(octaves_.key_of(octave), lookup.cells.view(), entries,
+                                           count, values, derivatives);
 }
 
 void Sampler::evaluate_fast(const double* positions, std::size_t count, float* values) const {

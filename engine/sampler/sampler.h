@@ -37,7 +37,7 @@ class Sampler {
   // evaluate. Where asked for, also how values change with the position: count x channels x 3. All
   // in full precision.
   void evaluate_faded(const double* positions, const Spread* footprints, std::size_t count,
-                      float* values, float* gradients = nullptr) const;
+                      float* values, float* jacobians = nullptr) const;
 
   // How much fading leaves of the octaves' variance: 1 of an empty footprint, 0 of a vast one.
   float kept(const Spread& footprint) const { return fade_.kept(footprint); }
@@ -45,16 +45,16 @@ class Sampler {
  private:
   // So many points at a time: a block, or one.
   void evaluate_parts(const double* positions, const Spread* footprints, std::size_t count,
-                      std::size_t part, float* values, float* gradients) const;
+                      std::size_t part, float* values, float* jacobians) const;
   void evaluate_part(const double* positions, const Spread* footprints, int count,
-                     PartBuffers& buffers, float* values, float* gradients) const;
+                     PartBuffers& buffers, float* values, float* jacobians) const;
   // One layer, and the same for the derivatives of its inputs.
   void block_layer(std::size_t layer, int count, PartBuffers& buffers) const;
   void point_layer(std::size_t layer, PartBuffers& buffers) const;
   void evaluate_fast(const double* positions, std::size_t count, float* values) const;
   void octave_noise(int octave, int count, Lookup& lookup, float* values) const;
-  void octave_slopes(int octave, int count, Lookup& lookup, float* values,
-                     float* const* slopes) const;
+  void octave_derivatives(int octave, int count, Lookup& lookup, float* values,
+                          float* const* derivatives) const;
   void block_noise(const double* positions, int count, MatrixNetwork::Block& block) const;
   void evaluate_point(const double* position, float* values) const;
   void point_noise(const double* position, float* values) const;
@@ -66,9 +66,9 @@ class Sampler {
   // The hidden layers read [previous layer, octave noise]; layer 0 reads noise only, since its
   // constant input is part of its bias. The last one is the linear output.
   std::vector<LinearLayer> layers_;
-  std::vector<PointLayer> point_layers_;   // the same
-  std::vector<LinearLayer> slope_layers_;  // without biases and activations
-  std::vector<PointLayer> point_slope_layers_;
+  std::vector<PointLayer> point_layers_;        // the same
+  std::vector<LinearLayer> derivative_layers_;  // without biases and activations
+  std::vector<PointLayer> point_derivative_layers_;
   std::optional<MatrixNetwork> fast_;  // the same, where fast precision is asked for and there
 };
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engine/field/block.h"
+#include "engine/lattice/block.h"
 
 namespace solidtex::engine {
 

@@ -32,9 +32,9 @@ class Weights {
 };
 
 // Appends nodes to a graph; each function gives the new node's index.
-class FieldBuilder {
+class LatticeBuilder {
  public:
-  explicit FieldBuilder(unsigned seed) : weights_(seed) {}
+  explicit LatticeBuilder(unsigned seed) : weights_(seed) {}
 
   int noise(int level, int channels, se::Distribution distribution = se::Distribution::uniform) {
     return add(se::NoiseOp{distribution}, {}, level, channels);
@@ -57,7 +57,9 @@ class FieldBuilder {
   int concat(int a, int b) {
     return add(se::ConcatOp{}, {a, b}, node(a).level, node(a).channels + node(b).channels);
   }
-  int leaky_relu(int input, float slope = 0.01f) { return same(se::LeakyReluOp{slope}, input); }
+  int leaky_relu(int input, float negative_slope = 0.01f) {
+    return same(se::LeakyReluOp{negative_slope}, input);
+  }
   int affine(int input) {
     const int channels = node(input).channels;
     return same(se::AffineOp{weights_({channels}, 1.0f), weights_({channels}, 1.0f)}, input);
@@ -65,7 +67,7 @@ class FieldBuilder {
   int tanh(int input) { return same(se::TanhOp{}, input); }
   int sigmoid(int input) { return same(se::SigmoidOp{}, input); }
 
-  se::FieldModel model;
+  se::LatticeModel model;
 
  private:
   const se::Node& node(int i) const { return model.nodes[static_cast<std::size_t>(i)]; }
@@ -82,8 +84,8 @@ class FieldBuilder {
 };
 
 // Batch norm is folded; leaky ReLUs follow each convolution but the last.
-inline se::FieldModel gutierrez(int coarsest = 5, int noise_channels = 3, int step_channels = 4) {
-  FieldBuilder b(1);
+inline se::LatticeModel gutierrez(int coarsest = 5, int noise_channels = 3, int step_channels = 4) {
+  LatticeBuilder b(1);
   const auto block = [&](int input, int channels) {
     for (const int kernel : {3, 3, 1}) input = b.leaky_relu(b.conv(input, channels, kernel));
     return input;
@@ -99,8 +101,8 @@ inline se::FieldModel gutierrez(int coarsest = 5, int noise_channels = 3, int st
 }
 
 // Every operation once or twice, odd channel counts, both distributions, a skip past an operation.
-inline se::FieldModel every_operation() {
-  FieldBuilder b(2);
+inline se::LatticeModel every_operation() {
+  LatticeBuilder b(2);
   const int coarse = b.tanh(b.conv(b.noise(2, 2, se::Distribution::normal), 5, 3));
   const int grown = b.conv_transpose(coarse, 3, 4, 1);
   const int skipped = b.leaky_relu(grown, 0.2f);
@@ -116,7 +118,7 @@ inline se::SamplerModel sampler(int octaves = 8, int layers = 5, int width = 24,
   se::SamplerModel model;
   model.octaves = octaves;
   model.width = width;
-  model.slope = 0.2f;
+  model.negative_slope = 0.2f;
   model.transforms = weights({octaves, 3, 3}, 0.5f);
   model.constant = weights({width}, 1.0f);
   const int per_layer = octaves / (layers - 1);

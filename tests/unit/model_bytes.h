@@ -48,7 +48,7 @@ inline nlohmann::json document_of(const std::string& family, const nlohmann::jso
 }
 
 // Coarse noise upsampled, joined with fine noise, then a 3^3 convolution to two channels.
-inline ModelBytes field_bytes() {
+inline ModelBytes lattice_bytes() {
   const nlohmann::json nodes = nlohmann::json::parse(R"([
       {"name": "coarse", "op": "noise", "level": 1, "channels": 1, "distribution": "uniform"},
       {"name": "fine", "op": "noise", "level": 0, "channels": 2, "distribution": "normal"},

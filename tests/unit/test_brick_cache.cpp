@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "engine/texture/brick_cache.h"
+#include "engine/cache/brick_cache.h"
 
 using solidtex::engine::BrickCache;
 using solidtex::engine::BrickKey;
@@ -81,7 +81,7 @@ TEST_CASE("brick cache: many bricks never exceed the limit", "[cache][tsan]") {
   }
 }
 
-TEST_CASE("brick cache: a limit below one brick keeps nothing but still answers", "[cache][tsan]") {
+TEST_CASE("brick cache: a limit below one brick keeps nothing but still output", "[cache][tsan]") {
   for (const std::uint64_t limit : {std::uint64_t{0}, kBytes - 1}) {
     BrickCache cache(kValues, limit, fill);
     for (int i = 0; i < 3; ++i) CHECK(cache.get({5, 6, 7}).get()[0] == value_of({5, 6, 7}));

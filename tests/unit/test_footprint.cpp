@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "engine/texture/footprint.h"
+#include "engine/filter/footprint.h"
 #include "texture_queries.h"
 
 using namespace texture_queries;
@@ -168,7 +168,7 @@ TEST_CASE("texture: footprints do not depend on batch, cache, threads and order"
 
 TEST_CASE("texture: a footprint of voxels is their mean, an infinite one the material's",
           "[texture]") {
-  const Texture texture(tiny_field(), kSeed, kLargeCache);
+  const Texture texture(tiny_lattice(), kSeed, kLargeCache);
   const std::size_t channels = texture.model().channels.size();
   // The voxels of the second level of the pyramid are looked up for 0.75 of the edge.
   const float radius = 4 / 0.75f / 2;
@@ -265,7 +265,7 @@ TEST_CASE("texture: axes do not depend on batch, origin, cache, threads and orde
 
 TEST_CASE("texture: a footprint is the mean of its parts", "[texture]") {
   // Two cubes side by side.
-  const Texture texture(tiny_field(), kSeed, kLargeCache);
+  const Texture texture(tiny_lattice(), kSeed, kLargeCache);
   const Values found = footprints(texture, {3, 5, 7}, {2, 0, 0, 0, 1, 0, 0, 0, 1});
   const Values parts = filtered(texture, {2, 5, 7, 4, 5, 7}, {1, 1});
   for (std::size_t c = 0; c < 2; ++c) CHECK(found[c] == Approx((parts[c] + parts[2 + c]) / 2));
@@ -308,7 +308,7 @@ TEST_CASE("texture: a bad radius is named and nothing is written", "[texture]") 
   for (const float bad : {-1.0f, std::nanf("")}) {
     std::vector<float> radii(20, 1.0f);
     radii[7] = bad;
-    const Texture texture(tiny_field(), kSeed, 0);
+    const Texture texture(tiny_lattice(), kSeed, 0);
     CHECK(contains(message_of([&] { filtered(texture, points, radii); }), "radius of point 7 is"));
   }
 }

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "engine/field/block.h"
 #include "engine/kernels/kernels.h"
 #include "engine/kernels/math.h"
+#include "engine/lattice/block.h"
 #include "tests/unit/block_values.h"
 #include "tests/unit/every_target.h"
 
@@ -19,11 +19,11 @@ std::mt19937 random_bits(17);
 
 float random_value() { return std::uniform_real_distribution<float>(-2, 2)(random_bits); }
 
-LinearLayer random_layer(int outputs, int terms, float slope) {
+LinearLayer random_layer(int outputs, int terms, float negative_slope) {
   std::vector<float> bias(static_cast<std::size_t>(outputs));
   for (float& b : bias) b = random_value();
   LinearLayer layer(outputs, terms, bias, [](int, int) { return random_value(); });
-  layer.slope = slope;
+  layer.negative_slope = negative_slope;
   return layer;
 }
 
@@ -123,8 +123,8 @@ TEST_CASE("dense is its reference bit for bit, in blocks and for one point", "[k
   constexpr std::ptrdiff_t pitch = 96;
   for (const auto& [inputs, outputs] : std::vector<std::pair<int, int>>{
            {1, 1}, {4, 128}, {13, 7}, {130, 33}, {0, 5}, {16, 16}, {9, 6}, {5, 257}}) {
-    const float slopes[] = {0.2f, 1.0f, 0.0f, 1.5f};
-    const LinearLayer layer = random_layer(outputs, inputs, slopes[outputs % 4]);
+    const float derivatives[] = {0.2f, 1.0f, 0.0f, 1.5f};
+    const LinearLayer layer = random_layer(outputs, inputs, derivatives[outputs % 4]);
     const int written_outputs = (outputs + LinearLayer::kPack - 1) / 4 * 4;
     const Block in = random_block(box_of(1, 1, pitch), inputs);
     for (const int count : {1, 2, 15, 16, 17, 33, 47, 48, 49, 95, 96}) {
@@ -161,7 +161,7 @@ TEST_CASE("dense is its reference bit for bit, in blocks and for one point", "[k
   }
 }
 
-TEST_CASE("activated slopes are their reference bit for bit", "[kernels]") {
+TEST_CASE("activated derivatives are their reference bit for bit", "[kernels]") {
   constexpr std::ptrdiff_t unit_pitch = 64;
   for (const auto& [outputs, pitch] :
        std::vector<std::pair<int, int>>{{1, 16}, {7, 48}, {33, 32}}) {
@@ -170,13 +170,13 @@ TEST_CASE("activated slopes are their reference bit for bit", "[kernels]") {
     const Block start = random_block(box_of(1, 3, pitch), outputs);
     const auto activated = [&](const auto& activate) {
       const float* first = start.volume().data;
-      std::vector<float> slopes(first, first + std::ptrdiff_t{3} * pitch * outputs);
-      activate(layer, units.volume().data, unit_pitch, pitch, slopes.data());
-      return slopes;
+      std::vector<float> derivatives(first, first + std::ptrdiff_t{3} * pitch * outputs);
+      activate(layer, units.volume().data, unit_pitch, pitch, derivatives.data());
+      return derivatives;
     };
-    const std::vector<float> expected = activated(reference::activate_slopes);
+    const std::vector<float> expected = activated(reference::activate_derivatives);
     CHECK(expected[0] == start.volume().data[0] * (units.volume().data[0] > 0 ? 1 : 0.2f));
-    testing::on_every_target([&] { CHECK(activated(kernels::activate_slopes) == expected); });
+    testing::on_every_target([&] { CHECK(activated(kernels::activate_derivatives) == expected); });
   }
 }
 

@@ -3,7 +3,7 @@
 #include <random>
 
 #include "catch.hpp"
-#include "engine/model/error.h"
+#include "engine/common/error.h"
 #include "engine/model/model.h"
 #include "model_bytes.h"
 
@@ -57,7 +57,7 @@ std::vector<std::byte> mutate(std::vector<std::byte> bytes, std::mt19937& random
 }  // namespace
 
 TEST_CASE("A field file becomes a resolved graph", "[model]") {
-  const ModelBytes bytes = field_bytes();
+  const ModelBytes bytes = lattice_bytes();
   const Model model = parse(bytes);
   CHECK(model.name == "tiny");
   CHECK(model.channels == std::vector<std::string>{"albedo.r", "roughness"});
@@ -66,7 +66,7 @@ TEST_CASE("A field file becomes a resolved graph", "[model]") {
   CHECK(model.metadata_json == bytes.document.dump());
   CHECK(model.parameter_count == 2 * 3 * 27 + 2);
 
-  const auto& nodes = std::get<FieldModel>(model.architecture).nodes;
+  const auto& nodes = std::get<LatticeModel>(model.architecture).nodes;
   REQUIRE(nodes.size() == 5);
   CHECK(std::get<NoiseOp>(nodes[0].op).distribution == Distribution::uniform);
   CHECK(std::get<NoiseOp>(nodes[1].op).distribution == Distribution::normal);
@@ -82,7 +82,7 @@ TEST_CASE("A field file becomes a resolved graph", "[model]") {
 TEST_CASE("A sampler file becomes its layers", "[model]") {
   const Model model = parse(sampler_bytes());
   const auto& sampler = std::get<SamplerModel>(model.architecture);
-  CHECK((sampler.octaves == 4 && sampler.width == 5 && sampler.slope == 0.25f));
+  CHECK((sampler.octaves == 4 && sampler.width == 5 && sampler.negative_slope == 0.25f));
   REQUIRE(sampler.hidden.size() == 3);
   CHECK(sampler.transforms.values[0] == 1);
   CHECK(sampler.constant.values[0] == 2);
@@ -93,7 +93,7 @@ TEST_CASE("A sampler file becomes its layers", "[model]") {
 }
 
 TEST_CASE("An error names file, field, found and expected", "[model]") {
-  ModelBytes bytes = field_bytes();
+  ModelBytes bytes = lattice_bytes();
   auto& nodes = bytes.document["field"]["nodes"];
   SECTION("a field of the document") {
     nodes[4]["kernel"] = 4;
@@ -129,7 +129,7 @@ TEST_CASE("An error names file, field, found and expected", "[model]") {
 }
 
 TEST_CASE("A long chain of legal kernels is refused before anything is evaluated", "[model]") {
-  ModelBytes bytes = field_bytes();
+  ModelBytes bytes = lattice_bytes();
   auto& nodes = bytes.document["field"]["nodes"];
   for (int i = 0; i < 60; ++i) {
     const std::string name = "wide" + std::to_string(i);
@@ -159,7 +159,7 @@ TEST_CASE("A file that cannot be read says why", "[model]") {
 }
 
 TEST_CASE("Every truncation of a file is refused", "[model]") {
-  for (const ModelBytes& valid : {field_bytes(), sampler_bytes()}) {
+  for (const ModelBytes& valid : {lattice_bytes(), sampler_bytes()}) {
     std::vector<std::byte> bytes = valid.encode();
     while (!bytes.empty()) {
       bytes.pop_back();
@@ -171,7 +171,7 @@ TEST_CASE("Every truncation of a file is refused", "[model]") {
 TEST_CASE("Damaged files are refused or read, and never anything else", "[model]") {
   std::mt19937 random(20200605);
   int refused = 0;
-  for (const ModelBytes& valid : {field_bytes(), sampler_bytes()}) {
+  for (const ModelBytes& valid : {lattice_bytes(), sampler_bytes()}) {
     const std::vector<std::byte> bytes = valid.encode();
     for (int i = 0; i < 5000; ++i) refused += error_of(mutate(bytes, random)) != "accepted";
   }

@@ -157,7 +157,7 @@ TEST_CASE("lookups near each other are those one by one, on every target", "[noi
     }
 }
 
-TEST_CASE("slopes of lookups are those of the reference, on every target", "[noise]") {
+TEST_CASE("derivatives of lookups are those of the reference, on every target", "[noise]") {
   constexpr int kPoints = 96;
   constexpr float kTransform[9] = {0.5f, -0.25f, 0.1f, 0, 2, 0.3f, -1, 0.7f, 0.01f};
   std::mt19937 random(9);
@@ -175,17 +175,17 @@ TEST_CASE("slopes of lookups are those of the reference, on every target", "[noi
     for (const std::size_t count : {1, 15, 16, 17, 48, 96}) {
       std::vector<float> plain(count);
       std::vector<std::vector<float>> expected(4, plain), found = expected;
-      const auto slopes_of = [](std::vector<std::vector<float>>& rows) {
+      const auto derivatives_of = [](std::vector<std::vector<float>>& rows) {
         return std::array<float*, 3>{rows[1].data(), rows[2].data(), rows[3].data()};
       };
       const auto number = static_cast<int>(count);
       reference::trilinear_normal(key, cells, number, plain.data());
-      reference::trilinear_normal_slopes(key, cells, kTransform, number, expected[0].data(),
-                                         slopes_of(expected).data());
+      reference::trilinear_normal_derivatives(key, cells, kTransform, number, expected[0].data(),
+                                              derivatives_of(expected).data());
       CHECK(same_bits(expected[0], plain));
       testing::on_every_target([&] {
-        solidtex_1::trilinear_normal_slopes(key, cells, kTransform, number, found[0].data(),
-                                            slopes_of(found).data());
+        solidtex_1::trilinear_normal_derivatives(key, cells, kTransform, number, found[0].data(),
+                                                 derivatives_of(found).data());
         for (std::size_t row = 0; row < 4; ++row) CHECK(same_bits(found[row], expected[row]));
       });
     }

@@ -2,7 +2,7 @@
 #include <set>
 
 #include "catch.hpp"
-#include "engine/field/regions.h"
+#include "engine/lattice/regions.h"
 #include "tests/unit/example_models.h"
 
 using namespace solidtex::engine;
@@ -35,7 +35,7 @@ struct Reads {
 };
 
 // Every index of every node that an output range depends on.
-std::vector<Indices> dependencies(const FieldModel& model, std::int64_t lo, std::int64_t hi) {
+std::vector<Indices> dependencies(const LatticeModel& model, std::int64_t lo, std::int64_t hi) {
   std::vector<Indices> result(model.nodes.size());
   for (auto i = lo; i < hi; ++i) result.back().insert(i);
   for (std::size_t n = result.size(); n-- > 0;)
@@ -45,7 +45,7 @@ std::vector<Indices> dependencies(const FieldModel& model, std::int64_t lo, std:
   return result;
 }
 
-void check_exact(const FieldModel& model, std::int64_t lo, std::int64_t hi) {
+void check_exact(const LatticeModel& model, std::int64_t lo, std::int64_t hi) {
   const std::vector<Indices> needed = dependencies(model, lo, hi);
   const std::vector<Box> regions = required_regions(model, {{lo, lo, lo}, {hi, hi, hi}});
   for (std::size_t n = 0; n < regions.size(); ++n) {
@@ -74,7 +74,7 @@ TEST_CASE("regions are exactly what the definition of each operation reads", "[r
 }
 
 TEST_CASE("an output that no tap reaches needs nothing", "[regions]") {
-  example::FieldBuilder b(1);
+  example::LatticeBuilder b(1);
   b.conv_transpose(b.noise(1, 1), 1, /*kernel=*/1, /*padding=*/0);
   CHECK(required_regions(b.model, box_at({1, 0, 0}, {1, 1, 1}))[0].empty());
   CHECK(required_regions(b.model, box_at({0, 0, 0}, {1, 1, 1}))[0] == box_at({0, 0, 0}, {1, 1, 1}));
@@ -83,7 +83,7 @@ TEST_CASE("an output that no tap reaches needs nothing", "[regions]") {
 namespace {
 
 // Side lengths of the noise boxes that one voxel needs on one axis, index = level.
-std::array<std::int64_t, 6> noise_sides(const FieldModel& model, std::int64_t position) {
+std::array<std::int64_t, 6> noise_sides(const LatticeModel& model, std::int64_t position) {
   const std::vector<Box> regions =
       required_regions(model, box_at({position, position, position}, {1, 1, 1}));
   std::array<std::int64_t, 6> sides{};
@@ -98,7 +98,7 @@ std::array<std::int64_t, 6> noise_sides(const FieldModel& model, std::int64_t po
 TEST_CASE("one voxel never needs more noise than Gutierrez et al. bound", "[regions]") {
   // Section 3.2 of the paper: 9^3 at z_0, 11^3 at z_1, 13^3 at z_2 to z_4, 9^3 at z_5.
   constexpr std::array<std::int64_t, 6> bound{9, 11, 13, 13, 13, 9};
-  const FieldModel model = example::gutierrez();
+  const LatticeModel model = example::gutierrez();
   std::array<std::int64_t, 6> largest{};
   std::vector<std::array<std::int64_t, 6>> sides;
   for (std::int64_t position = -16; position < 16; ++position) {

@@ -33,16 +33,16 @@ std::vector<float> evaluate(const Sampler& sampler, const std::vector<double>& p
 }
 
 struct Gradients {
-  std::vector<float> values, gradients;
+  std::vector<float> values, jacobians;
 };
 
 Gradients gradients_of(const Sampler& sampler, const std::vector<double>& positions) {
   const std::size_t count = positions.size() / 3;
   Gradients found;
   found.values.resize(count * static_cast<std::size_t>(sampler.channels()));
-  found.gradients.resize(3 * found.values.size());
+  found.jacobians.resize(3 * found.values.size());
   sampler.evaluate_faded(positions.data(), nullptr, count, found.values.data(),
-                         found.gradients.data());
+                         found.jacobians.data());
   return found;
 }
 
@@ -84,7 +84,7 @@ std::vector<double> by_definition(const SamplerModel& model, const double* at) {
     for (std::size_t o = 0; o < y.size() && l + 1 < model.hidden.size(); ++o)
       for (std::size_t i = 0; i < per_layer; ++i)
         y[o] += octave(static_cast<int>(l * per_layer + i)) * layer.noise.values[o * per_layer + i];
-    for (double& v : y) v = v > 0 ? v : model.slope * v;
+    for (double& v : y) v = v > 0 ? v : model.negative_slope * v;
     x = y;
   }
   return product(model.output_weight, model.output_bias);
@@ -112,7 +112,7 @@ TEST_CASE("the sampler is equation 2 of GramGAN", "[sampler]") {
   }
 }
 
-TEST_CASE("gradients are the derivatives of equation 2", "[sampler]") {
+TEST_CASE("jacobians are the derivatives of equation 2", "[sampler]") {
   constexpr double kStep = 1e-6;
   std::vector<SamplerModel> models = odd_models();
   for (const auto& entry : std::filesystem::directory_iterator(SOLIDTEX_MODELS)) {
@@ -140,7 +140,7 @@ TEST_CASE("gradients are the derivatives of equation 2", "[sampler]") {
         const std::vector<double> before = by_definition(model, low.data());
         const std::vector<double> after = by_definition(model, high.data());
         for (std::size_t c = 0; c < channels; ++c) {
-          const float gradient = found.gradients[3 * (p * channels + c) + axis];
+          const float gradient = found.jacobians[3 * (p * channels + c) + axis];
           wrong += gradient != Approx((after[c] - before[c]) / (2 * kStep)).margin(2e-5);
           largest = std::max(largest, std::fabs(gradient));
         }
@@ -158,7 +158,7 @@ TEST_CASE("a gradient's bits depend neither on its neighbours nor on the target"
     const auto channels = static_cast<std::size_t>(sampler.channels());
     const Gradients together = gradients_of(sampler, positions);
     testing::on_every_target([&] {
-      CHECK(gradients_of(sampler, positions).gradients == together.gradients);
+      CHECK(gradients_of(sampler, positions).jacobians == together.jacobians);
       for (const std::size_t first : {0, 1, 47, 101})
         for (const std::size_t count : {1, 2, 17, 49}) {
           const auto begin = positions.begin() + static_cast<std::ptrdiff_t>(3 * first);
@@ -167,8 +167,8 @@ TEST_CASE("a gradient's bits depend neither on its neighbours nor on the target"
           CAPTURE(first, count);
           CHECK(std::equal(part.values.begin(), part.values.end(),
                            &together.values[channels * first]));
-          CHECK(std::equal(part.gradients.begin(), part.gradients.end(),
-                           &together.gradients[3 * channels * first]));
+          CHECK(std::equal(part.jacobians.begin(), part.jacobians.end(),
+                           &together.jacobians[3 * channels * first]));
         }
     });
   }

@@ -100,7 +100,7 @@ TEST_CASE("texture: points of the field are cubic convolutions of voxels", "[tex
     return s < 2 ? a * (s * s * s - 5 * s * s + 8 * s - 4) : 0;
   };
   const std::string folder = std::string(SOLIDTEX_MODELS) + "/";
-  for (const Model& model : {tiny_field(), read_model(folder + "granite-grey.solidtex"),
+  for (const Model& model : {tiny_lattice(), read_model(folder + "granite-grey.solidtex"),
                              read_model(folder + "paint-rusted.solidtex")}) {  // 2, 3, 5 channels
     const std::size_t channels = model.channels.size();
     const Texture texture(model, kSeed, kLargeCache);
@@ -260,11 +260,11 @@ TEST_CASE("texture: threads share one texture and compute each brick once", "[te
     Values expected;
     std::uint64_t bricks = 0;
     tbb::task_arena(1).execute([&] {
-      const Texture alone(tiny_field(), kSeed, kLargeCache);
+      const Texture alone(tiny_lattice(), kSeed, kLargeCache);
       expected = points_of(alone, {0, 0, 0}, points);
       bricks = alone.cache_stats().miss_count;
     });
-    const Texture texture(tiny_field(), kSeed, limit);
+    const Texture texture(tiny_lattice(), kSeed, limit);
     std::atomic<int> wrong = 0;
     std::vector<std::thread> threads;
     for (int i = 0; i < 6; ++i) {
@@ -284,7 +284,7 @@ TEST_CASE("texture: threads share one texture and compute each brick once", "[te
 TEST_CASE("texture: queries nest in the host's own parallel loops", "[texture][threads]") {
   const FourThreads four;
   for (const std::uint64_t limit : {std::uint64_t{0}, std::uint64_t{100000}, kLargeCache}) {
-    const Texture texture(tiny_field(), kSeed, limit);
+    const Texture texture(tiny_lattice(), kSeed, limit);
     const auto points = random_points(300, 15);
     const Values expected = points_of(texture, {0, 0, 0}, points);
     std::atomic<int> wrong = 0;
@@ -330,7 +330,7 @@ TEST_CASE("texture: a bad point is named and nothing is written", "[texture]") {
 }
 
 TEST_CASE("texture: a bad box is named", "[texture]") {
-  const Texture texture(tiny_field(), kSeed, 0);
+  const Texture texture(tiny_lattice(), kSeed, 0);
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
   constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
   const auto attempt = [&](const Index3& origin, const Index3& size) {

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "engine/field/window.h"
 #include "engine/kernels/reference.h"
 #include "engine/kernels/winograd.h"
+#include "engine/lattice/plane_ring.h"
 #include "tests/unit/block_values.h"
 #include "tests/unit/every_target.h"
 
@@ -41,12 +41,12 @@ Box grown(Box box, std::int64_t margin) {
 
 // A window of a box, with its memory.
 struct Store {
-  Store(const Box& box, int channels, int phases)
-      : window(box, channels, phases, box.size(0)), memory(window.memory(), 0.5f) {
+  Store(const Box& box, int channels, int parities)
+      : window(box, channels, parities, box.size(0)), memory(window.memory(), 0.5f) {
     window.use(memory.data());
     window.slide(box.lo[0], box.hi[0]);
   }
-  Store(const Block& block, int phases) : Store(block.box(), block.volume().channels, phases) {
+  Store(const Block& block, int parities) : Store(block.box(), block.volume().channels, parities) {
     const Box& box = block.box();
     for (int c = 0; c < block.volume().channels; ++c)
       for (auto x = box.lo[0]; x < box.hi[0]; ++x)
@@ -54,11 +54,11 @@ struct Store {
           window.write(c, x, y, box.lo[2], box.hi[2],
                        block.volume().row(c, x - box.lo[0], y - box.lo[1]));
   }
-  Window window;
+  PlaneRing window;
   std::vector<float> memory;
 };
 
-std::vector<float> values_of(const Window& window, const Box& box) {
+std::vector<float> values_of(const PlaneRing& window, const Box& box) {
   std::vector<float> values, row(static_cast<std::size_t>(box.size(2)));
   for (int c = 0; c < window.planes().channels; ++c)
     for (auto x = box.lo[0]; x < box.hi[0]; ++x)
@@ -106,10 +106,10 @@ ConvChain random_chain(const ConvCase& c) {
                                  [&](int o, int t) { return weights[o * inputs * 27 + t]; });
       else
         chain.first = WinogradLayer(c.tile, c.upsampled(), outputs, weights, bias);
-      chain.first.slope = chain.taps.slope = 0.25f;
+      chain.first.negative_slope = chain.taps.negative_slope = 0.25f;
     } else {
       chain.rest.emplace_back(inputs, outputs, random_values(floats(inputs, outputs), 1), bias);
-      chain.rest.back().slope = 0.5f;
+      chain.rest.back().negative_slope = 0.5f;
     }
     inputs = outputs;
   }
@@ -126,7 +126,7 @@ Block expected_block(const ConvChain& chain, const Block& in, const Box& box) {
   for (const ChannelLayer& layer : chain.rest) {
     LinearLayer linear(layer.outputs, layer.inputs, layer.bias,
                        [&](int o, int i) { return layer.weights[i * layer.padded + o]; });
-    linear.slope = layer.slope;
+    linear.negative_slope = layer.negative_slope;
     Block next(box, layer.outputs);
     reference::conv3d(linear, 1, out.volume(), next.volume());
     out = std::move(next);

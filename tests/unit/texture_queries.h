@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "engine/model/error.h"
-#include "engine/texture/texture.h"
+#include "engine/common/error.h"
+#include "engine/query/texture.h"
 #include "tiny_models.h"
 
 namespace texture_queries {
@@ -66,6 +66,6 @@ inline bool contains(const std::string& text, const std::string& part) {
 }
 
 // Both families in turn.
-inline std::vector<Model> models() { return {tiny_field(), tiny_sampler()}; }
+inline std::vector<Model> models() { return {tiny_lattice(), tiny_sampler()}; }
 
 }  // namespace texture_queries

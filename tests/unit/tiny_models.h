@@ -18,19 +18,19 @@ inline Tensor tensor(std::vector<std::int64_t> shape, float first, float step) {
 }
 
 // Noise on two levels, the coarse one upsampled and joined, then a 3^3 convolution to two channels.
-inline Model tiny_field() {
-  FieldModel field;
-  field.nodes.push_back({"coarse", NoiseOp{Distribution::uniform}, {}, 1, 1});
-  field.nodes.push_back({"up", UpsampleOp{}, {0}, 0, 1});
-  field.nodes.push_back({"fine", NoiseOp{Distribution::uniform}, {}, 0, 2});
-  field.nodes.push_back({"joined", ConcatOp{}, {1, 2}, 0, 3});
-  field.nodes.push_back(
+inline Model tiny_lattice() {
+  LatticeModel lattice;
+  lattice.nodes.push_back({"coarse", NoiseOp{Distribution::uniform}, {}, 1, 1});
+  lattice.nodes.push_back({"up", UpsampleOp{}, {0}, 0, 1});
+  lattice.nodes.push_back({"fine", NoiseOp{Distribution::uniform}, {}, 0, 2});
+  lattice.nodes.push_back({"joined", ConcatOp{}, {1, 2}, 0, 3});
+  lattice.nodes.push_back(
       {"conv", Conv3dOp{3, tensor({2, 3, 3, 3, 3}, 0, 0.02f), tensor({2}, 0.5f, 0.1f)}, {3}, 0, 2});
   Model model;
   model.name = "tiny-field";
   model.channels = {"a", "b"};
   model.color_space = "data";
-  model.architecture = std::move(field);
+  model.architecture = std::move(lattice);
   return model;
 }
 
@@ -38,7 +38,7 @@ inline Model tiny_sampler() {
   SamplerModel sampler;
   sampler.octaves = 2;
   sampler.width = 8;
-  sampler.slope = 0.2f;
+  sampler.negative_slope = 0.2f;
   sampler.transforms = {{2, 3, 3},
                         {0.3f, 0, 0, 0, 0.3f, 0, 0, 0, 0.3f, 0.1f, 0, 0, 0, 0.1f, 0, 0, 0, 0.1f}};
   sampler.constant = tensor({8}, 0.1f, 0.1f);

@@ -47,8 +47,9 @@ typedef struct solidtex_texture solidtex_texture;
 
 /* Kind of model. */
 typedef enum solidtex_family {
-  SOLIDTEX_FAMILY_FIELD = 0,  /* lattice family: evaluated in blocks; points are interpolated */
-  SOLIDTEX_FAMILY_SAMPLER = 1 /* point family: evaluated exactly at every point */
+  SOLIDTEX_FAMILY_LATTICE = 0, /* voxels are evaluated in blocks; points are interpolated */
+  SOLIDTEX_FAMILY_SAMPLER = 1, /* every point is evaluated exactly */
+  SOLIDTEX_FAMILY_FIELD = SOLIDTEX_FAMILY_LATTICE /* old name */
 } solidtex_family;
 
 /* Library version as "major.minor.patch". Never fails. */

@@ -1,0 +1,187 @@
+#include "engine/cache/brick_cache.h"
+
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <list>
+#include <mutex>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace solidtex::engine {
+namespace {
+
+constexpr std::size_t kMaxShards = 64;
+constexpr std::size_t kMinBricksPerShard = 8;
+
+struct KeyHash {
+  std::size_t operator()(const BrickKey& key) const {
+    std::uint64_t h = static_cast<std::uint32_t>(key.x);
+    for (const std::int32_t next : {key.y, key.z}) {
+      h = (h ^ (h >> 29)) * 0xBF58476D1CE4E5B9 + static_cast<std::uint32_t>(next);
+    }
+    h = (h ^ (h >> 30)) * 0x94D049BB133111EB;
+    return h ^ (h >> 31);
+  }
+};
+
+// Few shards under a small limit, so that each holds enough bricks for "least recent" to mean
+// something.
+std::size_t shard_count(std::uint64_t limit_bricks) {
+  return std::clamp<std::uint64_t>(limit_bricks / kMinBricksPerShard, 1, kMaxShards);
+}
+
+}  // namespace
+
+// Made by the first thread that asks; the others wait on `state`.
+struct BrickCache::Brick {
+  enum State : int { building, ready, failed };
+
+  std::atomic<State> state = building;
+  std::unique_ptr<float[]> values;
+  std::exception_ptr failure;
+
+  void finish(State result) {
+    state.store(result, std::memory_order_release);
+    state.notify_all();
+  }
+
+  void wait() const {
+    state.wait(building, std::memory_order_acquire);
+    if (state.load(std::memory_order_acquire) == failed) std::rethrow_exception(failure);
+  }
+};
+
+struct BrickCache::Shard {
+  using Order = std::list<BrickKey>;
+  struct Entry {
+    std::shared_ptr<Brick> brick;
+    Order::iterator place;  // in `recent`, or its end while the brick is being built
+  };
+
+  mutable std::mutex mutex;
+  std::unordered_map<BrickKey, Entry, KeyHash> entries;
+  Order recent;                                   // finished bricks, the most recently used first
+  std::unordered_set<BrickKey, KeyHash> dropped;  // 12 bytes for a brick of some ten thousand
+  std::uint64_t hit_count = 0, miss_count = 0, repeated_count = 0;
+
+  void drop(const BrickKey& key) {
+    entries.erase(key);
+    dropped.insert(key);
+  }
+};
+
+struct BrickCache::Total {
+  std::atomic<std::uint64_t> resident_bytes = 0, peak_bytes = 0, nanoseconds = 0;
+
+  void add(std::uint64_t bytes) {
+    const std::uint64_t now = resident_bytes.fetch_add(bytes) + bytes;
+    std::uint64_t peak = peak_bytes.load();
+    while (peak < now && !peak_bytes.compare_exchange_weak(peak, now)) {
+    }
+  }
+};
+
+BrickCache::BrickCache(std::size_t brick_values, std::uint64_t limit_bytes, Build build)
+    : brick_values_(brick_values),
+      brick_bytes_(brick_values * sizeof(float)),
+      build_(std::move(build)),
+      shards_(shard_count(limit_bytes / brick_bytes_)),
+      bricks_per_shard_(limit_bytes / brick_bytes_ / shards_.size()),
+      total_(std::make_unique<Total>()) {}
+
+BrickCache::~BrickCache() = default;
+
+BrickCache::Shard& BrickCache::shard_of(const BrickKey& key) {
+  // The map inside a shard uses the low bits of the same hash, so the shard takes the high ones.
+  return shards_[(KeyHash{}(key) >> 40) % shards_.size()];
+}
+
+std::shared_ptr<const float> BrickCache::get(const BrickKey& key) {
+  Shard& shard = shard_of(key);
+  std::shared_ptr<Brick> brick;
+  bool ours = false;
+  {
+    const std::lock_guard lock(shard.mutex);
+    if (const auto found = shard.entries.find(key); found != shard.entries.end()) {
+      ++shard.hit_count;
+      brick = found->second.brick;
+      if (const auto place = found->second.place; place != shard.recent.end()) {
+        shard.recent.splice(shard.recent.begin(), shard.recent, place);
+      }
+    } else {
+      ++shard.miss_count;
+      shard.repeated_count += shard.dropped.count(key);
+      brick = std::make_shared<Brick>();
+      shard.entries.emplace(key, Shard::Entry{brick, shard.recent.end()});
+      ours = true;
+    }
+  }
+  if (ours) {
+    build(shard, key, *brick);
+  } else {
+    brick->wait();
+  }
+  return {brick, brick->values.get()};
+}
+
+// Blocking in wait() cannot deadlock, because a thread that builds never waits for a brick: build_
+// asks for none, and isolate() keeps the thread, should build_ ever use TBB and wait for its own
+// subtasks, from picking up an unrelated task that does ask for one (and might then wait, further
+// up the same stack, for the very brick that is being built below). So every wait leads to a thread
+// that runs. For the same reason no lock is held while building.
+void BrickCache::build(Shard& shard, const BrickKey& key, Brick& brick) {
+  try {
+    brick.values = std::make_unique_for_overwrite<float[]>(brick_values_);
+    const auto begin = std::chrono::steady_clock::now();
+    tbb::this_task_arena::isolate([&] { build_(key, {brick.values.get(), brick_values_}); });
+    const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - begin;
+    total_->nanoseconds += static_cast<std::uint64_t>(spent.count());
+    keep(shard, key);
+  } catch (...) {
+    brick.failure = std::current_exception();
+    {
+      const std::lock_guard lock(shard.mutex);
+      shard.drop(key);  // the next one who asks tries again
+    }
+    brick.finish(Brick::failed);
+    throw;
+  }
+  brick.finish(Brick::ready);
+}
+
+// Makes a finished brick resident and drops the least recent ones beyond the limit.
+void BrickCache::keep(Shard& shard, const BrickKey& key) {
+  const std::lock_guard lock(shard.mutex);
+  if (bricks_per_shard_ == 0) {
+    shard.drop(key);
+    return;
+  }
+  while (shard.recent.size() >= bricks_per_shard_) {
+    shard.drop(shard.recent.back());
+    shard.recent.pop_back();
+    total_->resident_bytes -= brick_bytes_;
+  }
+  shard.recent.push_front(key);
+  shard.entries.at(key).place = shard.recent.begin();
+  total_->add(brick_bytes_);
+}
+
+CacheStats BrickCache::stats() const {
+  CacheStats stats;
+  for (const Shard& shard : shards_) {
+    const std::lock_guard lock(shard.mutex);
+    stats.hit_count += shard.hit_count;
+    stats.miss_count += shard.miss_count;
+    stats.brick_count += shard.miss_count - shard.repeated_count;
+  }
+  stats.resident_bytes = total_->resident_bytes;
+  stats.peak_bytes = total_->peak_bytes;
+  stats.brick_nanoseconds = total_->nanoseconds;
+  return stats;
+}
+
+}  // namespace solidtex::engine

@@ -1,0 +1,60 @@
+#include "engine/common/progress.h"
+
+#include <chrono>
+
+#include "engine/common/error.h"
+
+namespace solidtex::engine {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Short for a person who waits, long beside what telling costs.
+constexpr std::chrono::milliseconds kPause{50};
+
+// When a thread last told whom.
+struct LastReport {
+  ProgressListener listener;
+  Clock::time_point when{};
+
+  bool is_due(const ProgressListener& next) const {
+    const bool same = listener.callback == next.callback && listener.user == next.user;
+    return !same || Clock::now() - when >= kPause;
+  }
+};
+
+ProgressScope::Range& range_of_this_thread() {
+  thread_local ProgressScope::Range range;
+  return range;
+}
+
+}  // namespace
+
+const ProgressScope::Range& ProgressScope::of_this_thread() { return range_of_this_thread(); }
+
+void ProgressScope::enter(const Range& range) {
+  before_ = range_of_this_thread();
+  range_of_this_thread() = range;
+}
+
+ProgressScope::ProgressScope(double from, double to) {
+  const Range& around = range_of_this_thread();
+  enter({around.listener, around.at(from), around.at(to)});
+}
+
+ProgressScope::~ProgressScope() { range_of_this_thread() = before_; }
+
+void LoopProgress::check() {
+  thread_local LastReport last;
+  if (has_callback() && std::this_thread::get_id() == caller_ && !stopped_ &&
+      last.is_due(range_.listener)) {
+    const double done = static_cast<double>(done_.load(std::memory_order_relaxed));
+    last.listener = range_.listener;
+    stopped_ = range_.listener.callback(range_.listener.user,
+                                        range_.at(done / static_cast<double>(count_))) != 0;
+    last.when = Clock::now();
+  }
+  if (stopped_) throw Error(SOLIDTEX_CANCELLED, "the host has stopped the query");
+}
+
+}  // namespace solidtex::engine

@@ -1,0 +1,44 @@
+// A node's values on a box of its level: memory, and the view of it that kernels take.
+#pragma once
+
+#include <hwy/aligned_allocator.h>
+
+#include <algorithm>
+#include <new>
+
+#include "engine/common/box.h"
+#include "engine/kernels/volume.h"
+
+namespace solidtex::engine {
+
+class Block {
+ public:
+  Block() = default;
+
+  // Rows are at least as long as asked: a convolution keeps its input's row pitch, so that a whole
+  // plane is one run of contiguous values for both.
+  Block(const Box& box, int channels, std::ptrdiff_t row_pitch = 0);
+
+  const Box& box() const { return box_; }
+  const Volume& volume() const { return volume_; }
+
+ private:
+  Box box_;
+  Volume volume_;
+  hwy::AlignedFreeUniquePtr<float[]> values_;
+};
+
+inline Block::Block(const Box& box, int channels, std::ptrdiff_t row_pitch) : box_(box) {
+  volume_.channels = channels;
+  if (box.empty()) return;
+  for (int axis = 0; axis < 3; ++axis) volume_.size[axis] = box.size(axis);
+  volume_.row_pitch = std::max<std::ptrdiff_t>(row_pitch, box.size(2));
+  volume_.plane_pitch = volume_.row_pitch * box.size(1);
+  volume_.channel_pitch = volume_.plane_pitch * box.size(0);
+  values_ = hwy::AllocateAligned<float>(static_cast<std::size_t>(volume_.channel_pitch) * channels +
+                                        kReadSlack);
+  if (!values_) throw std::bad_alloc();
+  volume_.data = values_.get();
+}
+
+}  // namespace solidtex::engine

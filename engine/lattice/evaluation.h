@@ -1,0 +1,68 @@
+// One block of a graph, evaluated in steps along x.
+//
+// Every node keeps a ring of the planes that the rest of the evaluation still needs, so that a
+// long block costs no margin along x and its working set stays in the second cache.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "engine/lattice/block.h"
+#include "engine/lattice/lattice.h"
+#include "engine/lattice/plan.h"
+#include "engine/lattice/plane_ring.h"
+#include "engine/model/model.h"
+
+namespace solidtex::engine {
+
+// Memory that evaluations on one thread use again and again.
+class Workspace {
+ public:
+  // At least so many floats, finite whatever was in them before.
+  float* floats(std::size_t count);
+
+ private:
+  struct Free {
+    void operator()(float* memory) const { std::free(memory); }
+  };
+  std::unique_ptr<float[], Free> memory_;
+  std::size_t size_ = 0;
+};
+
+class Evaluation {
+ public:
+  Evaluation(const LatticeModel& model, const Plan& plan, NoiseScheme scheme, std::uint64_t seed)
+      : model_(model), plan_(plan), scheme_(scheme), seed_(seed) {}
+
+  void run(const Box& box, const BoxTarget& target, Workspace& workspace);
+
+ private:
+  void find_regions(const Box& box, const std::vector<Box>& steps);
+  void place_rings(Workspace& workspace);
+  Box kept_box(const Step& step, const Box& region) const;
+  void advance(const Step& step, const Box& region);
+  void compute(const Step& step, const Box& box);
+  void convolve(const Step& step, const Box& box);
+  void copy_coarse(int node, const Box& box) const;
+  void compute_general(const Step& step, const Box& box);
+  Block gather(int node, const Box& box) const;
+  void read(int node, int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo,
+            std::int64_t z_hi, float* values) const;
+  void write_output(const Box& box, const BoxTarget& target) const;
+
+  bool is_upsample(int node) const {
+    return std::holds_alternative<UpsampleOp>(model_.nodes[static_cast<std::size_t>(node)].op);
+  }
+
+  const LatticeModel& model_;
+  const Plan& plan_;
+  NoiseScheme scheme_;
+  std::uint64_t seed_;
+  std::vector<std::vector<Box>> regions_;  // [step along x][node]
+  std::vector<PlaneRing> rings_;           // [node]
+  float* scratch_ = nullptr;
+};
+
+}  // namespace solidtex::engine

@@ -1,0 +1,81 @@
+#include "engine/lattice/operations.h"
+
+#include <vector>
+
+#include "engine/kernels/kernels.h"
+
+namespace solidtex::engine {
+
+namespace {
+
+template <class... Visitors>
+struct Overloaded : Visitors... {
+  using Visitors::operator()...;
+};
+template <class... Visitors>
+Overloaded(Visitors...) -> Overloaded<Visitors...>;
+
+// Lattice coordinates are taken modulo 2^32.
+std::uint32_t wrap(std::int64_t i) { return static_cast<std::uint32_t>(i); }
+
+// The y and z of one parity of a plane, in the order of its values.
+struct ParityPoints {
+  ParityPoints(const Planes& planes, int parity) {
+    const auto size = static_cast<std::size_t>(planes.rows * planes.row_pitch);
+    y.reserve(size + kReadSlack);
+    z.reserve(size + kReadSlack);
+    for (std::int64_t row = 0; row < planes.rows; ++row)
+      for (std::int64_t i = 0; i < planes.row_pitch; ++i) {
+        y.push_back(static_cast<std::int32_t>(wrap(2 * (planes.y_lo + row) + parity / 2)));
+        z.push_back(static_cast<std::int32_t>(wrap(2 * (planes.z_lo + i) + parity % 2)));
+      }
+    y.resize(size + kReadSlack);
+    z.resize(size + kReadSlack);
+  }
+  std::vector<std::int32_t> y, z;
+};
+
+}  // namespace
+
+void fill_noise(const LatticeNoise& noise, const PlaneRing& ring, std::int64_t x_lo,
+                std::int64_t x_hi) {
+  const Planes& planes = ring.planes();
+  for (int parity = 0; parity < 4; ++parity) {
+    const ParityPoints points(planes, parity);
+    for (int c = 0; c < planes.channels; ++c) {
+      const NoiseStream stream(noise.scheme, noise.seed, static_cast<std::uint32_t>(noise.level),
+                               static_cast<std::uint32_t>(c));
+      for (std::int64_t x = x_lo; x < x_hi; ++x)
+        stream.plane(noise.distribution, {wrap(x), points.y.data(), points.z.data()},
+                     static_cast<int>(planes.rows * planes.row_pitch),
+                     planes.plane(x) + (4 * c + parity) * planes.parity_pitch);
+    }
+  }
+}
+
+Block apply(const Node& node, const LinearLayer& layer, const Block& in, const Box& box) {
+  // Results of the size of their input keep its row pitch, so that planes are single runs.
+  const bool same_size = in.box().size(2) == box.size(2);
+  Block out(box, node.channels, same_size ? in.volume().row_pitch : 0);
+  std::visit(
+      Overloaded{
+          [&](const Conv3dOp& op) { kernels::conv3d(layer, op.kernel, in.volume(), out.volume()); },
+          [&](const ConvTranspose3dOp& op) {
+            kernels::conv_transpose3d(layer, {op.kernel, op.padding, in.box().lo, box.lo},
+                                      in.volume(), out.volume());
+          },
+          [&](const AffineOp& op) {
+            kernels::affine(op.scale.values.data(), op.shift.values.data(), in.volume(),
+                            out.volume());
+          },
+          [&](const LeakyReluOp& op) {
+            kernels::leaky_relu(op.negative_slope, in.volume(), out.volume());
+          },
+          [&](const TanhOp&) { kernels::tanh(in.volume(), out.volume()); },
+          [&](const SigmoidOp&) { kernels::sigmoid(in.volume(), out.volume()); },
+          [](const auto&) {}},  // noise, upsampling and concatenation are no such operations
+      node.op);
+  return out;
+}
+
+}  // namespace solidtex::engine

@@ -1,0 +1,27 @@
+// Noise, and the operations that work on whole blocks.
+#pragma once
+
+#include "engine/kernels/linear_layer.h"
+#include "engine/lattice/block.h"
+#include "engine/lattice/plane_ring.h"
+#include "engine/model/model.h"
+#include "engine/noise/noise.h"
+
+namespace solidtex::engine {
+
+struct LatticeNoise {
+  NoiseScheme scheme;
+  std::uint64_t seed;
+  int level;
+  Distribution distribution;
+};
+
+// Fills planes [x_lo, x_hi) of a ring.
+void fill_noise(const LatticeNoise& noise, const PlaneRing& ring, std::int64_t x_lo,
+                std::int64_t x_hi);
+
+// A node's values on a box from its input on exactly the box that they need. `layer` holds the
+// weights of a convolution.
+Block apply(const Node& node, const LinearLayer& layer, const Block& in, const Box& box);
+
+}  // namespace solidtex::engine

@@ -1,0 +1,37 @@
+// What the two families have in common: the questions, with arguments already checked.
+#pragma once
+
+#include <memory>
+
+#include "engine/cache/brick_cache.h"
+#include "engine/common/box.h"
+#include "engine/common/output_view.h"
+#include "engine/filter/footprint.h"
+#include "engine/lattice/lattice.h"
+#include "engine/query/coordinates.h"
+#include "engine/sampler/sampler.h"
+
+namespace solidtex::engine {
+
+class Family {
+ public:
+  virtual ~Family() = default;
+  virtual void eval_points(const PointBatch& batch, const OutputView& output) const = 0;
+  // The mean around each point, over cubes whose edge is twice the radius.
+  virtual void eval_filtered(const PointBatch& batch, const float* radii,
+                             const OutputView& output) const = 0;
+  // The same over parallelepipeds, nine numbers for each.
+  virtual void eval_footprints(const PointBatch& batch, const float* axes,
+                               const OutputView& output) const = 0;
+  virtual void eval_box(const Box& box, float* values) const = 0;
+  virtual CacheStats cache_stats() const { return {}; }
+};
+
+// Lattice family: boxes in parallel blocks, points between voxels through the brick cache.
+std::unique_ptr<Family> make_lattice_family(Lattice lattice, LightChannels light,
+                                            std::uint64_t cache_limit_bytes);
+
+// Point family: a voxel is the point at its centre.
+std::unique_ptr<Family> make_sampler_family(Sampler sampler, LightChannels light);
+
+}  // namespace solidtex::engine

@@ -1,0 +1,140 @@
+#include "engine/query/texture.h"
+
+#include <tbb/task_arena.h>
+
+#include <array>
+#include <atomic>
+#include <utility>
+
+#include "engine/common/parallel.h"
+#include "engine/query/family.h"
+
+namespace solidtex::engine {
+namespace {
+
+std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
+                                    std::uint64_t cache_limit_bytes, Precision precision) {
+  LightChannels light(model.channels, model.color_space);
+  if (auto* lattice = std::get_if<LatticeModel>(&model.architecture)) {
+    return make_lattice_family(Lattice(std::move(*lattice), model.noise_scheme, seed),
+                               std::move(light), cache_limit_bytes);
+  }
+  return make_sampler_family(Sampler(std::move(std::get<SamplerModel>(model.architecture)),
+                                     model.noise_scheme, seed, precision),
+                             std::move(light));
+}
+
+// Each thread counts in one of several places, far enough from each other that threads which ask
+// for single points do not wait for each other.
+class QueryCounters {
+ public:
+  struct alignas(64) Counters {
+    std::atomic<std::uint64_t> points = 0, voxels = 0;
+  };
+
+  Counters& of_this_thread() const {
+    static std::atomic<std::size_t> threads = 0;
+    thread_local const std::size_t number = threads++;
+    return counters_[number % counters_.size()];
+  }
+
+  QueryCounts total() const {
+    QueryCounts sum;
+    for (const Counters& counters : counters_)
+      sum.points += counters.points, sum.voxels += counters.voxels;
+    return sum;
+  }
+
+ private:
+  mutable std::array<Counters, 32> counters_;
+};
+
+}  // namespace
+
+struct Texture::Impl {
+  Model model;
+  std::unique_ptr<Family> family;
+  std::unique_ptr<tbb::task_arena> arena;  // null for that of the calling thread
+  QueryCounters counters;
+
+  std::size_t channels() const { return model.channels.size(); }
+
+  // A full arena of its own runs the call on another thread, which then does as this one would.
+  template <class Call>
+  void run(const Call& call) const {
+    const auto here = [&] {
+      const DefaultFloatMode mode;
+      call();
+    };
+    if (!arena) return here();
+    const ProgressScope::Range progress = ProgressScope::of_this_thread();
+    arena->execute([&] {
+      const ProgressScope same(progress);
+      here();
+    });
+  }
+
+  template <class Query>
+  void query_points(const double origin[3], const float* points, std::size_t count,
+                    const OutputView& output, const Query& query) const {
+    run([&] {
+      const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
+      check_points(batch, channels() * (output.jacobians ? 3 : 1));
+      query(batch);
+    });
+    counters.of_this_thread().points.fetch_add(count, std::memory_order_relaxed);
+  }
+};
+
+Texture::Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
+                 Precision precision, int threads)
+    : impl_(std::make_unique<Impl>()) {
+  const DefaultFloatMode mode;
+  impl_->model = std::move(model);
+  impl_->family = make_family(impl_->model, seed, cache_limit_bytes, precision);
+  if (threads > 0) impl_->arena = std::make_unique<tbb::task_arena>(threads);
+}
+
+Texture::~Texture() = default;
+
+const Model& Texture::model() const { return impl_->model; }
+
+void Texture::eval_points(const double origin[3], const float* points, std::size_t count,
+                          const OutputView& output) const {
+  impl_->query_points(origin, points, count, output,
+                      [&](const PointBatch& batch) { impl_->family->eval_points(batch, output); });
+}
+
+void Texture::eval_filtered(const double origin[3], const float* points, const float* radii,
+                            std::size_t count, const OutputView& output) const {
+  impl_->query_points(origin, points, count, output, [&](const PointBatch& batch) {
+    check_radii(radii, count);
+    impl_->family->eval_filtered(batch, radii, output);
+  });
+}
+
+void Texture::eval_footprints(const double origin[3], const float* points, const float* axes,
+                              std::size_t count, const OutputView& output) const {
+  impl_->query_points(origin, points, count, output, [&](const PointBatch& batch) {
+    check_axes(axes, count);
+    impl_->family->eval_footprints(batch, axes, output);
+  });
+}
+
+void Texture::eval_box(const std::int64_t origin[3], const std::int64_t size[3],
+                       float* values) const {
+  Box box;
+  impl_->run([&] {
+    box = checked_box(origin, size, impl_->channels());
+    if (!box.empty()) impl_->family->eval_box(box, values);
+  });
+  if (box.empty()) return;
+  const auto voxels = static_cast<std::uint64_t>(box.size(0) * box.size(1) * box.size(2));
+  impl_->counters.of_this_thread().voxels.fetch_add(voxels, std::memory_order_relaxed);
+}
+
+CacheStats Texture::cache_stats() const { return impl_->family->cache_stats(); }
+
+QueryCounts Texture::query_counts() const { return impl_->counters.total(); }
+
+}  // namespace solidtex::engine
