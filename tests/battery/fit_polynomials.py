@@ -1,5 +1,5 @@
 """Fits polynomials and prints them as C++: the engine's, for engine/kernels/polynomials.h, and the
-path tracer's, for plugins/pathtracer/angles.h.
+path tracer's, for plugins/pathtracer/sampling/angles.h.
 
 Every fit is minimax by Lawson's iteration: least squares on a Chebyshev grid whose weights are
 multiplied by the error until the errors are level. Run it again and the same coefficients come out.

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "plugins/pathtracer/bsdf.h"
+#include "plugins/pathtracer/materials/bsdf.h"
 #include "tests/scenes/directions.h"
 
 namespace scene_tests {

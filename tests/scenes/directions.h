@@ -6,7 +6,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/constants.hpp>
 
-#include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/sampling/sampling.h"
 
 namespace scene_tests {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "plugins/pathtracer/scene.h"
+#include "plugins/pathtracer/scene/scene.h"
 
 namespace scene_tests {
 

@@ -3,10 +3,10 @@
 #include <glm/gtc/constants.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/albedo_table.h"
-#include "plugins/pathtracer/coats.h"
-#include "plugins/pathtracer/microfacet.h"
-#include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/materials/albedo_table.h"
+#include "plugins/pathtracer/materials/coats.h"
+#include "plugins/pathtracer/materials/microfacet.h"
+#include "plugins/pathtracer/sampling/sampling.h"
 #include "tests/scenes/bsdf_checks.h"
 #include "tests/scenes/directions.h"
 

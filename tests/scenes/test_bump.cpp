@@ -2,8 +2,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/appearance.h"
-#include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/materials/appearance.h"
+#include "plugins/pathtracer/sampling/sampling.h"
 #include "tests/scenes/directions.h"
 #include "tests/scenes/support.h"
 

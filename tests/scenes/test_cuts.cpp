@@ -6,7 +6,7 @@
 #include <glm/gtx/component_wise.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/mesh_cut.h"
+#include "plugins/pathtracer/geometry/mesh_cut.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;

@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/schema.h"
+#include "plugins/pathtracer/reader/schema.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;

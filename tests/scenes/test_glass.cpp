@@ -2,8 +2,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/bsdf.h"
-#include "plugins/pathtracer/microfacet.h"
+#include "plugins/pathtracer/materials/bsdf.h"
+#include "plugins/pathtracer/materials/microfacet.h"
 #include "tests/scenes/bsdf_checks.h"
 #include "tests/scenes/support.h"
 

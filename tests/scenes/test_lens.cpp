@@ -3,7 +3,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/camera.h"
+#include "plugins/pathtracer/integrator/camera.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;

@@ -3,10 +3,10 @@
 #include <glm/gtc/constants.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/embree_scene.h"
-#include "plugins/pathtracer/environment.h"
-#include "plugins/pathtracer/lights.h"
-#include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/geometry/embree_scene.h"
+#include "plugins/pathtracer/lights/environment.h"
+#include "plugins/pathtracer/lights/lights.h"
+#include "plugins/pathtracer/sampling/sampling.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;

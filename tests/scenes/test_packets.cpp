@@ -4,8 +4,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/embree_scene.h"
-#include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/geometry/embree_scene.h"
+#include "plugins/pathtracer/sampling/sampling.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;

@@ -1,7 +1,7 @@
 // "principled" by itself, from textures, and in a furnace.
 #include "catch.hpp"
-#include "plugins/pathtracer/appearance.h"
-#include "plugins/pathtracer/bsdf.h"
+#include "plugins/pathtracer/materials/appearance.h"
+#include "plugins/pathtracer/materials/bsdf.h"
 #include "tests/scenes/bsdf_checks.h"
 #include "tests/scenes/support.h"
 

@@ -3,9 +3,9 @@
 #include <functional>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/angles.h"
-#include "plugins/pathtracer/numbers.h"
-#include "plugins/pathtracer/sampling.h"
+#include "plugins/pathtracer/sampling/angles.h"
+#include "plugins/pathtracer/sampling/numbers.h"
+#include "plugins/pathtracer/sampling/sampling.h"
 #include "tests/scenes/directions.h"
 
 using namespace solidtex::pathtracer;

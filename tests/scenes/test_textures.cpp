@@ -3,9 +3,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/appearance.h"
-#include "plugins/pathtracer/image_io.h"
-#include "plugins/pathtracer/textures.h"
+#include "plugins/pathtracer/materials/appearance.h"
+#include "plugins/pathtracer/materials/textures.h"
+#include "plugins/pathtracer/reader/image_io.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;

@@ -6,8 +6,8 @@
 #include <solidtex/pathtracer.hpp>
 
 #include "plugins/pathtracer/reader/scene_file.h"
-#include "plugins/pathtracer/scene_transform.h"
-#include "plugins/pathtracer/schema.h"
+#include "plugins/pathtracer/reader/scene_transform.h"
+#include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
 namespace {

@@ -1,7 +1,7 @@
 // "render" and "camera": what picture is wanted.
 #include "plugins/pathtracer/reader/parts.h"
-#include "plugins/pathtracer/scene_transform.h"
-#include "plugins/pathtracer/schema.h"
+#include "plugins/pathtracer/reader/scene_transform.h"
+#include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
 

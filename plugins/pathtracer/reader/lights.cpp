@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "plugins/pathtracer/image_io.h"
+#include "plugins/pathtracer/reader/image_io.h"
 #include "plugins/pathtracer/reader/meshes.h"
 #include "plugins/pathtracer/reader/parts.h"
-#include "plugins/pathtracer/scene_transform.h"
-#include "plugins/pathtracer/schema.h"
+#include "plugins/pathtracer/reader/scene_transform.h"
+#include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
 namespace {

@@ -2,9 +2,9 @@
 #include <map>
 
 #include "plugins/pathtracer/reader/parts.h"
+#include "plugins/pathtracer/reader/scene_transform.h"
+#include "plugins/pathtracer/reader/schema.h"
 #include "plugins/pathtracer/reader/textures.h"
-#include "plugins/pathtracer/scene_transform.h"
-#include "plugins/pathtracer/schema.h"
 
 namespace solidtex::pathtracer {
 namespace {

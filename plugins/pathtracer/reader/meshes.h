@@ -3,9 +3,9 @@
 
 #include <map>
 
-#include "plugins/pathtracer/mesh_cut.h"
+#include "plugins/pathtracer/geometry/mesh_cut.h"
 #include "plugins/pathtracer/reader/scene_file.h"
-#include "plugins/pathtracer/scene.h"
+#include "plugins/pathtracer/scene/scene.h"
 
 namespace solidtex::pathtracer {
 

@@ -3,7 +3,7 @@
 
 #include "plugins/pathtracer/reader/meshes.h"
 #include "plugins/pathtracer/reader/parts.h"
-#include "plugins/pathtracer/schema.h"
+#include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
 namespace {

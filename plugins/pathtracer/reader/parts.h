@@ -3,7 +3,7 @@
 #pragma once
 
 #include "plugins/pathtracer/reader/scene_file.h"
-#include "plugins/pathtracer/scene.h"
+#include "plugins/pathtracer/scene/scene.h"
 
 namespace solidtex::pathtracer {
 

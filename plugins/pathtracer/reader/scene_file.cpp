@@ -3,8 +3,8 @@
 #include <fstream>
 #include <set>
 
-#include "plugins/pathtracer/scene_transform.h"
-#include "plugins/pathtracer/schema.h"
+#include "plugins/pathtracer/reader/scene_transform.h"
+#include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
 namespace {

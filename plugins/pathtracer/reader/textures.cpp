@@ -2,8 +2,8 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "plugins/pathtracer/scene_transform.h"
-#include "plugins/pathtracer/textures.h"
+#include "plugins/pathtracer/materials/textures.h"
+#include "plugins/pathtracer/reader/scene_transform.h"
 
 namespace solidtex::pathtracer {
 

@@ -4,9 +4,9 @@
 #include <map>
 #include <tuple>
 
-#include "plugins/pathtracer/image_io.h"
+#include "plugins/pathtracer/reader/image_io.h"
 #include "plugins/pathtracer/reader/scene_file.h"
-#include "plugins/pathtracer/scene.h"
+#include "plugins/pathtracer/scene/scene.h"
 
 namespace solidtex::pathtracer {
 

@@ -1,0 +1,124 @@
+// Where a tile's samples begin, and where they end.
+#include <algorithm>
+#include <cmath>
+
+#include "plugins/pathtracer/integrator/convergence.h"
+#include "plugins/pathtracer/integrator/tile.h"
+#include "plugins/pathtracer/materials/texel_space.h"
+#include "plugins/pathtracer/sampling/dimensions.h"
+#include "plugins/pathtracer/sampling/vectorized.h"
+
+namespace solidtex::pathtracer {
+namespace {
+
+// Paths that advance together: enough to fill texture batches, few enough to stay in cache.
+constexpr std::size_t kBatchPaths = 16384;
+
+bool is_finite(const glm::vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+FirstHit first_hit(const Scene& scene, const CameraRays& camera, const Ray& ray,
+                   const Surface& surface, const Appearance& found) {
+  FirstHit hit{.albedo = found.color,
+               .normal = bumped_normal(surface.normal, found.slope, -ray.direction),
+               .position = surface.position,
+               .depth = camera.depth_of(surface.position),
+               .is_object = true};
+  if (const SolidColor* solid = solid_texture_of(scene.materials[surface.material])) {
+    const TexelSpace space(*solid);
+    const TexelSpace::Point point = space(surface);
+    hit.texcoord = glm::vec3(space.origin() + glm::dvec3(point.offset));
+    hit.footprint = point.radius;
+    hit.is_textured = true;
+  }
+  return hit;
+}
+
+}  // namespace
+
+// The unfinished pixels that have the fewest samples; false when there are none.
+bool TileRenderer::choose_pixels(std::uint32_t target) {
+  const RenderSettings& settings = context_.settings;
+  pixels_.clear();
+  for_each_square(tile_, part_size(settings), [&](const Window& part) {
+    const std::uint32_t count = framebuffer_.sample_count(framebuffer_.pixel(part.x0, part.y0));
+    if (count >= target || is_done(framebuffer_, settings, part)) return;
+    if (!pixels_.empty() && count > first_sample_) return;
+    if (count < first_sample_) pixels_.clear();
+    first_sample_ = count;
+    for (int y = part.y0; y < part.y1; ++y) {
+      for (int x = part.x0; x < part.x1; ++x) pixels_.emplace_back(x, y);
+    }
+  });
+  return !pixels_.empty();
+}
+
+std::uint32_t TileRenderer::batch_size(std::uint32_t target) const {
+  const auto fitting =
+      static_cast<std::uint32_t>(std::max<std::size_t>(1, kBatchPaths / pixels_.size()));
+  return std::min(
+      {fitting, target - first_sample_, samples_to_check(context_.settings, first_sample_)});
+}
+
+void TileRenderer::start_paths(std::uint32_t sample_count) {
+  const RenderSettings& settings = context_.settings;
+  const std::size_t count = pixels_.size() * sample_count;
+  paths_.resize(count);
+  rays_.resize(count);
+  std::uint32_t slot = 0;
+  for (const glm::ivec2& p : pixels_) {
+    const Sampler sampler(settings.seed, static_cast<std::uint32_t>(p.y * settings.width + p.x), 0);
+    for (std::uint32_t s = 0; s < sample_count; ++s, ++slot) {
+      paths_[slot] = {.slot = slot, .sampler = sampler.of_sample(first_sample_ + s)};
+    }
+  }
+  for_each_some(count, [&](std::size_t first, int some) {
+    numbers_.draw(some, kPixel, sampler_of(first));
+    for (int i = 0; i < some; ++i) {
+      const std::size_t path = first + static_cast<std::size_t>(i);
+      const glm::vec2 p = glm::vec2(pixels_[paths_[path].slot / sample_count]) + 0.5f;
+      // A tent filter of two pixels' width, by placing the samples with its density.
+      rays_[path] = context_.camera.ray(
+          p.x + sample_tent(numbers_.x[i]), p.y + sample_tent(numbers_.y[i]),
+          context_.camera.has_lens() ? paths_[path].sampler.get_2d(kLens) : glm::vec2(0));
+    }
+  });
+  radiance_.assign(paths_.size(), glm::vec3(0));
+  if (context_.needs_first_hits) first_hits_.assign(paths_.size(), {});
+  if (context_.needs_cost) costs_.assign(paths_.size(), 0);
+  watch_.lap(statistics_.shading_seconds);
+}
+
+// Keeps what layers other than the light need.
+void TileRenderer::record(int depth) {
+  if (context_.needs_cost) {
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      const Material& material = context_.scene.materials[surfaces_[i].material];
+      costs_[paths_[i].slot] += texture_points_of(material);
+    }
+  }
+  if (depth > 1 || !context_.needs_first_hits) return;
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    first_hits_[paths_[i].slot] =
+        first_hit(context_.scene, context_.camera, rays_[i], surfaces_[i], found_[i]);
+  }
+}
+
+void TileRenderer::accumulate(std::uint32_t sample_count) {
+  for (std::size_t slot = 0; slot < radiance_.size(); ++slot) {
+    const glm::ivec2 p = pixels_[slot / sample_count];
+    const std::size_t pixel = framebuffer_.pixel(p.x, p.y);
+    if (is_finite(radiance_[slot])) {
+      framebuffer_.add_light(pixel, radiance_[slot]);
+    } else {
+      ++statistics_.invalid_sample_count;
+    }
+    if (context_.needs_first_hits) framebuffer_.add_first_hit(pixel, first_hits_[slot]);
+    if (context_.needs_cost) framebuffer_.add_cost(pixel, costs_[slot]);
+    framebuffer_.count_samples(pixel, 1);
+  }
+  watch_.lap(statistics_.shading_seconds);
+}
+
+}  // namespace solidtex::pathtracer

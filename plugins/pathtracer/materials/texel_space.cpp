@@ -1,0 +1,45 @@
+#include "plugins/pathtracer/materials/texel_space.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "plugins/pathtracer/sampling/sampling.h"
+
+namespace solidtex::pathtracer {
+
+TexelSpace::TexelSpace(const SolidColor& color)
+    : world_space_(color.world_space),
+      linear_(color.to_texels),
+      origin_(color.to_texels[3]),
+      scale_(std::cbrt(std::abs(glm::determinant(linear_)))) {}
+
+TexelSpace::Point TexelSpace::operator()(const Surface& surface) const {
+  const glm::vec3& p = world_space_ ? surface.position : surface.object_position;
+  const double units = world_space_ ? 1.0 : surface.object_scale;
+  return {glm::vec3(linear_ * glm::dvec3(p)),
+          static_cast<float>(surface.footprint * units * scale_)};
+}
+
+std::array<glm::vec3, 2> footprint_axes(const Surface& surface, const glm::mat3& scene_to_texels) {
+  const glm::vec3& normal = surface.geometric_normal;
+  const float cosine = std::max(-glm::dot(normal, surface.view), kLeastCosine);
+  const float radius = surface.footprint * std::sqrt(cosine);  // of the cone
+  const glm::vec3 along = surface.view - glm::dot(normal, surface.view) * normal;
+  const float sine = glm::length(along);
+  // Seen from right above any direction will do.
+  const glm::vec3 slant = sine > 1e-4f ? along / sine : Frame(normal).x;
+  return {scene_to_texels * (radius / cosine * slant),
+          scene_to_texels * (radius * glm::cross(normal, slant))};
+}
+
+const SolidColor* solid_texture_of(const Material& material) {
+  if (const auto* color = std::get_if<SolidColor>(&material.color)) return color;
+  return material.channels_of ? &*material.channels_of : nullptr;
+}
+
+std::uint32_t texture_points_of(const Material& material) {
+  if (!solid_texture_of(material)) return 0;
+  return material.bump ? 5 : 1;
+}
+
+}  // namespace solidtex::pathtracer
