@@ -13,8 +13,8 @@ import pytest
 from peer_cases import random_inputs
 from peer_runtimes import PEERS, Peer
 
+from solidtex_export.export import random_models
 from solidtex_export.export.onnx.model import onnx_model
-from solidtex_export.generators import random_models
 from solidtex_export.generators.lattice import Box
 
 BENCH = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bench"

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from solidtex import Texture
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.verification import noise
-from solidtex_export.generators import random_models
 
 ORIGINS = [(0, 0, 0), (-40, 7, -3), (65530, -65540, 131070), (2**30, -(2**30), 2**30 - 9)]
 SIZE = (5, 6, 70)  # longer along z than a vector

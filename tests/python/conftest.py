@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import torch
 
-from solidtex_export.generators import random_models
+from solidtex_export.export import random_models
 
 SHA256 = "0" * 63 + "1"
 

@@ -15,11 +15,11 @@ from solidtex_export.analysis import choice
 from solidtex_export.analysis.choice import Choice
 from solidtex_export.analysis.choice import suited as suited_in
 from solidtex_export.analysis.structure import outlines
+from solidtex_export.analysis.surrogate import surrogate
 from solidtex_export.analysis.symmetry import Symmetry, symmetry_of
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
-from solidtex_export.training.surrogate import surrogate
 
 SIDE = 96
 distance = LearnedDescriptor(load_weights(SHIPPED)).loss

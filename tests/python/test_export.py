@@ -14,7 +14,7 @@ from solidtex_export.export import fold
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.training_result import read_result
 from solidtex_export.export.verification import verify
-from solidtex_export.generators.networks import lattice_network
+from solidtex_export.export.verification.networks import lattice_network
 
 FAMILIES = ["field", "sampler"]
 

@@ -5,13 +5,13 @@ import pytest
 import torch
 import torch.nn.functional as F
 
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.fold import fold_lattice, norm_into_next, norm_into_previous
+from solidtex_export.export.lattice_state import StateError, check_lattice_state
 from solidtex_export.export.verification import noise
 from solidtex_export.export.verification.reference import evaluate_box
-from solidtex_export.generators import random_models
 from solidtex_export.generators.lattice import Box
-from solidtex_export.generators.lattice_state import StateError, check_lattice_state
 
 SLOPE = random_models.SLOPE
 

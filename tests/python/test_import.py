@@ -12,9 +12,9 @@ import torch.nn.functional as F
 
 from solidtex import Texture
 from solidtex_export.commands import import_solidtexturenets
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification import noise
-from solidtex_export.generators import random_models
 
 TOLERANCE = 2e-4
 ORIGINS = [(0, 0, 0), (32, -64, 96), (-7, 13, 30), (-33, -1, -100), (1001, 2, -5)]

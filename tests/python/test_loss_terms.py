@@ -19,13 +19,13 @@ from solidtex_export.discriminators.critic import (
     style_loss,
 )
 from solidtex_export.export.verification.reference import cubic_convolution
+from solidtex_export.generators.oblique import cubic_columns
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.images.histograms import share_histograms
 from solidtex_export.losses import statistics, vgg
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.training.divergence import EXPLOSION, DivergenceWatch, TrainError
-from solidtex_export.training.oblique import cubic_columns
 
 torch.set_num_threads(1)
 MEAN, BASIS = torch.tensor([0.4, 0.5, 0.6]), torch.diag(torch.tensor([0.1, 0.2, 0.3]))

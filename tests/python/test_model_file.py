@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format.model_file import (
     ModelFile,
     ModelFileError,
@@ -17,7 +18,6 @@ from solidtex_export.export.file_format.model_file import (
     serialize,
     write,
 )
-from solidtex_export.generators import random_models
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 INFO = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-info"

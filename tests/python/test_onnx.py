@@ -14,11 +14,11 @@ import pytest
 
 from solidtex import Texture
 from solidtex_export.commands import export_onnx
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.onnx import inputs as onnx_inputs
 from solidtex_export.export.verification import reference, verify
-from solidtex_export.generators import random_models
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SHIPPED = [model_file.read(path) for path in sorted((REPOSITORY / "models").glob("*.solidtex"))]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format.model_file import ModelFile, validate
 from solidtex_export.export.verification import noise
 from solidtex_export.export.verification.reference import (
@@ -13,7 +14,6 @@ from solidtex_export.export.verification.reference import (
     evaluate_points,
     octave_noise,
 )
-from solidtex_export.generators import random_models
 
 MODELS = {
     "operations": random_models.every_operation_model(),

@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 from scipy.special import ndtr
 
+from solidtex_export.commands.solids import main
 from solidtex_export.evaluation.correspondence import coherence, correspondence
-from solidtex_export.research.solids.__main__ import main
 from solidtex_export.research.solids.exact import BooleanSpheres, Excursion
 from solidtex_export.research.solids.materials import SOLIDS, PorousRock, Spheres
 from solidtex_export.research.solids.solid import Solid, box, exemplar, phase

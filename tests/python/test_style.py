@@ -1,4 +1,4 @@
-"""Python files are formatted and linted, and those of the package typed, as pyproject.toml says."""
+"""Python files are formatted, linted and typed, and import each other, as pyproject.toml says."""
 
 import subprocess
 import sys
@@ -28,3 +28,11 @@ def test_ruff(command: list[str]) -> None:
 def test_mypy(tmp_path: Path) -> None:
     pytest.importorskip("mypy", reason="the Python package mypy is not installed")
     assert_satisfied(PACKAGE, "mypy", f"--cache-dir={tmp_path}")
+
+
+def test_no_package_imports_one_above_it(tmp_path: Path) -> None:
+    pytest.importorskip("importlinter", reason="the Python package import-linter is not installed")
+    lint = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+    command = [sys.executable, "-c", lint, "--cache-dir", str(tmp_path)]
+    run = subprocess.run(command, cwd=PACKAGE, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr

@@ -21,15 +21,15 @@ from small_trainings import make_trainer, save_photo, save_specks
 from solidtex_export.analysis.grain import channel_axes, grain_ratio, whiten
 from solidtex_export.commands import train as cli_train
 from solidtex_export.export.verification.reference import cubic_convolution
+from solidtex_export.generators.fixed_noise import FixedNoise
 from solidtex_export.generators.lattice import Box, LatticeGenerator
 from solidtex_export.generators.pyramid import PyramidGenerator
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler, trilinear
+from solidtex_export.generators.slices import LatticeSlices, SamplerSlices
 from solidtex_export.images.exemplar import load_exemplar
 from solidtex_export.training import preview
-from solidtex_export.training.fixed_noise import FixedNoise
 from solidtex_export.training.optimiser import half_cosine, learning_rate
 from solidtex_export.training.preset import Early, Optimiser
-from solidtex_export.training.slices import LatticeSlices, SamplerSlices
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)

@@ -5,7 +5,7 @@ at that point alone: grains, specks and fibres come out sharp at any angle, outl
 lattice generator sees neighbours: it draws outlines, and is softer at 45 degrees.
 
 Measured as the distance by our descriptor (losses/learned.py) from surrogates, which have the
-photograph's tones and spectrum alone (training/surrogate.py), less that of its own halves. Tried
+photograph's tones and spectrum alone (analysis/surrogate.py), less that of its own halves. Tried
 besides: the ratio of the two, by which a granite has more outlines than tissue, since its halves
 are so much alike; distances by wavelets, in which veins on a mottled ground are nearer to a
 surrogate than the photograph's parts are; kurtosis of octaves, which is large for specks too.
@@ -19,8 +19,8 @@ import torch
 from torch import Tensor
 
 from solidtex_export.analysis.grain import channel_axes, whiten
+from solidtex_export.analysis.surrogate import surrogate
 from solidtex_export.images.exemplar import Exemplar
-from solidtex_export.training.surrogate import surrogate
 
 Distance = Callable[[Tensor, Tensor], Tensor]
 """Of two whitened pictures [1, channel, rows, columns]."""

@@ -6,7 +6,7 @@ turned, and its statistics averaged over all orientations belong to no picture: 
 as noise, and as pebbles in the photograph's own orientation.
 
 Measured as the distance by our descriptor (losses/learned.py) of the photograph from itself flipped
-and turned, beside that from pictures of its tones and spectrum alone (training/surrogate.py): what
+and turned, beside that from pictures of its tones and spectrum alone (analysis/surrogate.py): what
 is farther from its own flipped copy than from these has more to lose by being flipped than all its
 outlines are. Between LEAST and MOST that distance is the limit. At 256 pixels:
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from solidtex_export import __version__
 from solidtex_export.export.file_format.checks import ModelFileError
+from solidtex_export.export.lattice_state import StateError
 from solidtex_export.export.verification import engine
 from solidtex_export.export.verification.model_output import OutputError
-from solidtex_export.generators.lattice_state import StateError
 
 FAILURES = (ModelFileError, OutputError, StateError, OSError)
 

@@ -16,9 +16,9 @@ from solidtex_export.export.file_format.model_file import VERSION, ModelFile
 from solidtex_export.export.fold import fold_lattice
 from solidtex_export.export.training_result import TrainingResult, read_result
 from solidtex_export.export.verification.model_output import check_output, summary, write_verified
+from solidtex_export.export.verification.networks import Network, lattice_network, sampler_network
 from solidtex_export.generators.build import Generator
 from solidtex_export.generators.lattice import ConvBlock, FieldGenerator, LatticeGenerator
-from solidtex_export.generators.networks import Network, lattice_network, sampler_network
 from solidtex_export.generators.pyramid import PyramidGenerator, fold_pyramid
 from solidtex_export.generators.sampler import OctaveSampler
 

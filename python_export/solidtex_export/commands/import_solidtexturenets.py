@@ -18,14 +18,14 @@ from torch import Tensor
 from solidtex_export.commands import cli
 from solidtex_export.export.file_format.model_file import VERSION, ModelFile
 from solidtex_export.export.fold import fold_lattice
-from solidtex_export.export.verification.model_output import check_output, summary, write_verified
-from solidtex_export.generators.lattice_state import (
+from solidtex_export.export.lattice_state import (
     COLOR_BUFFERS,
     LatticeSizes,
     StateError,
     check_lattice_state,
 )
-from solidtex_export.generators.networks import lattice_network
+from solidtex_export.export.verification.model_output import check_output, summary, write_verified
+from solidtex_export.export.verification.networks import lattice_network
 
 PROGRAM = "solidtex-import-solidtexturenets"
 SCHEME = "solidtexturenets"

@@ -14,10 +14,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from solidtex_export.commands import cli
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.verification import verify
-from solidtex_export.generators import random_models
 
 SHIPPED = Path(__file__).resolve().parents[3] / "models"
 

@@ -11,11 +11,11 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 from torch.optim import Adam
 
+from solidtex_export.discriminators import settings as method
 from solidtex_export.discriminators.critic import Critic, Penalties
 from solidtex_export.discriminators.projected import ProjectedCritic
 from solidtex_export.images.exemplar import random_crops
 from solidtex_export.losses.descriptors import DescriptorSource
-from solidtex_export.training import preset as method
 
 Reals = Callable[[int, int], Tensor]
 """(count, side) -> crops of the photograph [count, channel, side, side]."""

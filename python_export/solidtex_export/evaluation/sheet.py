@@ -10,7 +10,7 @@ import torch
 
 from solidtex_export.evaluation.subjects import Subject
 from solidtex_export.images.exemplar import Exemplar
-from solidtex_export.training.preview import sheet_of
+from solidtex_export.images.sheet import sheet_of
 
 
 def sheet(subject: Subject, exemplars: Sequence[Exemplar], side: int) -> np.ndarray:

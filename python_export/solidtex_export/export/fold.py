@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from solidtex_export.generators.lattice_state import LatticeSizes, check_lattice_state
+from solidtex_export.export.lattice_state import LatticeSizes, check_lattice_state
 
 BATCH_NORM_EPSILON = 1e-5  # torch's default, which the public implementation keeps
 

@@ -10,10 +10,9 @@ import torch
 
 from solidtex_export.export.file_format.checks import Fields, ModelFileError
 from solidtex_export.export.file_format.container import parse_json
-from solidtex_export.export.file_format.model_file import MAX_OUTPUT_CHANNELS
+from solidtex_export.export.lattice_state import StateError, check_lattice_state
 from solidtex_export.generators.build import KIND_OF_FAMILY, Generator, build_generator
-from solidtex_export.generators.lattice_state import StateError, check_lattice_state
-from solidtex_export.images.channels import COLOR
+from solidtex_export.images.channels import COLOR, MAX_CHANNELS
 
 
 @dataclass
@@ -64,7 +63,7 @@ def _read_config(path: Path) -> dict[str, Any]:
         exemplar.string("file")
         exemplar.string("sha256")
     if "channels" in fields:
-        fields.array("channels", 1, MAX_OUTPUT_CHANNELS)
+        fields.array("channels", 1, MAX_CHANNELS)
         fields.choice("color_space", ("srgb", "linear", "data"))
     return config
 

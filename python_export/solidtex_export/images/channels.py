@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from solidtex_export.export.file_format.model_file import MAX_OUTPUT_CHANNELS
 from solidtex_export.images.photographs import ExemplarError, Picture, refuse
 
 COLOR: tuple[str, ...] = ("albedo.r", "albedo.g", "albedo.b")
+MAX_CHANNELS = 64  # as many as a model file holds
 RGB = ("R", "G", "B")
 COLOR_OF = {"Y": COLOR} | {
     name: (channel,)
@@ -101,8 +101,8 @@ def check_channels(path: Path, names: Sequence[str]) -> None:
     for name in names:
         if any(part.lower() in ("normal", "normals") for part in name.split(".")):
             raise refuse(path, f"the channel {name}", "none of normals; take a height map instead")
-    if not 1 <= len(names) <= MAX_OUTPUT_CHANNELS:
-        raise refuse(path, f"{len(names)} channels", f"1 to {MAX_OUTPUT_CHANNELS}")
+    if not 1 <= len(names) <= MAX_CHANNELS:
+        raise refuse(path, f"{len(names)} channels", f"1 to {MAX_CHANNELS}")
 
 
 def _encoded(values: np.ndarray, is_linear: bool, color_space: str) -> np.ndarray:

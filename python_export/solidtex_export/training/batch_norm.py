@@ -5,8 +5,8 @@ from __future__ import annotations
 import torch
 from torch import nn
 
+from solidtex_export.generators.slices import SliceSource
 from solidtex_export.training.ranks import Ranks
-from solidtex_export.training.slices import SliceSource
 
 SLICES = 12
 

@@ -8,13 +8,13 @@ from solidtex_export.analysis.grain import grain_ratio
 from solidtex_export.generators.build import Generator, build_generator
 from solidtex_export.generators.lattice import FieldGenerator, LatticeGenerator
 from solidtex_export.generators.lattice_start import quiet_fine_noise, smooth_coarse_features
+from solidtex_export.generators.oblique import ObliqueSlices
 from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.generators.sampler_start import start_with_grain
+from solidtex_export.generators.slices import LatticeSlices, SamplerSlices, SliceSource
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.training.config import Config
-from solidtex_export.training.oblique import ObliqueSlices
 from solidtex_export.training.preset import Method
-from solidtex_export.training.slices import LatticeSlices, SamplerSlices, SliceSource
 
 # Long grain is easily cut shorter, short grain hardly ever grows together, so it starts longer than
 # measured; the longest by more, since its ends are not on the photograph and a slight lean looks

@@ -1,25 +1,20 @@
-"""The preview sheet: exemplars beside three axis slices and a 45 degree slice of one solid.
-
-One row for the colour, and one below it for each further channel.
-"""
+"""The preview sheet: exemplars beside three axis slices and a 45 degree slice of one solid."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor, nn
 
+from solidtex_export.generators.fixed_noise import FixedNoise
 from solidtex_export.generators.lattice import Box, FieldGenerator
+from solidtex_export.generators.oblique import AFTER, BEFORE, cubic_columns
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
-from solidtex_export.images.display import Display
+from solidtex_export.generators.slices import SLICE_AXES, axis_frame, plane_points
 from solidtex_export.images.exemplar import Exemplar
-from solidtex_export.training.fixed_noise import FixedNoise
-from solidtex_export.training.oblique import AFTER, BEFORE, cubic_columns
-from solidtex_export.training.slices import SLICE_AXES, axis_frame, plane_points
+from solidtex_export.images.sheet import sheet_of
 
-GAP = 4
 BLOCK = 32
 DIAGONAL = (torch.tensor([0.5**0.5, 0.5**0.5, 0.0]), torch.tensor([0.0, 0.0, -1.0]))
 
@@ -27,13 +22,6 @@ DIAGONAL = (torch.tensor([0.5**0.5, 0.5**0.5, 0.0]), torch.tensor([0.0, 0.0, -1.
 def preview_sheet(generator: nn.Module, exemplars: Sequence[Exemplar], size: int) -> Tensor:
     """Colours [3, rows, columns]: exemplars, slices normal to x, y and z, the 45 degree slice."""
     return sheet_of([s.cpu() for s in solid_slices(generator, size)], exemplars, size)
-
-
-def sheet_of(slices: Sequence[Tensor], exemplars: Sequence[Exemplar], size: int) -> Tensor:
-    """Exemplars, as much of them as a slice shows, beside slices [channel, row, column]."""
-    display = Display(exemplars)
-    columns = [display.images(i) for i in [*(e.image[:, :size, :size] for e in exemplars), *slices]]
-    return _stacked([_stacked(list(row), 2) for row in zip(*columns, strict=True)], 1)
 
 
 @torch.no_grad()
@@ -48,17 +36,6 @@ def solid_slices(generator: nn.Module, size: int) -> list[Tensor]:
         slices = _sampler_slices(generator, size)
     generator.train(was_training)
     return slices
-
-
-def _stacked(images: list[Tensor], dim: int) -> Tensor:
-    """Images [3, row, column] one after another along `dim`, white between and beside them."""
-    height, width = (max(i.shape[d] for i in images) for d in (1, 2))
-    padded = []
-    for image in images:
-        right = GAP if dim == 2 else width - image.shape[2]
-        below = GAP if dim == 1 else height - image.shape[1]
-        padded.append(F.pad(image, (0, right, 0, below), value=1.0))
-    return torch.cat(padded, dim=dim).narrow(dim, 0, sum(p.shape[dim] for p in padded) - GAP)
 
 
 def _lattice_slices(generator: FieldGenerator, size: int) -> list[Tensor]:

@@ -22,13 +22,13 @@ from solidtex_export.export.file_format.checks import (
 from solidtex_export.export.file_format.container import MAX_FILE_BYTES, parse_container, parse_json
 from solidtex_export.export.file_format.field import field_tensors
 from solidtex_export.export.file_format.sampler import sampler_tensors
+from solidtex_export.images.channels import MAX_CHANNELS
 from solidtex_export.whole_file import write_whole
 
 __all__ = ["ModelFile", "ModelFileError", "parse", "read", "serialize", "validate", "write"]
 
 VERSION = 1
 METADATA_KEY = "solidtex"
-MAX_OUTPUT_CHANNELS = 64
 MAX_EXEMPLARS = 3
 DOCUMENT_KEYS = (
     *("version", "name", "family", "channels", "color_space", "noise", "field", "sampler"),
@@ -100,7 +100,7 @@ def write(path: str | os.PathLike[str], model: ModelFile) -> None:
 
 
 def _check_channels(document: Fields) -> int:
-    channels = document.array("channels", 1, MAX_OUTPUT_CHANNELS)
+    channels = document.array("channels", 1, MAX_CHANNELS)
     for index, name in enumerate(channels):
         where = f"channels[{index}]"
         check_name(document.label, where, name)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.verification.networks import Network
 from solidtex_export.export.verification.verify import BOUND, Differences, differences
-from solidtex_export.generators.networks import Network
 
 
 class OutputError(ValueError):

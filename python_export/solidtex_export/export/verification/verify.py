@@ -10,7 +10,7 @@ import numpy as np
 
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification import engine, reference
-from solidtex_export.generators.networks import Network
+from solidtex_export.export.verification.networks import Network
 
 if TYPE_CHECKING:
     from solidtex import Texture

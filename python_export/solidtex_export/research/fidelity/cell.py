@@ -24,9 +24,8 @@ import numpy as np
 from solidtex_export.export.verification import engine
 from solidtex_export.images.channels import COLOR
 from solidtex_export.research.fidelity.plan import Entry, Plan, photograph
-from solidtex_export.research.solids.__main__ import write_picture
 from solidtex_export.research.solids.materials import SOLIDS
-from solidtex_export.research.solids.solid import box, exemplar, phase
+from solidtex_export.research.solids.solid import box, exemplar, phase, write_picture
 from solidtex_export.research.solids.statistics import solid_error
 from solidtex_export.whole_file import write_whole
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import io
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+from PIL import Image
 
 from solidtex_export.evaluation.pictures import luminance
+from solidtex_export.export.verification.model_output import check_output
 from solidtex_export.images.channels import COLOR
+from solidtex_export.whole_file import write_whole
 
 CHUNK = 1 << 16  # points evaluated at a time: bounds the memory
 MAPS = ("roughness", "height")
@@ -48,3 +53,12 @@ def phase(values: np.ndarray, solid: Solid) -> np.ndarray:
 def mixed(weights: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Colours [n, 3] between `first` (weight 0) and `second` (weight 1), each [3] or [n, 3]."""
     return first + weights[:, None] * (second - first)
+
+
+def write_picture(path: Path, picture: np.ndarray, force: bool) -> None:
+    """An 8-bit PNG of values 0 ... 1."""
+    check_output(path, force, ".png")
+    data = io.BytesIO()
+    Image.fromarray(np.rint(picture.clip(0, 1) * 255).astype(np.uint8)).save(data, "PNG")
+    write_whole(path, data.getvalue())
+    print(path)

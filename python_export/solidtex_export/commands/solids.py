@@ -1,23 +1,17 @@
-"""Writes exemplars cut from analytic solids: `python -m solidtex_export.solids NAME -o FOLDER`."""
+"""solidtex-solids: writes exemplars cut from analytic solids."""
 
 from __future__ import annotations
 
 import argparse
-import io
 import sys
 from pathlib import Path
 
-import numpy as np
-from PIL import Image
-
 from solidtex_export.commands import cli
-from solidtex_export.export.verification.model_output import check_output
 from solidtex_export.images.channels import COLOR
 from solidtex_export.research.solids.materials import SOLIDS
-from solidtex_export.research.solids.solid import exemplar
-from solidtex_export.whole_file import write_whole
+from solidtex_export.research.solids.solid import exemplar, write_picture
 
-PROGRAM = "python -m solidtex_export.solids"
+PROGRAM = "solidtex-solids"
 EXAMPLES = f"""  {PROGRAM} marble -o exemplars
   {PROGRAM} all --size 320,240 --seed 3 -o exemplars
 
@@ -54,15 +48,6 @@ def cut(args: argparse.Namespace) -> None:
         write_picture(args.folder / f"{name}.png", picture[..., : len(COLOR)], args.force)
         for index, channel in enumerate(solid.channels[len(COLOR) :], len(COLOR)):
             write_picture(args.folder / f"{name}-{channel}.png", picture[..., index], args.force)
-
-
-def write_picture(path: Path, picture: np.ndarray, force: bool) -> None:
-    """An 8-bit PNG of values 0 ... 1."""
-    check_output(path, force, ".png")
-    data = io.BytesIO()
-    Image.fromarray(np.rint(picture.clip(0, 1) * 255).astype(np.uint8)).save(data, "PNG")
-    write_whole(path, data.getvalue())
-    print(path)
 
 
 if __name__ == "__main__":

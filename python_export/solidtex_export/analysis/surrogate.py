@@ -10,8 +10,6 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from solidtex_export.research.descriptor.variants import scrambled
-
 ROUNDS = 8
 
 
@@ -37,3 +35,10 @@ def _with_tones(image: Tensor, tones: Tensor) -> Tensor:
     """The ranks of `image` and the sorted values `tones` [channel, pixel], channel by channel."""
     order = image.flatten(1).argsort(1)
     return torch.empty_like(tones).scatter_(1, order, tones).view_as(image)
+
+
+def scrambled(images: Tensor, generator: torch.Generator) -> Tensor:
+    """The same spectrum and no structure: random phases, the same for all colours."""
+    rows, columns = images.shape[2:]
+    white = torch.fft.rfft2(torch.randn(len(images), 1, rows, columns, generator=generator))
+    return torch.fft.irfft2(torch.fft.rfft2(images) * white / white.abs(), s=(rows, columns))
