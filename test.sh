@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what the tests need (Debian packages, a Python environment in .venv), builds, and runs
-# every test through ctest, the Python ones included. Safe to run again.
+# every test through ctest, the Python ones included, as many at a time as there are cores. Safe to
+# run again.
 # Arguments are passed on to ctest:  ./test.sh -R field
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -13,7 +14,7 @@ prepare_venv
 say "3/4  building solidtex into build/"
 build_solidtex
 say "4/4  running all tests"
-ctest --test-dir build --output-on-failure "$@"
+ctest --test-dir build --output-on-failure --parallel "$(nproc)" "$@"
 
 say "All tests passed."
 say "Next: train on a photograph of yours:  .venv/bin/solidtex-train photo.png --minutes 10 -o results/mine"

@@ -1,5 +1,9 @@
 # Adds one ctest case per test_*.py file of the current folder, run by the interpreter of the
 # virtual environment; says so and adds none where there is no such interpreter.
+#
+# torch gets one thread: tests run beside each other (ctest -j), and on arrays as small as theirs
+# two threads that wait for a busy core are many times slower than one. Python tests are the long
+# ones, so they start first (COST).
 set(SOLIDTEX_PYTHON ${PROJECT_SOURCE_DIR}/.venv/bin/python
     CACHE FILEPATH "Python with torch, for the Python tests")
 
@@ -16,8 +20,8 @@ function(solidtex_add_python_tests)
     add_test(NAME ${folder}.${name}
              COMMAND ${SOLIDTEX_PYTHON} -B -m pytest -q -s
                      -c ${PROJECT_SOURCE_DIR}/python_export/pyproject.toml ${file})
-    set_tests_properties(${folder}.${name} PROPERTIES ENVIRONMENT
-      "SOLIDTEX_BUILD=${PROJECT_BINARY_DIR};\
+    set_tests_properties(${folder}.${name} PROPERTIES COST 10 ENVIRONMENT
+      "SOLIDTEX_BUILD=${PROJECT_BINARY_DIR};OMP_NUM_THREADS=1;\
 PYTHONPATH=${PROJECT_SOURCE_DIR}/python_export:${PROJECT_BINARY_DIR}/python")
   endforeach()
 endfunction()
