@@ -51,9 +51,9 @@ def save_specks(path: Path) -> Path:
     return path
 
 
-def of_solid(name: str, seed: int = 0) -> Exemplar:
-    """The colours of an analytic solid, on 144 x 144 pixels."""
-    picture = exemplar(SOLIDS[name](seed), 144, 144)[..., : len(COLOR)]
+def of_solid(name: str, seed: int = 0, side: int = 144) -> Exemplar:
+    """The colors of an analytic solid, on side x side pixels."""
+    picture = exemplar(SOLIDS[name](seed), side, side)[..., : len(COLOR)]
     return Exemplar(name, "", torch.from_numpy(picture.astype(np.float32)).permute(2, 0, 1))
 
 

@@ -70,7 +70,7 @@ def test_outlines_are_the_same_in_every_call_and_leave_the_generator_alone() -> 
 
 @pytest.mark.parametrize("name", ["brick", "spheres", "paint"])
 def test_what_has_outlines_gets_a_lattice(name: str) -> None:
-    found = suited(of_solid(name), "xyz")
+    found = suited(of_solid(name, side=SIDE), "xyz")
     assert found.method == "lattice" and "outlines" in found.reason
 
 
@@ -80,7 +80,7 @@ def test_what_looks_different_turned_gets_a_lattice() -> None:
 
 
 def test_veins_get_a_lattice() -> None:
-    found = suited(of_solid("marble"), "xyz")
+    found = suited(of_solid("marble", side=SIDE), "xyz")
     assert found.method == "lattice" and "lines of" in found.reason
 
 
@@ -105,7 +105,7 @@ def stretched(times: int) -> Exemplar:
 
 
 def test_layers_that_lie_and_short_grain_get_a_lattice() -> None:
-    for exemplar in (of_solid("sandstone"), stretched(1), stretched(3)):
+    for exemplar in (of_solid("sandstone", side=SIDE), stretched(1), stretched(3)):
         found = suited(exemplar, "xy")
         assert found.method == "lattice" and "grain" in found.reason
 
@@ -113,7 +113,7 @@ def test_layers_that_lie_and_short_grain_get_a_lattice() -> None:
 def test_grains_and_long_grain_get_a_sampler() -> None:
     assert suited(stretched(1), "xyz").method == "sampler"
     assert suited(stretched(8), "xy").method == "sampler"
-    assert suited(of_solid("wood"), "xy").method == "sampler"
+    assert suited(of_solid("wood", side=SIDE), "xy").method == "sampler"
 
 
 @pytest.mark.parametrize("directions", ["xyz", "xy"])

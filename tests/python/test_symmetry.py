@@ -48,22 +48,22 @@ def test_faint_light_counts_where_there_is_little_else() -> None:
     noise = torch.randn(1, SIDE, SIDE, generator=torch.Generator().manual_seed(1))
     faint = 0.5 + 0.3 * (lit_bumps() - 0.5) + 0.08 * noise
     assert symmetry_of([exemplar(faint.clamp(0, 1))], True, distance).name == "none"
-    assert symmetry_of([of_solid("sandstone")], True, distance).name == "all"
+    assert symmetry_of([of_solid("sandstone", side=SIDE)], True, distance).name == "all"
 
 
 @pytest.mark.parametrize("name", ["marble", "brick", "porous", "paint", "spheres"])
 def test_what_has_no_direction_is_turned(name: str) -> None:
-    assert symmetry_of([of_solid(name)], True, distance).name == "all"
+    assert symmetry_of([of_solid(name, side=SIDE)], True, distance).name == "all"
 
 
 def test_layers_are_flipped_only() -> None:
-    found = symmetry_of([of_solid("wood")], True, distance)
+    found = symmetry_of([of_solid("wood", side=SIDE)], True, distance)
     assert found.name == "flips" and "turned" in found.reason
-    assert symmetry_of([of_solid("wood")], False, distance).name == "flips"
+    assert symmetry_of([of_solid("wood", side=SIDE)], False, distance).name == "flips"
 
 
 def test_one_lit_photograph_of_several_decides() -> None:
-    plain = of_solid("porous").image[:3, :SIDE, :SIDE]
+    plain = of_solid("porous", side=SIDE).image
     pair = [exemplar(plain), exemplar(lit_bumps())]
     assert symmetry_of(pair, False, distance).name == "none"
 
