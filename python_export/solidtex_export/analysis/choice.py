@@ -16,7 +16,7 @@ and at 45 degrees, sliced Wasserstein distance of all, and by eye:
     stained tissue   2.7        0.93, 0.90, 0.77    0.90, 0.85, 0.67   nuclei; clouds
 
 These lattices were trained without spectra and interpolated trilinearly at 45 degrees. With spectra
-and cubic convolution (engine/texture/reconstruction.h), 800 steps of 96 x 96 of photographs that
+and cubic convolution (engine/filter/reconstruction.h), 800 steps of 96 x 96 of photographs that
 are reduced to 192:
 
     dirt             1.3        0.96, 1.35          1.45, 1.39         pale patches; even specks

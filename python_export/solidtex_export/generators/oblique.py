@@ -53,7 +53,7 @@ class ObliqueSlices:
 def cubic_columns(block: Tensor, u: Tensor, v: Tensor) -> Tensor:
     """Values [batch, channel, row, column] of block [batch, channel, row, i, j] at (i, j) = (u, v).
 
-    The engine's cubic convolution (engine/texture/reconstruction.h), whose a torch has too, where
+    The engine's cubic convolution (engine/filter/reconstruction.h), whose a torch has too, where
     rows fall on voxel centres. The block begins BEFORE voxels before u and v, and ends AFTER after
     them.
     """
