@@ -1,11 +1,14 @@
 // The C boundary of facts and queries: check the handle and the pointers, forward. No logic.
 #include <solidtex/solidtex.h>
 
+#include <algorithm>
+#include <cstring>
 #include <string>
 
 #include "engine/api/handle.h"
 
 using solidtex::engine::Error;
+using solidtex::engine::Footprints;
 using solidtex::engine::guarded;
 using solidtex::engine::ProgressScope;
 using solidtex::engine::require;
@@ -14,6 +17,7 @@ using solidtex::engine::Texture;
 namespace {
 
 constexpr double kZero[3] = {0, 0, 0};
+constexpr std::size_t kMaxStructSize = 1024;  // no later version has larger ones
 
 const Texture& opened(const solidtex_texture* texture) {
   require(texture, "texture is null");
@@ -37,6 +41,38 @@ solidtex_status query(const solidtex_texture* texture, const Run& run) {
     const ProgressScope progress(texture->progress);
     run(opened_texture);
   });
+}
+
+// Reads a struct of a host that was compiled against any version of the header: members that the
+// host lacks are zero, members that this library lacks must be zero.
+template <class Struct>
+Struct read_struct(const Struct& given, const std::string& name) {
+  constexpr std::size_t known = sizeof(Struct), word = sizeof(std::size_t);
+  const std::size_t size = given.struct_size;
+  const std::string found =
+      name + ".struct_size is " + std::to_string(size) + ", expected " + std::to_string(known);
+  if (size < 2 * word || size % word != 0 || size > kMaxStructSize)
+    throw Error(SOLIDTEX_INVALID_ARGUMENT, found + ", sizeof(" + name + ")");
+  const auto* bytes = reinterpret_cast<const unsigned char*>(&given);
+  if (size > known && std::any_of(bytes + known, bytes + size, [](unsigned char b) { return b; }))
+    throw Error(SOLIDTEX_INVALID_ARGUMENT,
+                found + ": this library, version " SOLIDTEX_VERSION_STRING
+                        ", needs zeros in the members that it does not know");
+  Struct result{};
+  std::memcpy(&result, &given, std::min(size, known));
+  return result;
+}
+
+Footprints read_footprints(const solidtex_footprints& given) {
+  const solidtex_footprints read = read_struct(given, "solidtex_footprints");
+  if (!read.radii && !read.axes)
+    throw Error(SOLIDTEX_INVALID_ARGUMENT,
+                "solidtex_footprints: radii is null and axes is null, expected one of them; points "
+                "without footprints need a null footprints");
+  if (read.radii && read.axes)
+    throw Error(SOLIDTEX_INVALID_ARGUMENT,
+                "solidtex_footprints: radii and axes are set, expected one of them");
+  return {read.radii, read.axes};
 }
 
 }  // namespace
@@ -99,38 +135,15 @@ const char* solidtex_path(const solidtex_texture* texture) {
   return fact<const char*>(texture, nullptr, [&](const Texture&) { return texture->path.c_str(); });
 }
 
-solidtex_status solidtex_eval_points(const solidtex_texture* texture, const double* origin,
-                                     const float* points, size_t count, float* values,
-                                     float* jacobians) {
+solidtex_status solidtex_eval(const solidtex_texture* texture, const double* origin,
+                              const float* points, const solidtex_footprints* footprints,
+                              size_t count, float* values, float* jacobians) {
   return query(texture, [&](const Texture& t) {
     if (count == 0) return;
     require(points, "points is null");
+    const Footprints given = footprints ? read_footprints(*footprints) : Footprints{};
     require(values, "values is null");
-    t.eval_points(origin ? origin : kZero, points, count, {values, jacobians});
-  });
-}
-
-solidtex_status solidtex_eval_filtered(const solidtex_texture* texture, const double* origin,
-                                       const float* points, const float* radii, size_t count,
-                                       float* values, float* jacobians) {
-  return query(texture, [&](const Texture& t) {
-    if (count == 0) return;
-    require(points, "points is null");
-    require(radii, "radii is null");
-    require(values, "values is null");
-    t.eval_filtered(origin ? origin : kZero, points, radii, count, {values, jacobians});
-  });
-}
-
-solidtex_status solidtex_eval_footprints(const solidtex_texture* texture, const double* origin,
-                                         const float* points, const float* axes, size_t count,
-                                         float* values, float* jacobians) {
-  return query(texture, [&](const Texture& t) {
-    if (count == 0) return;
-    require(points, "points is null");
-    require(axes, "axes is null");
-    require(values, "values is null");
-    t.eval_footprints(origin ? origin : kZero, points, axes, count, {values, jacobians});
+    t.eval(origin ? origin : kZero, points, given, count, {values, jacobians});
   });
 }
 
@@ -150,20 +163,44 @@ solidtex_status solidtex_get_statistics(const solidtex_texture* texture,
   return guarded(texture, [&] {
     const Texture& opened_texture = opened(texture);
     require(statistics, "statistics is null");
-    if (statistics->struct_size != sizeof(solidtex_statistics))
-      throw Error(SOLIDTEX_INVALID_ARGUMENT,
-                  "solidtex_statistics.struct_size is " + std::to_string(statistics->struct_size) +
-                      ", expected " + std::to_string(sizeof(solidtex_statistics)));
+    solidtex_statistics found = read_struct(*statistics, "solidtex_statistics");
     const auto cache = opened_texture.cache_stats();
     const auto counts = opened_texture.query_counts();
-    *statistics = {.struct_size = sizeof(solidtex_statistics),
-                   .point_count = counts.points,
-                   .voxel_count = counts.voxels,
-                   .hit_count = cache.hit_count,
-                   .miss_count = cache.miss_count,
-                   .brick_count = cache.brick_count,
-                   .brick_nanoseconds = cache.brick_nanoseconds,
-                   .resident_bytes = cache.resident_bytes,
-                   .peak_bytes = cache.peak_bytes};
+    found.point_count = counts.points;
+    found.voxel_count = counts.voxels;
+    found.hit_count = cache.hit_count;
+    found.miss_count = cache.miss_count;
+    found.brick_count = cache.brick_count;
+    found.brick_nanoseconds = cache.brick_nanoseconds;
+    found.resident_bytes = cache.resident_bytes;
+    found.peak_bytes = cache.peak_bytes;
+    std::memcpy(statistics, &found, std::min(found.struct_size, sizeof found));
   });
 }
+
+// Exported for hosts that were compiled when these were functions: inline in the header today.
+extern "C" {
+
+SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* texture,
+                                                  const double* origin, const float* points,
+                                                  size_t count, float* values, float* jacobians) {
+  return solidtex_eval(texture, origin, points, nullptr, count, values, jacobians);
+}
+
+SOLIDTEX_API solidtex_status solidtex_eval_filtered(const solidtex_texture* texture,
+                                                    const double* origin, const float* points,
+                                                    const float* radii, size_t count, float* values,
+                                                    float* jacobians) {
+  const solidtex_footprints footprints{sizeof(solidtex_footprints), radii, nullptr};
+  return solidtex_eval(texture, origin, points, &footprints, count, values, jacobians);
+}
+
+SOLIDTEX_API solidtex_status solidtex_eval_footprints(const solidtex_texture* texture,
+                                                      const double* origin, const float* points,
+                                                      const float* axes, size_t count,
+                                                      float* values, float* jacobians) {
+  const solidtex_footprints footprints{sizeof(solidtex_footprints), nullptr, axes};
+  return solidtex_eval(texture, origin, points, &footprints, count, values, jacobians);
+}
+
+}  // extern "C"

@@ -17,6 +17,12 @@ struct PointBatch {
   }
 };
 
+// Footprints of the points of one query: a radius or three axes for each, or neither.
+struct Footprints {
+  const float* radii = nullptr;  // [point]
+  const float* axes = nullptr;   // [point][3][3]
+};
+
 // Positions in texels, as (x, y, z).
 struct PositionBatch {
   const double* positions = nullptr;

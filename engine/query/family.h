@@ -16,13 +16,9 @@ namespace solidtex::engine {
 class Family {
  public:
   virtual ~Family() = default;
-  virtual void eval_points(const PointBatch& batch, const OutputView& output) const = 0;
-  // The mean around each point, over cubes whose edge is twice the radius.
-  virtual void eval_filtered(const PointBatch& batch, const float* radii,
-                             const OutputView& output) const = 0;
-  // The same over parallelepipeds, nine numbers for each.
-  virtual void eval_footprints(const PointBatch& batch, const float* axes,
-                               const OutputView& output) const = 0;
+  // Evaluates points, averaged over their footprints.
+  virtual void eval(const PointBatch& batch, const Footprints& footprints,
+                    const OutputView& output) const = 0;
   virtual void eval_box(const Box& box, float* values) const = 0;
   virtual CacheStats cache_stats() const { return {}; }
 };

@@ -62,30 +62,17 @@ class LatticeFamily : public Family {
     }
   }
 
-  void eval_points(const PointBatch& batch, const OutputView& output) const override {
+  void eval(const PointBatch& batch, const Footprints& footprints,
+            const OutputView& output) const override {
+    if (footprints.axes) return eval_axes(batch, footprints.axes, output);
     for_each_chunk(batch, [&](const PointBatch& part, std::size_t begin) {
-      levels_[0]->evaluate(part, all_of(part), output.from(begin * channels_));
+      const OutputView part_output = output.from(begin * channels_);
+      if (footprints.radii) {
+        filter(part, footprints.radii + begin, part_output);
+      } else {
+        levels_[0]->evaluate(part, all_of(part), part_output);
+      }
     });
-  }
-
-  void eval_filtered(const PointBatch& batch, const float* radii,
-                     const OutputView& output) const override {
-    for_each_chunk(batch, [&](const PointBatch& part, std::size_t begin) {
-      filter(part, radii + begin, output.from(begin * channels_));
-    });
-  }
-
-  void eval_footprints(const PointBatch& batch, const float* axes,
-                       const OutputView& output) const override {
-    const std::size_t step = kSortedPoints / kMaxParts;
-    for (std::size_t begin = 0; begin < batch.count; begin += step) {
-      const ProgressScope progress(begin / step, (batch.count + step - 1) / step);
-      Lookups lookups;
-      for (std::size_t p = begin; p < std::min(begin + step, batch.count); ++p)
-        lookups.add({batch.coordinate(p, 0), batch.coordinate(p, 1), batch.coordinate(p, 2)},
-                    Axes::of(axes + 9 * p));
-      average(lookups, output.from(begin * channels_));
-    }
   }
 
   void eval_box(const Box& box, float* values) const override {
@@ -109,6 +96,18 @@ class LatticeFamily : public Family {
   }
 
  private:
+  void eval_axes(const PointBatch& batch, const float* axes, const OutputView& output) const {
+    const std::size_t step = kSortedPoints / kMaxParts;
+    for (std::size_t begin = 0; begin < batch.count; begin += step) {
+      const ProgressScope progress(begin / step, (batch.count + step - 1) / step);
+      Lookups lookups;
+      for (std::size_t p = begin; p < std::min(begin + step, batch.count); ++p)
+        lookups.add({batch.coordinate(p, 0), batch.coordinate(p, 1), batch.coordinate(p, 2)},
+                    Axes::of(axes + 9 * p));
+      average(lookups, output.from(begin * channels_));
+    }
+  }
+
   template <class Work>
   static void for_each_chunk(const PointBatch& batch, const Work& work) {
     const std::size_t chunks = (batch.count + kSortedPoints - 1) / kSortedPoints;

@@ -24,7 +24,31 @@ class SamplerFamily : public Family {
   SamplerFamily(Sampler sampler, LightChannels light)
       : sampler_(std::move(sampler)), light_(std::move(light)) {}
 
-  void eval_points(const PointBatch& batch, const OutputView& output) const override {
+  void eval(const PointBatch& batch, const Footprints& footprints,
+            const OutputView& output) const override {
+    const auto& [radii, axes] = footprints;
+    if (axes) {
+      filter(
+          batch, [&](std::size_t point) { return Axes::of(axes + 9 * point); }, output);
+    } else if (radii) {
+      filter(
+          batch, [&](std::size_t point) { return Axes::cube(radii[point]); }, output);
+    } else {
+      eval_points(batch, output);
+    }
+  }
+
+  void eval_box(const Box& box, float* values) const override {
+    const BlockSplit cubes(box, {kCubeEdge, kCubeEdge, kCubeEdge});
+    for_each_part(cubes.count(), kGrain, [&](std::size_t begin, std::size_t end) {
+      VoxelBatch batch(sampler_, box, values);
+      for (std::size_t index = begin; index < end; ++index) batch.add(cubes.block(index));
+      batch.evaluate();
+    });
+  }
+
+ private:
+  void eval_points(const PointBatch& batch, const OutputView& output) const {
     // In whole blocks, so that only the last one of all is not full.
     const std::size_t blocks = (batch.count + kOctaveBlock - 1) / kOctaveBlock;
     for_each_part(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -40,28 +64,6 @@ class SamplerFamily : public Family {
     });
   }
 
-  void eval_filtered(const PointBatch& batch, const float* radii,
-                     const OutputView& output) const override {
-    filter(
-        batch, [&](std::size_t point) { return Axes::cube(radii[point]); }, output);
-  }
-
-  void eval_footprints(const PointBatch& batch, const float* axes,
-                       const OutputView& output) const override {
-    filter(
-        batch, [&](std::size_t point) { return Axes::of(axes + 9 * point); }, output);
-  }
-
-  void eval_box(const Box& box, float* values) const override {
-    const BlockSplit cubes(box, {kCubeEdge, kCubeEdge, kCubeEdge});
-    for_each_part(cubes.count(), kGrain, [&](std::size_t begin, std::size_t end) {
-      VoxelBatch batch(sampler_, box, values);
-      for (std::size_t index = begin; index < end; ++index) batch.add(cubes.block(index));
-      batch.evaluate();
-    });
-  }
-
- private:
   // Points without footprints.
   void evaluate(const double* positions, std::size_t count, const OutputView& output) const {
     if (output.jacobians) {

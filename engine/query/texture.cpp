@@ -73,17 +73,6 @@ struct Texture::Impl {
       here();
     });
   }
-
-  template <class Query>
-  void query_points(const double origin[3], const float* points, std::size_t count,
-                    const OutputView& output, const Query& query) const {
-    run([&] {
-      const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
-      check_points(batch, channels() * (output.jacobians ? 3 : 1));
-      query(batch);
-    });
-    counters.of_this_thread().points.fetch_add(count, std::memory_order_relaxed);
-  }
 };
 
 Texture::Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
@@ -99,26 +88,16 @@ Texture::~Texture() = default;
 
 const Model& Texture::model() const { return impl_->model; }
 
-void Texture::eval_points(const double origin[3], const float* points, std::size_t count,
-                          const OutputView& output) const {
-  impl_->query_points(origin, points, count, output,
-                      [&](const PointBatch& batch) { impl_->family->eval_points(batch, output); });
-}
-
-void Texture::eval_filtered(const double origin[3], const float* points, const float* radii,
-                            std::size_t count, const OutputView& output) const {
-  impl_->query_points(origin, points, count, output, [&](const PointBatch& batch) {
-    check_radii(radii, count);
-    impl_->family->eval_filtered(batch, radii, output);
+void Texture::eval(const double origin[3], const float* points, const Footprints& footprints,
+                   std::size_t count, const OutputView& output) const {
+  impl_->run([&] {
+    const PointBatch batch{{origin[0], origin[1], origin[2]}, points, count};
+    check_points(batch, impl_->channels() * (output.jacobians ? 3 : 1));
+    if (footprints.radii) check_radii(footprints.radii, count);
+    if (footprints.axes) check_axes(footprints.axes, count);
+    impl_->family->eval(batch, footprints, output);
   });
-}
-
-void Texture::eval_footprints(const double origin[3], const float* points, const float* axes,
-                              std::size_t count, const OutputView& output) const {
-  impl_->query_points(origin, points, count, output, [&](const PointBatch& batch) {
-    check_axes(axes, count);
-    impl_->family->eval_footprints(batch, axes, output);
-  });
+  impl_->counters.of_this_thread().points.fetch_add(count, std::memory_order_relaxed);
 }
 
 void Texture::eval_box(const std::int64_t origin[3], const std::int64_t size[3],

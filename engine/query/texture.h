@@ -7,6 +7,7 @@
 
 #include "engine/cache/brick_cache.h"
 #include "engine/common/output_view.h"
+#include "engine/common/points.h"
 #include "engine/common/progress.h"
 #include "engine/model/model.h"
 #include "engine/sampler/sampler.h"
@@ -30,15 +31,9 @@ class Texture {
   // The model's facts. Its tensors have moved into the evaluator.
   const Model& model() const;
 
-  // Point p is origin + points[3p .. 3p+2]; answers are count x channels.
-  void eval_points(const double origin[3], const float* points, std::size_t count,
-                   const OutputView& output) const;
-  // Means over cubes of twice the radius around each point.
-  void eval_filtered(const double origin[3], const float* points, const float* radii,
-                     std::size_t count, const OutputView& output) const;
-  // Means over the parallelepipeds around each point whose half-edges are axes[9p .. 9p+8].
-  void eval_footprints(const double origin[3], const float* points, const float* axes,
-                       std::size_t count, const OutputView& output) const;
+  // Evaluates points, averaged over their footprints. Point p is origin + points[3p .. 3p+2].
+  void eval(const double origin[3], const float* points, const Footprints& footprints,
+            std::size_t count, const OutputView& output) const;
   // Voxels [origin, origin + size); values in [x][y][z][channel] order.
   void eval_box(const std::int64_t origin[3], const std::int64_t size[3], float* values) const;
 

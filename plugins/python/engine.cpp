@@ -1,5 +1,5 @@
-// solidtex._engine: solidtex.h for Python. It checks what C cannot know of an array, runs queries
-// without the interpreter's lock, and lets Ctrl-C stop them; solidtex/texture.py gives it a face.
+// solidtex._engine: solidtex.h for Python. Checks the memory of arrays, runs queries without the
+// interpreter's lock and lets signals cancel them. solidtex/texture.py is the public interface.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
@@ -23,7 +23,7 @@ namespace {
 using AnyArray = nb::ndarray<>;
 using Floats = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
 
-// The exceptions of solidtex/errors.py, in the order of solidtex_status.
+// Names of the exceptions in solidtex/errors.py, by solidtex_status.
 constexpr const char* kExceptions[] = {nullptr,       "InvalidArgument", "FileError", "ModelError",
                                        "OutOfMemory", "InternalError",   "Cancelled"};
 
@@ -43,14 +43,14 @@ void require(bool condition, const std::string& message) {
 
 std::string text(const char* found) { return found ? found : ""; }
 
-// Called by the library every now and then: is there a signal, and did its handler raise?
+// Progress callback: cancels the query when the handler of a signal has raised.
 int signal_has_raised(void*, double) {
   const nb::gil_scoped_acquire lock;
   return PyErr_CheckSignals();
 }
 
-// A query without the lock of the interpreter. Handlers of signals run on the main thread, as
-// always; what they raise, such as KeyboardInterrupt, ends the query.
+// Runs a query without the interpreter's lock. Signal handlers run on the main thread; an exception
+// of theirs, such as KeyboardInterrupt, ends the query.
 template <class Query>
 void run(const Query& query) {
   solidtex_clear_error();
@@ -70,7 +70,7 @@ std::string shape_of(const AnyArray& array) {
   return result + (array.ndim() == 1 ? ",)" : ")");
 }
 
-// Where the values go: the caller's array as it is, never a copy.
+// Returns the memory of the caller's array. Never copies.
 float* target(const AnyArray& out, std::size_t size) {
   require(out.device_type() == nb::device::cpu::value,
           "out: found memory of another device, expected memory of the CPU");
@@ -108,11 +108,11 @@ class Texture {
     return result;
   }
 
-  // Queries that still run keep the texture; the last of them frees it.
+  // Releases the texture. The last running query frees it.
   void close() { handle_.reset(); }
 
   std::string family() const {
-    return solidtex_get_family(get()) == SOLIDTEX_FAMILY_SAMPLER ? "sampler" : "field";
+    return solidtex_get_family(get()) == SOLIDTEX_FAMILY_SAMPLER ? "sampler" : "lattice";
   }
   std::string color_space() const { return text(solidtex_color_space(get())); }
   std::string name() const { return text(solidtex_name(get())); }
@@ -140,31 +140,26 @@ class Texture {
             found.brick_count, found.brick_nanoseconds, found.resident_bytes, found.peak_bytes};
   }
 
-  // At most one of radii and axes.
-  void eval_points(const Floats& points, const std::array<double, 3>& origin,
-                   const std::optional<Floats>& radii, const std::optional<Floats>& axes,
-                   const AnyArray& out, const std::optional<AnyArray>& gradients) const {
+  // Evaluates points. At most one of radii and axes is given.
+  void eval(const Floats& points, const std::array<double, 3>& origin,
+            const std::optional<Floats>& radii, const std::optional<Floats>& axes,
+            const AnyArray& out, const std::optional<AnyArray>& jacobians) const {
     const Handle texture = held();
     const std::size_t count = points.size() / 3, size = count * channel_count();
     require(points.size() % 3 == 0, "points: found no multiple of three numbers");
     require(!radii || radii->size() == count, "radii: found another count than that of points");
-    require(!axes || axes->size() == 9 * count, "axes: found another count than nine a point");
+    require(!axes || axes->size() == 9 * count, "axes: found another count than nine per point");
     require(!radii || !axes, "radii, axes: found both, expected one of them");
     float* values = target(out, size);
     require_apart(values, size, points, "points");
     if (radii) require_apart(values, size, *radii, "radii");
     if (axes) require_apart(values, size, *axes, "axes");
-    float* slopes = gradients ? target(*gradients, 3 * size) : nullptr;
-    const float* places = points.data();
-    const float* sizes = radii ? radii->data() : nullptr;
-    const float* edges = axes ? axes->data() : nullptr;
+    float* derivatives = jacobians ? target(*jacobians, 3 * size) : nullptr;
+    const solidtex_footprints footprints = {sizeof footprints, radii ? radii->data() : nullptr,
+                                            axes ? axes->data() : nullptr};
     run([&] {
-      const auto* opened = texture.get();
-      const double* from = origin.data();
-      if (sizes) return solidtex_eval_filtered(opened, from, places, sizes, count, values, slopes);
-      if (edges)
-        return solidtex_eval_footprints(opened, from, places, edges, count, values, slopes);
-      return solidtex_eval_points(opened, from, places, count, values, slopes);
+      return solidtex_eval(texture.get(), origin.data(), points.data(),
+                           radii || axes ? &footprints : nullptr, count, values, derivatives);
     });
   }
 
@@ -218,9 +213,9 @@ class Texture {
 }  // namespace
 
 NB_MODULE(_engine, m) {
-  m.doc() = "libsolidtex as it is; use the package solidtex instead.";
+  m.doc() = "Bindings of libsolidtex. Use the package solidtex instead.";
   m.def(
-      "version", [] { return std::string(solidtex_version()); }, "Version of libsolidtex.");
+      "version", [] { return std::string(solidtex_version()); }, "Return the version of libsolidtex.");
   m.def(
       "target",
       [] {
@@ -229,7 +224,7 @@ NB_MODULE(_engine, m) {
         if (!name) check(solidtex_error_status());
         return std::string(name);
       },
-      "The instruction set that values are computed with, by Highway's name.");
+      "Return the name of the instruction set in use.");
   nb::class_<Texture>(m, "Texture", "An open model.")
       .def(nb::init<const nb::bytes&, std::uint64_t, const std::string&, std::uint64_t,
                     std::uint64_t>(),
@@ -245,11 +240,11 @@ NB_MODULE(_engine, m) {
       .def_prop_ro("parameter_count", &Texture::parameter_count)
       .def_prop_ro("channels", &Texture::channels)
       .def("statistics", &Texture::statistics)
-      .def("eval_points", &Texture::eval_points, "points"_a, "origin"_a, "radii"_a.none(),
-           "axes"_a.none(), "out"_a, "gradients"_a.none() = nb::none(),
-           nb::sig("def eval_points(self, points: object, origin: tuple[float, float, float], "
+      .def("eval", &Texture::eval, "points"_a, "origin"_a, "radii"_a.none(), "axes"_a.none(),
+           "out"_a, "jacobians"_a.none() = nb::none(),
+           nb::sig("def eval(self, points: object, origin: tuple[float, float, float], "
                    "radii: object | None, axes: object | None, out: object, "
-                   "gradients: object | None = None) -> None"))
+                   "jacobians: object | None = None) -> None"))
       .def("eval_box", &Texture::eval_box, "origin"_a, "size"_a, "out"_a,
            nb::sig("def eval_box(self, origin: tuple[int, int, int], size: tuple[int, int, int], "
                    "out: object) -> None"));

@@ -17,8 +17,13 @@ int main(void) {
   VALUE(SOLIDTEX_INTERNAL_ERROR);
   VALUE(SOLIDTEX_CANCELLED);
   SIZE(solidtex_family);
+  VALUE(SOLIDTEX_FAMILY_LATTICE);
   VALUE(SOLIDTEX_FAMILY_FIELD);
   VALUE(SOLIDTEX_FAMILY_SAMPLER);
+  SIZE(solidtex_footprints);
+  OFFSET(solidtex_footprints, struct_size);
+  OFFSET(solidtex_footprints, radii);
+  OFFSET(solidtex_footprints, axes);
   SIZE(solidtex_statistics);
   OFFSET(solidtex_statistics, struct_size);
   OFFSET(solidtex_statistics, point_count);

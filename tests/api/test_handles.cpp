@@ -46,7 +46,7 @@ TEST_CASE("handles: parameters have their defaults, keep what is set, and hold",
   CHECK(solidtex_set_integer(texture, "seed", UINT64_MAX) == SOLIDTEX_OK);
   CHECK(solidtex_set_integer(texture, "cache_limit_bytes", 0) == SOLIDTEX_OK);
   CHECK(solidtex_set_string(texture, "precision", "fast") == SOLIDTEX_OK);
-  const auto bytes = tiny_field_file();
+  const auto bytes = tiny_lattice_file();
   REQUIRE(solidtex_open_memory(texture, bytes.data(), bytes.size()) == SOLIDTEX_OK);
   CHECK(integer(texture, "seed") == UINT64_MAX);
   CHECK(string(texture, "precision") == "fast");
@@ -116,7 +116,7 @@ TEST_CASE("handles: a host hears of every error of its texture, and of no other"
 
 TEST_CASE("handles: threads change no bit, the caller's arena or the texture's own",
           "[handles][threads]") {
-  for (const auto& bytes : {tiny_field_file(), tiny_sampler_file()}) {
+  for (const auto& bytes : {tiny_lattice_file(), tiny_sampler_file()}) {
     const auto expected = scattered_values(solidtex::texture::from_memory(bytes));
     for (const std::uint64_t threads : {1, 2, 5}) {
       const auto texture = solidtex::texture::from_memory(bytes, {.threads = threads});
@@ -136,12 +136,12 @@ TEST_CASE("handles: threads change no bit, the caller's arena or the texture's o
 
 TEST_CASE("handles: a query in an arena of its own is stopped, too, and fails as others do",
           "[handles][threads]") {
-  const auto bytes = tiny_field_file();
+  const auto bytes = tiny_lattice_file();
   int calls = 0;
   const auto texture =
-      solidtex::texture::from_memory(bytes, {.threads = 2, .progress = [&](double done) {
+      solidtex::texture::from_memory(bytes, {.threads = 2, .progress_callback = [&](double done) {
                                                ++calls;
-                                               return done < 0;
+                                               return done >= 0;
                                              }});
   std::vector<float> values(128 * 128 * 128 * 2);
   try {
@@ -159,7 +159,7 @@ TEST_CASE("handles: copies share a texture", "[handles]") {
   std::vector<float> expected;
   std::vector<solidtex::texture> kept;
   {
-    const auto texture = solidtex::texture::from_memory(tiny_field_file(), {.seed = 3});
+    const auto texture = solidtex::texture::from_memory(tiny_lattice_file(), {.seed = 3});
     expected = scattered_values(texture);
     kept.push_back(texture);
     CHECK(kept[0].handle() == texture.handle());
@@ -169,7 +169,7 @@ TEST_CASE("handles: copies share a texture", "[handles]") {
 }
 
 TEST_CASE("handles: statistics count what was answered", "[handles]") {
-  for (const auto& bytes : {tiny_field_file(), tiny_sampler_file()}) {
+  for (const auto& bytes : {tiny_lattice_file(), tiny_sampler_file()}) {
     const auto texture = solidtex::texture::from_memory(bytes);
     const std::size_t channels = texture.channel_count();
     std::vector<float> values(24 * channels);
@@ -184,6 +184,6 @@ TEST_CASE("handles: statistics count what was answered", "[handles]") {
     const solidtex_statistics found = texture.statistics();
     CHECK(found.voxel_count == 24);
     CHECK(found.point_count == 25);
-    CHECK((found.brick_nanoseconds > 0) == (texture.family() == SOLIDTEX_FAMILY_FIELD));
+    CHECK((found.brick_nanoseconds > 0) == (texture.family() == SOLIDTEX_FAMILY_LATTICE));
   }
 }

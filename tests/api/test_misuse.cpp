@@ -2,6 +2,7 @@
 #include <solidtex/solidtex.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -41,7 +42,7 @@ struct Closed {
 }  // namespace
 
 TEST_CASE("misuse: null arguments are named", "[misuse]") {
-  const Opened opened(tiny_field_file());
+  const Opened opened(tiny_lattice_file());
   solidtex_texture* texture = opened.texture;
   float values[8] = {};
   const float point[3] = {};
@@ -115,20 +116,109 @@ TEST_CASE("misuse: facts of a null texture are empty and leave an error", "[misu
   CHECK((solidtex_metadata_json(nullptr) == nullptr && failed()));
   CHECK((solidtex_parameter_count(nullptr) == 0 && failed()));
   CHECK((solidtex_path(nullptr) == nullptr && failed()));
-  CHECK((solidtex_get_family(nullptr) == SOLIDTEX_FAMILY_FIELD && failed()));
-  const Opened opened(tiny_field_file());
+  CHECK((solidtex_get_family(nullptr) == SOLIDTEX_FAMILY_LATTICE && failed()));
+  const Opened opened(tiny_lattice_file());
   CHECK(solidtex_channel_name(opened.texture, 2) == nullptr);
   CHECK(error_has("channel is 2, expected less than 2"));
   solidtex_clear_error();
 }
 
-TEST_CASE("misuse: wrong struct sizes", "[misuse]") {
-  const Opened opened(tiny_field_file());
+TEST_CASE("misuse: struct sizes that no version has", "[misuse]") {
+  const Opened opened(tiny_lattice_file());
   solidtex_statistics statistics = {};
-  statistics.struct_size = 7;
-  CHECK(solidtex_get_statistics(opened.texture, &statistics) == SOLIDTEX_INVALID_ARGUMENT);
-  CHECK(error_has("solidtex_statistics.struct_size is 7, expected 72"));
+  for (const std::size_t size : {0, 7, 8, 73, 4096}) {
+    statistics.struct_size = size;
+    CHECK(solidtex_get_statistics(opened.texture, &statistics) == SOLIDTEX_INVALID_ARGUMENT);
+    CHECK(
+        error_has("solidtex_statistics.struct_size is " + std::to_string(size) + ", expected 72"));
+    solidtex_clear_error();
+  }
+}
+
+TEST_CASE("misuse: structs of older and newer headers", "[misuse]") {
+  const Opened opened(tiny_lattice_file());
+  const float point[3] = {};
+  float values[2] = {};
+  REQUIRE(solidtex_eval_points(opened.texture, nullptr, point, 1, values, nullptr) == SOLIDTEX_OK);
+
+  // An older struct ends after voxel_count: what lies behind it stays as it was.
+  solidtex_statistics old = {};
+  old.struct_size = offsetof(solidtex_statistics, hit_count);
+  old.hit_count = 77;
+  CHECK(solidtex_get_statistics(opened.texture, &old) == SOLIDTEX_OK);
+  CHECK(old.struct_size == offsetof(solidtex_statistics, hit_count));
+  CHECK(old.point_count == 1);
+  CHECK(old.hit_count == 77);
+
+  struct Newer {
+    solidtex_statistics known = {};
+    uint64_t unknown = 0;
+  } newer;
+  newer.known.struct_size = sizeof newer;
+  CHECK(solidtex_get_statistics(opened.texture, &newer.known) == SOLIDTEX_OK);
+  CHECK(newer.known.struct_size == sizeof newer);
+  CHECK(newer.known.point_count == 1);
+  newer.unknown = 1;
+  CHECK(solidtex_get_statistics(opened.texture, &newer.known) == SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(error_has("solidtex_statistics.struct_size is 80, expected 72: this library, version"));
   solidtex_clear_error();
+
+  // A struct that ends before `axes` has none.
+  const float radius = 2;
+  solidtex_footprints footprints = {offsetof(solidtex_footprints, axes), &radius,
+                                    reinterpret_cast<const float*>(8)};
+  CHECK(solidtex_eval(opened.texture, nullptr, point, &footprints, 1, values, nullptr) ==
+        SOLIDTEX_OK);
+}
+
+TEST_CASE("misuse: footprints need radii or axes, not both", "[misuse]") {
+  const Opened opened(tiny_sampler_file());
+  const float point[3] = {}, axes[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  float values[3] = {7, 7, 7};
+  solidtex_footprints footprints = {sizeof footprints, nullptr, nullptr};
+  const auto eval = [&] {
+    return solidtex_eval(opened.texture, nullptr, point, &footprints, 1, values, nullptr);
+  };
+  CHECK(eval() == SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(error_has("radii is null and axes is null, expected one of them"));
+  solidtex_clear_error();
+  footprints = {sizeof footprints, axes, axes};
+  CHECK(eval() == SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(error_has("radii and axes are set, expected one of them"));
+  solidtex_clear_error();
+  CHECK(values[0] == 7);
+  footprints.radii = nullptr;
+  CHECK(eval() == SOLIDTEX_OK);
+}
+
+TEST_CASE("misuse: the entry for all footprints gives the bits of the older functions",
+          "[misuse]") {
+  for (const auto& bytes : {tiny_lattice_file(), tiny_sampler_file()}) {
+    const Opened opened(bytes);
+    const std::size_t size = 4 * solidtex_channel_count(opened.texture);
+    const float points[12] = {0.25f, 1, -3, 9.5f, 2, 4, 30, -8, 0.75f, 5, 5, 5};
+    const float radii[4] = {0, 0.5f, 3, INFINITY};
+    float axes[36] = {};
+    for (int p = 0; p < 4; ++p)
+      for (int axis = 0; axis < 3; ++axis) axes[9 * p + 4 * axis] = radii[p];
+    const auto values_of = [&](const solidtex_footprints* footprints) {
+      std::vector<float> values(size);
+      REQUIRE(solidtex_eval(opened.texture, nullptr, points, footprints, 4, values.data(),
+                            nullptr) == SOLIDTEX_OK);
+      return values;
+    };
+    const solidtex_footprints cubes = {sizeof cubes, radii, nullptr};
+    const solidtex_footprints equal_axes = {sizeof equal_axes, nullptr, axes};
+    CHECK(values_of(&cubes) == values_of(&equal_axes));
+    std::vector<float> plain(size), filtered(size);
+    REQUIRE(solidtex_eval_points(opened.texture, nullptr, points, 4, plain.data(), nullptr) ==
+            SOLIDTEX_OK);
+    REQUIRE(solidtex_eval_filtered(opened.texture, nullptr, points, radii, 4, filtered.data(),
+                                   nullptr) == SOLIDTEX_OK);
+    CHECK(values_of(nullptr) == plain);
+    CHECK(values_of(&cubes) == filtered);
+    CHECK(plain != filtered);
+  }
 }
 
 TEST_CASE("misuse: parameters that are not there, or out of range, or too late", "[misuse]") {
@@ -169,7 +259,7 @@ TEST_CASE("misuse: nothing to do is no error and touches nothing", "[misuse]") {
 }
 
 TEST_CASE("misuse: sizes and coordinates out of range", "[misuse]") {
-  for (const auto& bytes : {tiny_field_file(), tiny_sampler_file()}) {
+  for (const auto& bytes : {tiny_lattice_file(), tiny_sampler_file()}) {
     const Opened opened(bytes);
     float values[3] = {7, 7, 7};
     const auto refused = [&](solidtex_status status, const char* part) {
@@ -215,7 +305,7 @@ TEST_CASE("misuse: random and damaged bytes are no model", "[misuse]") {
     REQUIRE(error_has("model in memory"));
     solidtex_clear_error();
   }
-  const auto valid = tiny_field_file();
+  const auto valid = tiny_lattice_file();
   for (std::size_t size = 0; size < valid.size(); size += 5) {
     REQUIRE(solidtex_open_memory(closed.texture, valid.data(), size) == SOLIDTEX_INVALID_MODEL);
     solidtex_clear_error();
@@ -246,7 +336,7 @@ TEST_CASE("lookup: a bare name is searched for, an unknown one lists what there 
   const fs::path folder =
       fs::temp_directory_path() / ("solidtex-lookup-" + std::to_string(getpid()));
   fs::create_directories(folder / "b");
-  const auto bytes = tiny_field_file();
+  const auto bytes = tiny_lattice_file();
   std::ofstream(folder / "b" / "pebbles.solidtex", std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));

@@ -80,7 +80,8 @@ bool stopped(solidtex_status status) {
 }  // namespace
 
 TEST_CASE("progress: a query that is told to stop says so and leaves work undone", "[progress]") {
-  const auto bytes = GENERATE(as<std::vector<std::byte>>{}, tiny_field_file(), tiny_sampler_file());
+  const auto bytes =
+      GENERATE(as<std::vector<std::byte>>{}, tiny_lattice_file(), tiny_sampler_file());
   for (const bool box : {true, false}) {
     Host host{.stop_at = 1};
     const Opened opened(bytes, &host);
@@ -93,7 +94,8 @@ TEST_CASE("progress: a query that is told to stop says so and leaves work undone
 }
 
 TEST_CASE("progress: hearing of it changes no bit, and it never goes back", "[progress]") {
-  const auto bytes = GENERATE(as<std::vector<std::byte>>{}, tiny_field_file(), tiny_sampler_file());
+  const auto bytes =
+      GENERATE(as<std::vector<std::byte>>{}, tiny_lattice_file(), tiny_sampler_file());
   const float radius = GENERATE(0.0f, 3.0f, 20.0f);
   const Opened silent(bytes);
   std::vector<float> expected, values;
@@ -143,7 +145,7 @@ TEST_CASE("progress: each thread's queries tell it on that thread", "[progress]"
     }
   } threads;
   solidtex_texture* texture = solidtex_new();
-  const auto bytes = tiny_field_file();
+  const auto bytes = tiny_lattice_file();
   solidtex_set_progress_callback(texture, Threads::hear, &threads);
   REQUIRE(solidtex_open_memory(texture, bytes.data(), bytes.size()) == SOLIDTEX_OK);
   std::thread([&] {

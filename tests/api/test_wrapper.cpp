@@ -20,8 +20,8 @@ std::vector<float> box_of(const solidtex::texture& texture,
 }  // namespace
 
 TEST_CASE("wrapper: facts of both families", "[api]") {
-  const auto field = solidtex::texture::from_memory(tiny_field_file(), {.seed = 5});
-  CHECK(field.family() == SOLIDTEX_FAMILY_FIELD);
+  const auto field = solidtex::texture::from_memory(tiny_lattice_file(), {.seed = 5});
+  CHECK(field.family() == SOLIDTEX_FAMILY_LATTICE);
   CHECK(field.channel_count() == 2);
   CHECK(field.channel_name(0) == "albedo.r");
   CHECK(field.channel_name(1) == "rough");
@@ -40,14 +40,14 @@ TEST_CASE("wrapper: facts of both families", "[api]") {
 }
 
 TEST_CASE("wrapper: the lattice family is as exact in fast precision as in full", "[api]") {
-  const auto full = solidtex::texture::from_memory(tiny_field_file());
-  const auto fast = solidtex::texture::from_memory(tiny_field_file(), {.precision = "fast"});
+  const auto full = solidtex::texture::from_memory(tiny_lattice_file());
+  const auto fast = solidtex::texture::from_memory(tiny_lattice_file(), {.precision = "fast"});
   CHECK(fast.precision() == "fast");
   CHECK(box_of(fast, {-3, 5, 9}, 6) == box_of(full, {-3, 5, 9}, 6));
 }
 
 TEST_CASE("wrapper: points at voxel centres are the voxels, bit for bit", "[api]") {
-  for (const auto& bytes : {tiny_field_file(), tiny_sampler_file()}) {
+  for (const auto& bytes : {tiny_lattice_file(), tiny_sampler_file()}) {
     const auto texture = solidtex::texture::from_memory(bytes, {.seed = 3});
     const std::array<std::int64_t, 3> origin{-3, 1 << 30, -(1 << 30)};
     const auto box = box_of(texture, origin, 6);
@@ -64,7 +64,7 @@ TEST_CASE("wrapper: points at voxel centres are the voxels, bit for bit", "[api]
 }
 
 TEST_CASE("wrapper: a moved texture is the same, its cache reports what it did", "[api]") {
-  auto first = solidtex::texture::from_memory(tiny_field_file(), {.cache_limit_bytes = 1 << 20});
+  auto first = solidtex::texture::from_memory(tiny_lattice_file(), {.cache_limit_bytes = 1 << 20});
   const auto expected = box_of(first, {0, 0, 0}, 4);
   const solidtex::texture second = std::move(first);
   CHECK(box_of(second, {0, 0, 0}, 4) == expected);
@@ -81,7 +81,7 @@ TEST_CASE("wrapper: a moved texture is the same, its cache reports what it did",
 }
 
 TEST_CASE("wrapper: errors are exceptions with the engine's message", "[api]") {
-  const auto texture = solidtex::texture::from_memory(tiny_field_file());
+  const auto texture = solidtex::texture::from_memory(tiny_lattice_file());
   std::vector<float> values(2);
   try {
     texture.eval_points({0, 0, 0}, std::vector<float>{0, NAN, 0}, values);
@@ -100,11 +100,11 @@ TEST_CASE("wrapper: errors are exceptions with the engine's message", "[api]") {
 }
 
 TEST_CASE("wrapper: threads share a texture", "[api][threads]") {
-  const auto texture = solidtex::texture::from_memory(tiny_field_file());
+  const auto texture = solidtex::texture::from_memory(tiny_lattice_file());
   std::vector<float> points;
   for (int i = 0; i < 3000; ++i) points.push_back(static_cast<float>(i * 37 % 101) * 0.7f);
   std::vector<float> expected(2000);
-  solidtex::texture::from_memory(tiny_field_file()).eval_points({0, 0, 0}, points, expected);
+  solidtex::texture::from_memory(tiny_lattice_file()).eval_points({0, 0, 0}, points, expected);
   std::vector<std::vector<float>> found(6, std::vector<float>(2000));
   std::vector<std::thread> threads;
   for (auto& values : found) {

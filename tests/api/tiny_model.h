@@ -42,7 +42,7 @@ inline std::vector<std::byte> tiny_file(const std::string& document,
   return bytes;
 }
 
-inline std::vector<std::byte> tiny_field_file() {
+inline std::vector<std::byte> tiny_lattice_file() {
   return tiny_file(
       R"({"version":1,"name":"tiny-field","family":"field","channels":["albedo.r","rough"],)"
       R"("color_space":"srgb","noise":{"scheme":"solidtex-1"},"field":{"output":"out","nodes":[)"

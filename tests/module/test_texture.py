@@ -38,7 +38,7 @@ def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
 
 def test_facts() -> None:
     paint = Texture(MAPS, seed=9, precision="fast", cache_limit=1 << 20)
-    assert paint.name == MAPS and paint.family == "field"
+    assert paint.name == MAPS and paint.family == "lattice"
     assert paint.channels == ("albedo.r", "albedo.g", "albedo.b", "roughness", "height")
     assert (paint.color_space, paint.seed, paint.precision) == ("srgb", 9, "fast")
     assert Path(paint.path).samefile(REPOSITORY / "models" / f"{MAPS}.solidtex")

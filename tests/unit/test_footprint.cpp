@@ -18,7 +18,7 @@ Values filtered(const Texture& texture, const std::vector<float>& points,
                 const std::vector<float>& radii) {
   const double origin[3] = {0, 0, 0};
   Values values(radii.size() * texture.model().channels.size());
-  texture.eval_filtered(origin, points.data(), radii.data(), radii.size(), values.data());
+  texture.eval(origin, points.data(), {.radii = radii.data()}, radii.size(), values.data());
   return values;
 }
 
@@ -26,7 +26,7 @@ Values footprints(const Texture& texture, const std::vector<float>& points,
                   const std::vector<float>& axes) {
   const double origin[3] = {0, 0, 0};
   Values values(points.size() / 3 * texture.model().channels.size());
-  texture.eval_footprints(origin, points.data(), axes.data(), points.size() / 3, values.data());
+  texture.eval(origin, points.data(), {.axes = axes.data()}, points.size() / 3, values.data());
   return values;
 }
 
@@ -256,7 +256,7 @@ TEST_CASE("texture: axes do not depend on batch, origin, cache, threads and orde
         const double origin[3] = {points[3 * i], points[3 * i + 1], points[3 * i + 2]};
         const float zero[3] = {0, 0, 0};
         Values alone(channels);
-        texture.eval_footprints(origin, zero, &axes[9 * i], 1, alone.data());
+        texture.eval(origin, zero, {.axes = &axes[9 * i]}, 1, alone.data());
         CHECK(std::equal(alone.begin(), alone.end(), &expected[i * channels]));
       }
     }

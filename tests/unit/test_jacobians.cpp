@@ -36,12 +36,12 @@ Found ask(const Texture& texture, const std::array<double, 3>& origin, const Val
     Values axes;
     for (std::size_t p = 0; p < count; ++p)
       axes.insert(axes.end(), footprint.axes.begin(), footprint.axes.end());
-    texture.eval_footprints(origin.data(), points.data(), axes.data(), count, output);
+    texture.eval(origin.data(), points.data(), {.axes = axes.data()}, count, output);
   } else if (footprint.radius > 0) {
     const Values radii(count, footprint.radius);
-    texture.eval_filtered(origin.data(), points.data(), radii.data(), count, output);
+    texture.eval(origin.data(), points.data(), {.radii = radii.data()}, count, output);
   } else {
-    texture.eval_points(origin.data(), points.data(), count, output);
+    texture.eval(origin.data(), points.data(), {}, count, output);
   }
   return found;
 }

@@ -312,8 +312,8 @@ TEST_CASE("texture: a bad point is named and nothing is written", "[texture]") {
       points[at] = bad;
       points[5999] = std::numeric_limits<float>::infinity();
       Values values(2000 * model.channels.size(), 42.0f);
-      const std::string message = message_of(
-          [&] { texture.eval_points(origin.data(), points.data(), 2000, values.data()); });
+      const std::string message =
+          message_of([&] { texture.eval(origin.data(), points.data(), {}, 2000, values.data()); });
       CHECK(std::count(values.begin(), values.end(), 42.0f) == std::ptrdiff_t(values.size()));
       return message;
     };
@@ -323,9 +323,8 @@ TEST_CASE("texture: a bad point is named and nothing is written", "[texture]") {
     const std::array<double, 3> nowhere{0, 0, std::nan("")};
     const float point[3] = {1, 2, 3};
     Values values(3);
-    CHECK(
-        contains(message_of([&] { texture.eval_points(nowhere.data(), point, 1, values.data()); }),
-                 "point 0: z is nan"));
+    CHECK(contains(message_of([&] { texture.eval(nowhere.data(), point, {}, 1, values.data()); }),
+                   "point 0: z is nan"));
   }
 }
 

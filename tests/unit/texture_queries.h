@@ -34,7 +34,7 @@ inline Values box_of(const Texture& texture, const Index3& origin, const Index3&
 inline Values points_of(const Texture& texture, const std::array<double, 3>& origin,
                         const std::vector<float>& points) {
   Values values(points.size() / 3 * texture.model().channels.size());
-  texture.eval_points(origin.data(), points.data(), points.size() / 3, values.data());
+  texture.eval(origin.data(), points.data(), {}, points.size() / 3, values.data());
   return values;
 }
 

@@ -106,7 +106,7 @@ void run(const BakeOptions& options) {
                                     static_cast<std::size_t>(threads));
   solidtex::options chosen{.seed = options.seed, .precision = options.precision};
   // Ctrl-C ends the queries of a mesh, too, which may be long; those of a volume are blocks.
-  if (!options.mesh.empty()) chosen.progress = [](double) { return !interrupted(); };
+  if (!options.mesh.empty()) chosen.progress_callback = [](double) { return interrupted(); };
   const solidtex::texture texture(options.model, std::move(chosen));
   const Volume volume{texture, options.origin, options.size};
   channel_group(texture, options.show);  // refuses a wrong name before anything is written

@@ -1,217 +1,293 @@
 /* solidtex: solid textures learned from one photograph, evaluated anywhere in 3D space.
  *
- * This is the whole interface of libsolidtex (C99). Make a texture, set its parameters, open a
- * model, ask for points or for a box of voxels, release it. solidtex.hpp wraps it for C++.
+ * This header is the whole C99 interface of libsolidtex; solidtex.hpp wraps it for C++. A host
+ * creates a texture, sets its parameters, opens a model, evaluates points or boxes of voxels, and
+ * releases the texture. docs/api.md shows complete programs.
  *
- * Space. Coordinates are texels: one texel is one exemplar pixel. Voxel (i,j,k) covers
- * [i,i+1) x [j,j+1) x [k,k+1), its centre is (i+0.5, j+0.5, k+0.5). Coordinates may be negative and
- * far away; they are meant for |c| <= 2^30.
+ * Space. Coordinates are texels: one texel is one pixel of the exemplar. Voxel (i, j, k) covers
+ * [i, i+1) x [j, j+1) x [k, k+1); its centre is (i + 0.5, j + 0.5, k + 0.5). Coordinates may be
+ * negative. Their magnitude is at most 2^30 + 2^16.
  *
- * Determinism. A value depends on the file, the seed, the precision and the position only: the same
- * bits come from any box, batch, order, thread count and instruction set (instruction set: in full
- * precision).
+ * Values. A value is one float per channel in the color space of the file, not clamped.
  *
- * Threads. An open texture does not change: any number of threads may query, retain and release it
- * at once. What comes before, from solidtex_new to solidtex_open, is for one thread at a time.
+ * Determinism. A value depends only on the file, the seed, the precision and the position. The bits
+ * are the same for every box, batch, order of queries and thread count, and in full precision for
+ * every instruction set.
  *
- * Errors. A function that can fail returns a status, or NULL or 0; the message is the thread's.
+ * Threads. An open texture is immutable: any number of threads may query, retain and release it at
+ * once. A texture that is not open yet belongs to one thread.
+ *
+ * Errors. A function that can fail returns a status, NULL or 0. Each thread keeps the message of
+ * its first error.
+ *
+ * Memory. The caller owns all arrays it passes. The texture owns all strings it returns.
  */
 #ifndef SOLIDTEX_H
 #define SOLIDTEX_H
 
+#include <solidtex/version.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
+#if !defined(_WIN32)
+#define SOLIDTEX_API __attribute__((visibility("default")))
+#elif defined(SOLIDTEX_BUILDING_LIBRARY)
 #define SOLIDTEX_API __declspec(dllexport)
 #else
-#define SOLIDTEX_API __attribute__((visibility("default")))
+#define SOLIDTEX_API __declspec(dllimport)
 #endif
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
+/* Result of a call. */
 typedef enum solidtex_status {
   SOLIDTEX_OK = 0,
-  SOLIDTEX_INVALID_ARGUMENT = 1, /* a null pointer, a size or a coordinate out of range */
+  SOLIDTEX_INVALID_ARGUMENT = 1, /* an argument is NULL or out of range */
   SOLIDTEX_IO_ERROR = 2,         /* the file cannot be found or read */
-  SOLIDTEX_INVALID_MODEL = 3,    /* the file was read but is no valid model */
+  SOLIDTEX_INVALID_MODEL = 3,    /* the file is not a valid model */
   SOLIDTEX_OUT_OF_MEMORY = 4,
   SOLIDTEX_INTERNAL_ERROR = 5,
-  SOLIDTEX_CANCELLED = 6 /* the host has stopped the query */
+  SOLIDTEX_CANCELLED = 6 /* the progress callback cancelled the query */
 } solidtex_status;
 
-/* A texture: parameters, and the model once it is open. Opaque, counted by references. */
+/* Texture: its parameters and, once it is open, its model. Opaque and reference-counted. */
 typedef struct solidtex_texture solidtex_texture;
 
-/* Kind of model. */
+/* Family of a model. */
 typedef enum solidtex_family {
-  SOLIDTEX_FAMILY_LATTICE = 0, /* voxels are evaluated in blocks; points are interpolated */
-  SOLIDTEX_FAMILY_SAMPLER = 1, /* every point is evaluated exactly */
-  SOLIDTEX_FAMILY_FIELD = SOLIDTEX_FAMILY_LATTICE /* old name */
+  SOLIDTEX_FAMILY_LATTICE = 0,                    /* computes voxels, interpolates points */
+  SOLIDTEX_FAMILY_SAMPLER = 1,                    /* computes every point exactly */
+  SOLIDTEX_FAMILY_FIELD = SOLIDTEX_FAMILY_LATTICE /* deprecated name */
 } solidtex_family;
 
-/* Library version as "major.minor.patch". Never fails. */
+/* ---- Library ---------------------------------------------------------------------------------*/
+
+/* Returns the version of the library as "major.minor.patch". SOLIDTEX_VERSION_STRING is the version
+ * of this header. */
 SOLIDTEX_API const char* solidtex_version(void);
 
-/* The instruction set that values are computed with, by Highway's name ("AVX3", "AVX2", "NEON").
- * It is the best that the machine has, or the one that the environment variable SOLIDTEX_TARGET
- * names, to compare them or to keep off a slow one: read once, by this call or the first
- * solidtex_open; a name that the machine does not have is an error of either (here NULL), which
- * lists those it has. It holds for everything in the process that uses the same Highway library. */
+/* Returns the name of the instruction set in use, as Highway spells it ("AVX3", "AVX2", "NEON").
+ * This is the best one of the machine unless the environment variable SOLIDTEX_TARGET names
+ * another. The library reads the variable once, in the first call of this function or
+ * solidtex_open. Both fail while it names an instruction set that the machine lacks; the message
+ * lists the available ones. The choice applies to every user of the same Highway library in the
+ * process. */
 SOLIDTEX_API const char* solidtex_target(void);
 
-/* Message of the first error on this thread since the last solidtex_clear_error, "" if none. The
- * pointer stays valid until this thread's next call into the library. */
+/* ---- Errors ----------------------------------------------------------------------------------*/
+
+/* Returns the message of this thread's first error since solidtex_clear_error, "" if there is none.
+ * The string is valid until this thread's next call into the library. */
 SOLIDTEX_API const char* solidtex_error_message(void);
+
+/* Returns the status of this thread's first error since solidtex_clear_error. */
 SOLIDTEX_API solidtex_status solidtex_error_status(void);
+
+/* Clears this thread's error. */
 SOLIDTEX_API void solidtex_clear_error(void);
 
-/* A texture that is not open yet, with one reference; NULL if there is no memory. */
+/* ---- Texture ---------------------------------------------------------------------------------*/
+
+/* Creates a texture with one reference. It is not open yet. Returns NULL if memory is short. */
 SOLIDTEX_API solidtex_texture* solidtex_new(void);
 
-/* One reference more, and one less: the last one frees the texture, when no query on it may be
- * running. NULL is allowed and does nothing. */
+/* Retains the texture: increments its reference count. Ignores NULL. */
 SOLIDTEX_API void solidtex_retain(solidtex_texture* texture);
+
+/* Releases the texture: decrements its reference count. The last release frees the texture; no
+ * query on it may be running then. Ignores NULL. */
 SOLIDTEX_API void solidtex_release(solidtex_texture* texture);
 
-/* Parameters by name, until the texture is open; then setting one is an error. So is a name that is
- * not there, and the message lists those that are. Numbers:
- *   "seed"               which of the endless variants of the material: any; 0 at first
- *   "cache_limit_bytes"  bound on the bricks that the lattice family keeps; 268435456 (256 MiB)
- *   "threads"            0, the default: queries run in the calling thread's oneTBB arena, so that
- *                        the host's tbb::task_arena bounds them. 1 to 1024: in an arena of the
- *                        texture's own of so many slots, the calling thread's among them. A thread
- *                        that finds it full waits, and a worker may run its query and callbacks.
- * Texts:
- *   "precision"  "full", the default: float32 throughout. "fast": sampler family, where the
- *                processor has a matrix unit for bfloat16 (Intel AMX, Linux): more than twice as
- *                fast, for pictures of 8 bits: 99.9 % of a texture's values lie within 1/255 of
- *                full precision (docs/numerics.md: all of those of the shipped models, their
- *                largest error is 0.4/255). Lattice family, other processors: the same as full. */
+/* Sets a parameter of a texture that is not open yet. An unknown name is an error, and the message
+ * lists the known ones.
+ *
+ * Integers:
+ *   "seed"               Random seed, any value. Default 0.
+ *   "cache_limit_bytes"  Memory bound of the brick cache (lattice family). Default 256 MiB.
+ *   "threads"            0, the default: queries use the oneTBB arena of the calling thread.
+ *                        1 to 1024: queries use an arena of the texture's own with this many slots,
+ *                        including the caller's. A caller that finds the arena full waits, and a
+ *                        worker thread may run its query and its callbacks.
+ * Strings:
+ *   "precision"          "full", the default: float32. "fast": bfloat16 products where the sampler
+ *                        family finds a matrix unit (Intel AMX), otherwise the same as "full". See
+ *                        docs/numerics.md. */
 SOLIDTEX_API solidtex_status solidtex_set_integer(solidtex_texture* texture, const char* name,
                                                   uint64_t value);
 SOLIDTEX_API solidtex_status solidtex_set_string(solidtex_texture* texture, const char* name,
                                                  const char* value);
 
-/* Reads one, set or not, open or not. A string lives until it is set again, or the texture's end.
- * On failure *value is 0 or NULL. */
+/* Gets a parameter, whether the texture is open or not. A string is valid until the parameter is
+ * set again or the texture is freed. On failure *value is 0 or NULL. */
 SOLIDTEX_API solidtex_status solidtex_get_integer(const solidtex_texture* texture, const char* name,
                                                   uint64_t* value);
 SOLIDTEX_API solidtex_status solidtex_get_string(const solidtex_texture* texture, const char* name,
                                                  const char** value);
 
-/* Told of every call with this texture that fails, on the thread that made it, before it returns.
- * NULL for none, as at first; to be set before the texture is open. It throws nothing. */
+/* Error callback. The library calls it on the failing thread before the failing call returns. It
+ * must not throw. */
 typedef void (*solidtex_error_callback)(void* user, solidtex_status status, const char* message);
-SOLIDTEX_API solidtex_status solidtex_set_error_callback(solidtex_texture* texture,
-                                                         solidtex_error_callback told, void* user);
 
-/* Told how much of a query is done, from 0 to 1 and never less than before; not zero stops it. NULL
- * for none, as at first; to be set before the texture is open. It throws nothing.
- * A query of more than one block, brick or batch tells it when it begins and then every 50 ms or so
- * (a thread's next query waits for that, too), between two of them, on the thread that called; of
- * the end it says nothing. When stopped it ends with SOLIDTEX_CANCELLED: some of its values are
- * written then, all bricks that were completed stay in the cache. */
+/* Sets the error callback of a texture that is not open yet. NULL, the default, means none. */
+SOLIDTEX_API solidtex_status solidtex_set_error_callback(solidtex_texture* texture,
+                                                         solidtex_error_callback callback,
+                                                         void* user);
+
+/* Progress callback. `done` is the finished fraction of the query, from 0 to 1; it never decreases.
+ * Return 0 to continue and any other value to cancel the query. It must not throw. */
 typedef int (*solidtex_progress_callback)(void* user, double done);
+
+/* Sets the progress callback of a texture that is not open yet. NULL, the default, means none.
+ *
+ * A query calls it on the calling thread: when the query begins, then about every 50 ms. The pause
+ * of a thread lasts from one query to the next. A query that is one block, brick or batch never
+ * calls it, and no query calls it at its end.
+ *
+ * A cancelled query returns SOLIDTEX_CANCELLED. Some of its values have been written. Completed
+ * bricks stay in the cache. */
 SOLIDTEX_API solidtex_status solidtex_set_progress_callback(solidtex_texture* texture,
-                                                            solidtex_progress_callback told,
+                                                            solidtex_progress_callback callback,
                                                             void* user);
 
-/* Opens a model. `model` is a path to a .solidtex file or the bare name of a shipped one
- * ("granite-grey"), looked up in SOLIDTEX_MODEL_PATH (colon-separated folders), then in
- * share/solidtex/models of the installation. On failure the texture stays as it was and may be
- * opened again; one that is open may not. */
+/* Opens a model. `model` is the path of a .solidtex file or the bare name of a model, such as
+ * "granite-grey". The library looks for a name in the colon-separated folders of the environment
+ * variable SOLIDTEX_MODEL_PATH, then in share/solidtex/models of the installation. On failure the
+ * texture is unchanged and may be opened again. A texture can be opened once. */
 SOLIDTEX_API solidtex_status solidtex_open(solidtex_texture* texture, const char* model);
 
-/* Opens a model that is already in memory (the bytes of a .solidtex file); they are copied. */
+/* Opens a model from memory: the bytes of a .solidtex file. The library copies them. */
 SOLIDTEX_API solidtex_status solidtex_open_memory(solidtex_texture* texture, const void* bytes,
                                                   size_t byte_size);
 
-/* Facts about an open texture. The strings live as long as it does; NULL or 0 on bad arguments. */
+/* ---- Facts about an open texture -------------------------------------------------------------*/
+/* Strings are valid as long as the texture. On failure these return NULL or 0. */
+
+/* Returns the family of the model. */
 SOLIDTEX_API solidtex_family solidtex_get_family(const solidtex_texture* texture);
+
+/* Returns the number of channels. */
 SOLIDTEX_API size_t solidtex_channel_count(const solidtex_texture* texture);
+
+/* Returns the name of a channel, such as "albedo.r" or "roughness". */
 SOLIDTEX_API const char* solidtex_channel_name(const solidtex_texture* texture, size_t channel);
-SOLIDTEX_API const char* solidtex_color_space(
-    const solidtex_texture* texture); /* srgb|linear|data */
+
+/* Returns the color space of the albedo: "srgb", "linear" or "data". */
+SOLIDTEX_API const char* solidtex_color_space(const solidtex_texture* texture);
+
+/* Returns the name of the material. */
 SOLIDTEX_API const char* solidtex_name(const solidtex_texture* texture);
-/* The model's whole metadata document (docs/file-format.md) as JSON text. */
+
+/* Returns the metadata document of the model as JSON text. See docs/file-format.md. */
 SOLIDTEX_API const char* solidtex_metadata_json(const solidtex_texture* texture);
-/* Number of float parameters stored in the file. */
+
+/* Returns the number of float parameters in the file. */
 SOLIDTEX_API uint64_t solidtex_parameter_count(const solidtex_texture* texture);
-/* Path the model was opened from, "" for one opened from memory. */
+
+/* Returns the path of the model, "" if it was opened from memory. */
 SOLIDTEX_API const char* solidtex_path(const solidtex_texture* texture);
 
-/* Evaluates `count` points. Point p is origin + (points[3p], points[3p+1], points[3p+2]), added in
- * double precision; `origin` (3 doubles) may be NULL for zero. Writes count x channels floats, in
- * the file's own colour space, not clamped. The field family is reconstructed between voxel centres
- * by cubic convolution (Keys 1981, a = -3/4), through the brick cache; near edges values reach
- * a little beyond those of the voxels around.
- * gradients: where not NULL, count x channels x 3 floats, how each value changes along x, y and z,
- * in values a texel: the derivatives of what is returned, exact but for rounding. Values are
- * continuous; in the sampler family, on the face between two cells of its noise, it is the
- * derivative of either. In the field family it is continuous, too.
- * Full precision then computes the values, too. Four times the work of values alone in the sampler
- * family, six times for one point a call; a third more in the field family, where bricks are there
- * already. */
-SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* texture,
-                                                  const double* origin, const float* points,
-                                                  size_t count, float* values, float* gradients);
+/* ---- Queries ---------------------------------------------------------------------------------*/
 
-/* The same, filtered for a footprint: the mean of the texture over a cube around each point, whose
- * edge is twice the point's radius in texels, from 0 (the point itself, the bits of
- * solidtex_eval_points) to infinity (the mean of the material). Albedo that is encoded as sRGB is
- * averaged as light, and is not below zero. It is an approximation, meant to keep pictures from
- * aliasing; docs/filtering.md says how near it comes. Field family: from a pyramid of means in
- * bricks of their own, edges of more than 8 texels predicted from those of 8. Sampler family:
- * octaves fade that are finer than the footprint, in full precision. The first call with a
- * footprint measures the material, some tenths of a second. Gradients, NULL for none, are those of
- * the mean for a footprint that moves with its point and stays as large; albedo that is not above
- * zero has none. */
-SOLIDTEX_API solidtex_status solidtex_eval_filtered(const solidtex_texture* texture,
-                                                    const double* origin, const float* points,
-                                                    const float* radii, size_t count, float* values,
-                                                    float* gradients);
+/* Footprints of the points of a query: the volumes over which the texture is averaged. Initialize
+ * the struct with zeros, set struct_size, and set one of the two pointers.
+ *
+ * radii  One float per point: half the edge of an axis-aligned cube, in texels. This is the same as
+ *        the axes (r, 0, 0), (0, r, 0), (0, 0, r). 0 is the point itself, INFINITY the mean of the
+ *        material.
+ * axes   Nine floats per point: the half edges a, b and c of a parallelepiped, each as x, y, z in
+ *        texels. The footprint is point + u a + v b + w c with u, v, w in [-1, 1]. One axis of
+ * zeros makes it a parallelogram, two a line, three the point itself. Order and sign of the axes
+ *        change no more than rounding. An axis of 4096 texels or more, INFINITY included, gives the
+ *        mean of the material. */
+typedef struct solidtex_footprints {
+  size_t struct_size; /* sizeof(solidtex_footprints) */
+  const float* radii; /* `count` floats or NULL */
+  const float* axes;  /* 9 x `count` floats or NULL */
+} solidtex_footprints;
 
-/* The same for footprints that are longer than wide, as a pixel's is on a surface seen at a slant:
- * the mean of the texture over the points point + u a + v b + w c, u, v and w uniform in [-1, 1].
- * axes: nine floats for each point, a, b and c as x, y, z in texels. They are half the edges of a
- * parallelepiped, of any directions; with one axis of zeros it is a parallelogram, with two a line,
- * with three the point itself (the bits of solidtex_eval_points). The axes (r,0,0), (0,r,0),
- * (0,0,r) give the bits of solidtex_eval_filtered with the radius r; the order and the signs of
- * axes do not matter, but for rounding. An axis of 4096 texels or more, infinity included, gives
- * the mean of the material; a NaN is refused.
- * What is longer than wide is cut into parts, whose values are averaged. Field family: 16 at most,
- * each looked up as a cube. Sampler family: 8 evaluations at most, each with octaves that fade
- * along the axes. docs/filtering.md says how near it comes. */
-SOLIDTEX_API solidtex_status solidtex_eval_footprints(const solidtex_texture* texture,
-                                                      const double* origin, const float* points,
-                                                      const float* axes, size_t count,
-                                                      float* values, float* gradients);
+/* Evaluates the texture at `count` points.
+ *
+ * origin      Three doubles, or NULL for zero.
+ * points      3 x `count` floats. Position p is origin + (points[3p], points[3p+1], points[3p+2]),
+ *             added in double precision.
+ * footprints  Volumes to average over, or NULL for none. A footprint that is a point gives the bits
+ *             of an evaluation without footprints.
+ * values      Receives `count` x channels floats.
+ * jacobians   Receives `count` x channels x 3 floats, or is NULL: the derivatives of the values
+ * with respect to x, y and z, per texel. A footprint moves with its point and keeps its shape.
+ *
+ * Without footprints a sampler is exact, and a lattice is reconstructed between voxel centres by
+ * cubic convolution. Means over footprints are approximations. Albedo in sRGB is averaged as light
+ * and is never negative. The first call with footprints measures the material. See
+ * docs/filtering.md.
+ *
+ * Jacobians are the exact derivatives of the returned values. Where a value has an edge they are
+ * those of one side. A call with jacobians computes in full precision. */
+SOLIDTEX_API solidtex_status solidtex_eval(const solidtex_texture* texture, const double* origin,
+                                           const float* points,
+                                           const solidtex_footprints* footprints, size_t count,
+                                           float* values, float* jacobians);
 
-/* Evaluates the voxels [origin, origin + size) at their centres: size[0] x size[1] x size[2] x
- * channels floats, index order [x][y][z][channel], the channel fastest. Large boxes are evaluated
- * in parallel blocks. */
+/* Evaluates the voxels [origin, origin + size) at their centres. Writes size[0] x size[1] x size[2]
+ * x channels floats in the order [x][y][z][channel], the channel fastest. */
 SOLIDTEX_API solidtex_status solidtex_eval_box(const solidtex_texture* texture,
                                                const int64_t origin[3], const int64_t size[3],
                                                float* values);
 
-/* What a texture has done so far. Those of bricks are zero for the sampler family. */
+#ifndef SOLIDTEX_BUILDING_LIBRARY
+/* Evaluates points without footprints. */
+static inline solidtex_status solidtex_eval_points(const solidtex_texture* texture,
+                                                   const double* origin, const float* points,
+                                                   size_t count, float* values, float* jacobians) {
+  return solidtex_eval(texture, origin, points, NULL, count, values, jacobians);
+}
+
+/* Evaluates points with one radius each. */
+static inline solidtex_status solidtex_eval_filtered(const solidtex_texture* texture,
+                                                     const double* origin, const float* points,
+                                                     const float* radii, size_t count,
+                                                     float* values, float* jacobians) {
+  solidtex_footprints footprints = {sizeof(solidtex_footprints), NULL, NULL};
+  footprints.radii = radii;
+  return solidtex_eval(texture, origin, points, &footprints, count, values, jacobians);
+}
+
+/* Evaluates points with three axes each. */
+static inline solidtex_status solidtex_eval_footprints(const solidtex_texture* texture,
+                                                       const double* origin, const float* points,
+                                                       const float* axes, size_t count,
+                                                       float* values, float* jacobians) {
+  solidtex_footprints footprints = {sizeof(solidtex_footprints), NULL, NULL};
+  footprints.axes = axes;
+  return solidtex_eval(texture, origin, points, &footprints, count, values, jacobians);
+}
+#endif
+
+/* ---- Statistics ------------------------------------------------------------------------------*/
+
+/* Work that a texture has done so far. Brick counts are zero for the sampler family. */
 typedef struct solidtex_statistics {
-  size_t struct_size;         /* set to sizeof(solidtex_statistics) before the call */
-  uint64_t point_count;       /* points answered, with footprints or without */
-  uint64_t voxel_count;       /* voxels of boxes answered */
+  size_t struct_size;         /* sizeof(solidtex_statistics) */
+  uint64_t point_count;       /* points evaluated */
+  uint64_t voxel_count;       /* voxels of boxes evaluated */
   uint64_t hit_count;         /* bricks found in the cache */
   uint64_t miss_count;        /* bricks computed */
-  uint64_t brick_count;       /* different bricks computed: fewer than miss_count where the bound
-                                 of the cache made it forget some that were needed again */
-  uint64_t brick_nanoseconds; /* time spent computing bricks, added up over the threads */
-  uint64_t resident_bytes;    /* held by the cache now */
-  uint64_t peak_bytes;        /* most ever held */
+  uint64_t brick_count;       /* distinct bricks computed; less than miss_count if the cache evicted
+                                 bricks that were needed again */
+  uint64_t brick_nanoseconds; /* time spent computing bricks, summed over threads */
+  uint64_t resident_bytes;    /* size of the cache now */
+  uint64_t peak_bytes;        /* largest size of the cache */
 } solidtex_statistics;
+
+/* Gets the statistics of an open texture. Initialize the struct with zeros and set struct_size. */
 SOLIDTEX_API solidtex_status solidtex_get_statistics(const solidtex_texture* texture,
                                                      solidtex_statistics* statistics);
+
+/* Structs and versions. A library accepts a struct of an older header: members that it lacks are
+ * zero on input and are not written on output. It accepts a struct of a newer header if all bytes
+ * beyond its own struct are zero; otherwise the call fails. */
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,5 @@
-// Header-only C++ wrapper over solidtex.h: RAII, exceptions, spans. See solidtex.h for all meaning.
+// Header-only C++20 wrapper over solidtex.h: RAII, exceptions and spans. solidtex.h documents every
+// function.
 #pragma once
 
 #include <solidtex/solidtex.h>
@@ -16,7 +17,7 @@
 
 namespace solidtex {
 
-// A failed call: what() is the engine's message, status() its code.
+// Exception of a failed call: what() is the message of the library, status() its code.
 class error : public std::runtime_error {
  public:
   error(solidtex_status status, const std::string& message)
@@ -27,9 +28,10 @@ class error : public std::runtime_error {
   solidtex_status status_;
 };
 
+// Returns the version of the library as "major.minor.patch".
 inline std::string version() { return solidtex_version(); }
 
-// The instruction set in use, see solidtex_target.
+// Returns the name of the instruction set in use. See solidtex_target.
 inline std::string target() {
   solidtex_clear_error();
   const char* name = solidtex_target();
@@ -37,28 +39,37 @@ inline std::string target() {
   return name;
 }
 
-// The parameters of solidtex_set_integer and solidtex_set_string, and who hears of progress.
+// Parameters of a texture. See solidtex_set_integer and solidtex_set_string.
 struct options {
   std::uint64_t seed = 0;
   std::uint64_t cache_limit_bytes = 256ull << 20;
   std::string precision = "full";
   std::uint64_t threads = 0;
-  // How much of a query is done, from 0 to 1; false stops it. It throws nothing, and runs on the
-  // thread that queries: several at once where several threads do.
-  std::function<bool(double done)> progress = {};
+  // Progress callback: receives the finished fraction of a query and returns true to cancel it, as
+  // a solidtex_progress_callback does. It must not throw. Each querying thread calls it, several at
+  // once.
+  std::function<bool(double done)> progress_callback = {};
 };
 
-// An open model. Copies share it; queries are const and may run on any number of threads.
+// Footprints of the points of a query: a radius for each of n points, or nine floats of axes. Both
+// empty means none. See solidtex_footprints.
+struct footprints {
+  std::span<const float> radii = {};  // n
+  std::span<const float> axes = {};   // 9 n
+};
+
+// Open model. Copies share it. Queries are const: any number of threads may run them.
 class texture {
  public:
-  // `model`: a path, or the bare name of a shipped model.
+  // Opens a model by path or by the bare name of a shipped model.
   explicit texture(const std::string& model, options chosen = {}) : texture(std::move(chosen)) {
-    check([&] { return solidtex_open(made_->handle, model.c_str()); });
+    check([&] { return solidtex_open(state_->handle, model.c_str()); });
   }
 
+  // Opens a model from the bytes of a .solidtex file.
   static texture from_memory(std::span<const std::byte> bytes, options chosen = {}) {
     texture opened(std::move(chosen));
-    check([&] { return solidtex_open_memory(opened.made_->handle, bytes.data(), bytes.size()); });
+    check([&] { return solidtex_open_memory(opened.state_->handle, bytes.data(), bytes.size()); });
     return opened;
   }
 
@@ -79,57 +90,63 @@ class texture {
   std::string metadata_json() const { return text(solidtex_metadata_json(handle())); }
   std::uint64_t parameter_count() const { return solidtex_parameter_count(handle()); }
 
-  // points: n x 3 floats relative to origin. values: n x channel_count() floats. gradients, where
-  // wanted: n x channel_count() x 3 floats, derivatives by x, y and z.
-  void eval_points(const std::array<double, 3>& origin, std::span<const float> points,
-                   std::span<float> values, std::span<float> gradients = {}) const {
+  // Evaluates n points, averaged over their footprints. See solidtex_eval.
+  //   points     n x 3 floats relative to the origin
+  //   values     receives n x channel_count() floats
+  //   jacobians  receives n x channel_count() x 3 floats unless it is empty
+  void eval(const std::array<double, 3>& origin, std::span<const float> points,
+            const footprints& over, std::span<float> values,
+            std::span<float> jacobians = {}) const {
     const std::size_t count = points.size() / 3;
-    require(points.size() % 3 == 0, "eval_points: points must hold n x 3 floats");
-    require_answers(count, values, gradients);
+    require(points.size() == 3 * count, "points must hold n x 3 floats");
+    require(over.radii.empty() || over.radii.size() == count, "radii must hold n floats");
+    require(over.axes.empty() || over.axes.size() == 9 * count, "axes must hold n x 9 floats");
+    require_output(count, values, jacobians);
+    const solidtex_footprints given{sizeof(solidtex_footprints),
+                                    over.radii.empty() ? nullptr : over.radii.data(),
+                                    over.axes.empty() ? nullptr : over.axes.data()};
+    const bool has_footprints = given.radii || given.axes;
     check([&] {
-      return solidtex_eval_points(handle(), origin.data(), points.data(), count, values.data(),
-                                  gradients.data());
+      return solidtex_eval(handle(), origin.data(), points.data(),
+                           has_footprints ? &given : nullptr, count, values.data(),
+                           jacobians.empty() ? nullptr : jacobians.data());
     });
   }
 
-  // The same, each averaged over a cube whose edge is twice its radius: n radii, 0 or more.
+  // Evaluates points without footprints.
+  void eval_points(const std::array<double, 3>& origin, std::span<const float> points,
+                   std::span<float> values, std::span<float> jacobians = {}) const {
+    eval(origin, points, {}, values, jacobians);
+  }
+
+  // Evaluates n points with one radius each.
   void eval_filtered(const std::array<double, 3>& origin, std::span<const float> points,
                      std::span<const float> radii, std::span<float> values,
-                     std::span<float> gradients = {}) const {
-    const std::size_t count = radii.size();
-    require(points.size() == 3 * count, "eval_filtered: points must hold n x 3 floats and radii n");
-    require_answers(count, values, gradients);
-    check([&] {
-      return solidtex_eval_filtered(handle(), origin.data(), points.data(), radii.data(), count,
-                                    values.data(), gradients.data());
-    });
+                     std::span<float> jacobians = {}) const {
+    require(points.size() == 3 * radii.size(), "radii must hold n floats, points n x 3");
+    eval(origin, points, {.radii = radii}, values, jacobians);
   }
 
-  // The same over parallelepipeds: n x 9 floats, three half-edges for each point.
+  // Evaluates n points with three axes each.
   void eval_footprints(const std::array<double, 3>& origin, std::span<const float> points,
                        std::span<const float> axes, std::span<float> values,
-                       std::span<float> gradients = {}) const {
-    const std::size_t count = points.size() / 3;
-    require(points.size() == 3 * count && axes.size() == 9 * count,
-            "eval_footprints: points must hold n x 3 floats and axes n x 9");
-    require_answers(count, values, gradients);
-    check([&] {
-      return solidtex_eval_footprints(handle(), origin.data(), points.data(), axes.data(), count,
-                                      values.data(), gradients.data());
-    });
+                       std::span<float> jacobians = {}) const {
+    require(3 * points.size() == axes.size(), "axes must hold n x 9 floats, points n x 3");
+    eval(origin, points, {.axes = axes}, values, jacobians);
   }
 
-  // Voxels [origin, origin + size), index order [x][y][z][channel].
+  // Evaluates the voxels [origin, origin + size) into values in the order [x][y][z][channel].
   void eval_box(const std::array<std::int64_t, 3>& origin, const std::array<std::int64_t, 3>& size,
                 std::span<float> values) const {
     require(size[0] >= 0 && size[1] >= 0 && size[2] >= 0 &&
                 values.size() == static_cast<std::size_t>(size[0]) *
                                      static_cast<std::size_t>(size[1]) *
                                      static_cast<std::size_t>(size[2]) * channel_count(),
-            "eval_box: values must hold size[0] x size[1] x size[2] x channels floats");
+            "values must hold size[0] x size[1] x size[2] x channels floats");
     check([&] { return solidtex_eval_box(handle(), origin.data(), size.data(), values.data()); });
   }
 
+  // Returns the work done so far.
   solidtex_statistics statistics() const {
     solidtex_statistics found{};
     found.struct_size = sizeof found;
@@ -137,37 +154,37 @@ class texture {
     return found;
   }
 
-  // Lives as long as this or a copy of it.
-  const solidtex_texture* handle() const { return made_ ? made_->handle : nullptr; }
+  // Returns the C handle. It is valid while this texture or a copy of it lives.
+  const solidtex_texture* handle() const { return state_ ? state_->handle : nullptr; }
 
  private:
-  // What the callback of the handle reads lives as long as the handle.
-  struct made {
-    explicit made(options chosen) : progress(std::move(chosen.progress)) {}
-    made(const made&) = delete;
-    made& operator=(const made&) = delete;
-    ~made() { solidtex_release(handle); }
+  // Owns the handle and the callback that the handle calls.
+  struct state {
+    explicit state(options chosen) : progress_callback(std::move(chosen.progress_callback)) {}
+    state(const state&) = delete;
+    state& operator=(const state&) = delete;
+    ~state() { solidtex_release(handle); }
 
-    std::function<bool(double)> progress;
+    std::function<bool(double)> progress_callback;
     solidtex_texture* handle = solidtex_new();
   };
 
-  explicit texture(options chosen) : made_(std::make_shared<made>(chosen)) {
-    if (!made_->handle) throw error(SOLIDTEX_OUT_OF_MEMORY, "not enough memory");
+  explicit texture(options chosen) : state_(std::make_shared<state>(chosen)) {
+    if (!state_->handle) throw error(SOLIDTEX_OUT_OF_MEMORY, "not enough memory");
     set("seed", chosen.seed);
     set("cache_limit_bytes", chosen.cache_limit_bytes);
     set("threads", chosen.threads);
     check(
-        [&] { return solidtex_set_string(made_->handle, "precision", chosen.precision.c_str()); });
-    if (!made_->progress) return;
-    const auto go_on = [](void* user, double done) {
-      return static_cast<made*>(user)->progress(done) ? 0 : 1;
+        [&] { return solidtex_set_string(state_->handle, "precision", chosen.precision.c_str()); });
+    if (!state_->progress_callback) return;
+    const auto callback = [](void* user, double done) {
+      return static_cast<state*>(user)->progress_callback(done) ? 1 : 0;
     };
-    check([&] { return solidtex_set_progress_callback(made_->handle, go_on, made_.get()); });
+    check([&] { return solidtex_set_progress_callback(state_->handle, callback, state_.get()); });
   }
 
   void set(const char* name, std::uint64_t value) {
-    check([&] { return solidtex_set_integer(made_->handle, name, value); });
+    check([&] { return solidtex_set_integer(state_->handle, name, value); });
   }
   std::uint64_t integer(const char* name) const {
     std::uint64_t value = 0;
@@ -181,12 +198,12 @@ class texture {
     if (!condition) throw error(SOLIDTEX_INVALID_ARGUMENT, message);
   }
 
-  void require_answers(std::size_t count, std::span<float> values,
-                       std::span<float> gradients) const {
+  void require_output(std::size_t count, std::span<float> values,
+                      std::span<float> jacobians) const {
     const std::size_t size = count * channel_count();
     require(values.size() == size, "values must hold n x channels floats");
-    require(gradients.empty() || gradients.size() == 3 * size,
-            "gradients must hold n x channels x 3 floats");
+    require(jacobians.empty() || jacobians.size() == 3 * size,
+            "jacobians must hold n x channels x 3 floats");
   }
 
   template <class Call>
@@ -196,7 +213,7 @@ class texture {
     if (status != SOLIDTEX_OK) throw error(status, solidtex_error_message());
   }
 
-  std::shared_ptr<made> made_;
+  std::shared_ptr<state> state_;
 };
 
 }  // namespace solidtex

@@ -7,8 +7,8 @@
     colors = granite.eval_points(np.float32([[0.5, 0.5, 0.5], [10, -3.25, 7]]))
     voxels = granite.eval_box((0, 0, 0), (64, 64, 64))
 
-Coordinates are texels: one texel is one pixel of the exemplar, voxel (i, j, k) covers [i, i + 1) x
-[j, j + 1) x [k, k + 1). A value depends on the file, the seed, the precision and the position only.
+Coordinates are texels: one texel is one pixel of the exemplar. Voxel (i, j, k) covers [i, i + 1) x
+[j, j + 1) x [k, k + 1). A value depends only on the file, the seed, the precision and the position.
 """
 
 from solidtex._engine import target, version

@@ -1,12 +1,12 @@
-"""What goes wrong, by the status of solidtex.h; the message is the library's own."""
+"""Exceptions of the package, one for each status of solidtex.h."""
 
 
 class Error(Exception):
-    """Any of these."""
+    """Base class of all exceptions."""
 
 
 class InvalidArgument(Error, ValueError):
-    """An argument is out of range or has the wrong shape; the message names it."""
+    """An argument is out of range or has the wrong shape. The message names it."""
 
 
 class FileError(Error, OSError):
@@ -14,16 +14,16 @@ class FileError(Error, OSError):
 
 
 class ModelError(Error, ValueError):
-    """The file was read but is no valid model; the message names the field or tensor."""
+    """The file is not a valid model. The message names the field or tensor."""
 
 
 class OutOfMemory(Error, MemoryError):
-    """The library was refused memory."""
+    """Memory is short."""
 
 
 class InternalError(Error, RuntimeError):
-    """A fault of the library."""
+    """The library has a bug."""
 
 
 class Cancelled(Error, RuntimeError):
-    """The query was stopped."""
+    """The query was cancelled."""

@@ -1,4 +1,4 @@
-"""An open model and the two questions that it answers."""
+"""Texture: an open model, evaluated at points and in boxes of voxels."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LARGEST_UNSIGNED = (1 << 64) - 1
 
 
 class SupportsDLPack(Protocol):
-    """An array of another library, such as a tensor of PyTorch in the memory of the CPU."""
+    """Array of another library, such as a PyTorch tensor in CPU memory."""
 
     def __dlpack__(self, *, stream: Any = ...) -> Any: ...
     def __dlpack_device__(self) -> tuple[Any, int]: ...
@@ -33,36 +33,38 @@ Out = TypeVar("Out", bound=SupportsDLPack)
 
 
 class Statistics(NamedTuple):
-    """What a texture has done so far; those of bricks are zero for the sampler family."""
+    """Work that a texture has done so far. Brick counts are zero for the sampler family."""
 
     points: int
-    """Points answered, with footprints or without."""
+    """Points evaluated."""
     voxels: int
-    """Voxels of boxes answered."""
+    """Voxels of boxes evaluated."""
     hits: int
     """Bricks found in the cache."""
     misses: int
     """Bricks computed."""
     bricks: int
-    """Different bricks computed: fewer than misses where the limit made it forget some."""
+    """Distinct bricks computed; less than misses if the cache evicted some that were needed."""
     brick_nanoseconds: int
-    """Time spent computing bricks, added up over the threads."""
+    """Time spent computing bricks, summed over threads."""
     resident_bytes: int
-    """Held by the cache now."""
+    """Size of the cache now."""
     peak_bytes: int
-    """Most ever held."""
+    """Largest size of the cache."""
 
 
 class Texture:
-    """An open model.
+    """Open model.
 
-    Any number of threads may query one texture at once; queries release the interpreter's lock and
-    run on oneTBB's threads. Arrays that a query reads or writes must be left alone until it
-    returns. Ctrl-C stops a query of the main thread within a fraction of a second; what it wrote
-    until then is to be thrown away. Textures can be pickled, if they were opened by path or name.
+    Any number of threads may query one texture at once. A query releases the interpreter's lock and
+    runs on oneTBB's threads. Leave the arrays of a query alone until it returns.
 
-    Errors are those of solidtex.errors; each is also the built-in that one expects (ValueError,
-    OSError, MemoryError).
+    Ctrl-C cancels a query of the main thread within a fraction of a second. Discard what it wrote.
+
+    A texture that was opened by path or name can be pickled.
+
+    Exceptions are those of solidtex.errors. Each also derives from the matching built-in:
+    ValueError, OSError or MemoryError.
     """
 
     def __init__(
@@ -73,17 +75,16 @@ class Texture:
         cache_limit: int = CACHE_LIMIT,
         threads: int = 0,
     ) -> None:
-        """Opens a model.
+        """Open a model.
 
-        model: path of a .solidtex file, or the bare name of a shipped model ("granite-grey"),
-            looked up in the folders of SOLIDTEX_MODEL_PATH, then among those installed.
-        seed: which of the endless variants of the material, 0 to 2**64 - 1.
-        precision: "full" is float32 throughout. "fast" is for pictures of 8 bits: more than twice
-            as fast for the sampler family on processors with AMX, elsewhere the same as full.
-        cache_limit: bytes that the cache of bricks may hold (lattice family).
-        threads: how many of them run queries, 1 to 1024; 0 for as many as there are cores. With a
-            number a query may run on another thread than the one that asks, where Ctrl-C cannot
-            stop it.
+        model: Path of a .solidtex file, or bare name of a model ("granite-grey"). Names are looked
+            up in the folders of SOLIDTEX_MODEL_PATH, then among the installed models.
+        seed: Random seed, 0 to 2**64 - 1.
+        precision: "full" is float32. "fast" is bfloat16 for the sampler family on processors with
+            AMX, otherwise the same as "full".
+        cache_limit: Memory bound of the brick cache in bytes (lattice family).
+        threads: Number of threads that run queries, 1 to 1024. 0 means one per core. With a number
+            a query may run on another thread than the caller's, where Ctrl-C cannot cancel it.
         """
         encoded = os.fsencode(model)
         if b"\0" in encoded:
@@ -100,7 +101,7 @@ class Texture:
         cache_limit: int = CACHE_LIMIT,
         threads: int = 0,
     ) -> Texture:
-        """Opens the content of a .solidtex file, which is copied."""
+        """Open a model from the bytes of a .solidtex file. The bytes are copied."""
         texture = cls.__new__(cls)
         texture._options = _options(seed, precision, cache_limit, threads)
         texture._engine = _engine.Texture.from_bytes(data, *texture._options)
@@ -108,48 +109,48 @@ class Texture:
 
     @property
     def name(self) -> str:
-        """What the material is called."""
+        """Name of the material."""
         return self._engine.name
 
     @property
     def path(self) -> str:
-        """The file, "" for one opened from bytes."""
+        """Path of the file, "" for a model from bytes."""
         return self._engine.path
 
     @property
-    def family(self) -> Literal["field", "sampler"]:
-        """field: evaluated in blocks, points are interpolated. sampler: exact at every point."""
-        return "sampler" if self._engine.family == "sampler" else "field"
+    def family(self) -> Literal["lattice", "sampler"]:
+        """Family of the model: a lattice interpolates voxels, a sampler is exact at every point."""
+        return "sampler" if self._engine.family == "sampler" else "lattice"
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The names of the channels in their order: albedo.r, albedo.g, albedo.b, roughness ..."""
+        """Names of the channels in order, such as albedo.r, albedo.g, albedo.b, roughness."""
         return tuple(self._engine.channels)
 
     @property
     def color_space(self) -> str:
-        """How albedo is encoded: srgb, linear or data. Other channels are plain numbers."""
+        """Color space of the albedo: srgb, linear or data. Other channels are plain numbers."""
         return self._engine.color_space
 
     @property
     def seed(self) -> int:
-        """As opened."""
+        """Random seed."""
         return self._options[0]
 
     @property
     def precision(self) -> Precision:
-        """As opened."""
+        """Precision: full or fast."""
         return self._options[1]
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """The document of the model: docs/file-format.md says what is in it."""
+        """Metadata document of the model. See docs/file-format.md."""
         document: dict[str, Any] = json.loads(self._engine.metadata_json)
         return document
 
     @property
     def parameter_count(self) -> int:
-        """Numbers stored in the file."""
+        """Number of float parameters in the file."""
         return self._engine.parameter_count
 
     @overload
@@ -183,30 +184,28 @@ class Texture:
         axes: ArrayLike | SupportsDLPack | None = None,
         out: Any = None,
     ) -> Any:
-        """The values at origin + points.
+        """Evaluate the texture at origin + points.
 
-        points: [..., 3] in texels, rounded to float32 (no copy is made of contiguous float32).
-            Far from zero give an origin, so that the sum, which is in double precision, stays
-            exact; positions may be up to 2**30 texels away.
-        origin: three numbers, in texels.
-        radii: None for points; else footprints, in texels: for each point the mean over a cube
-            whose edge is twice its radius, from 0 (the point) to infinity (the mean of the
-            material). One number, or [...] as many as there are points.
-        axes: instead of radii, footprints that are longer one way than another: [..., 3, 3] for
-            each point, or [3, 3] for all, the three half-edges of a parallelepiped in texels, each
-            of them a row (x, y, z). Zeros make it flat, a line or a point.
-        out: where to write, an array [..., channel] of NumPy or of anything with DLPack (a tensor
-            of PyTorch): float32, contiguous, in the memory of the CPU. None for a new array.
+        points: Array [..., 3] in texels, rounded to float32. Contiguous float32 is not copied.
+        origin: Three numbers in texels. The sum is in double precision: use an origin far from
+            zero. Positions reach 2**30 texels.
+        radii: Footprints as cubes: half the edge in texels, one number or an array [...]. The value
+            is the mean over the cube. 0 is the point itself, infinity the mean of the material.
+        axes: Footprints as parallelepipeds: three half edges (x, y, z) in texels, an array [3, 3]
+            or [..., 3, 3]. Axes of zeros make a parallelogram, a line or a point. Give radii or
+            axes, not both.
+        out: Array [..., channel] to write: float32, contiguous, in CPU memory, from NumPy or any
+            library with DLPack. None creates one.
 
-        Returns out, or a new NumPy array: float32 [..., channel] in the file's color space, not
+        Returns out, or a new array: float32 [..., channel] in the color space of the file, not
         clamped.
         """
         query = _query(points, origin, radii, axes)
         values = _target(out, (*query[0].shape[:-1], len(self.channels)))
-        self._engine.eval_points(*query, values)
+        self._engine.eval(*query, values)
         return values
 
-    def eval_gradients(
+    def eval_jacobian(
         self,
         points: ArrayLike | SupportsDLPack,
         origin: Sequence[float] | NDArray[Any] = (0.0, 0.0, 0.0),
@@ -214,19 +213,22 @@ class Texture:
         radii: ArrayLike | SupportsDLPack | None = None,
         axes: ArrayLike | SupportsDLPack | None = None,
     ) -> tuple[Floats, Floats]:
-        """The values at origin + points, and how they change along x, y and z.
+        """Evaluate the texture and its derivatives at origin + points, in full precision.
 
-        The arguments are those of eval_points. Everything is in full precision.
+        The arguments are those of eval_points.
 
-        Returns two new arrays: float32 [..., channel], as eval_points returns them, and float32
-        [..., channel, 3], their exact derivatives by x, y and z, in values a texel. Values have
-        edges, where a derivative is that of one side.
+        Returns two new arrays: the values, float32 [..., channel], and their exact derivatives with
+        respect to x, y and z, float32 [..., channel, 3], per texel. Where a value has an edge the
+        derivatives are those of one side.
         """
         query = _query(points, origin, radii, axes)
         values = np.empty((*query[0].shape[:-1], len(self.channels)), np.float32)
-        gradients = np.empty((*values.shape, 3), np.float32)
-        self._engine.eval_points(*query, values, gradients)
-        return values, gradients
+        jacobians = np.empty((*values.shape, 3), np.float32)
+        self._engine.eval(*query, values, jacobians)
+        return values, jacobians
+
+    eval_gradients = eval_jacobian
+    """Former name of eval_jacobian."""
 
     @overload
     def eval_box(
@@ -237,14 +239,14 @@ class Texture:
     def eval_box(self, origin: Sequence[int], size: Sequence[int], *, out: Out) -> Out: ...
 
     def eval_box(self, origin: Sequence[int], size: Sequence[int], *, out: Any = None) -> Any:
-        """The voxels [origin, origin + size) at their centres.
+        """Evaluate the voxels [origin, origin + size) at their centres.
 
-        origin: three whole numbers, in texels.
-        size: three whole numbers, 0 or more.
-        out: as for eval_points, an array [x, y, z, channel].
+        origin: Three integers in texels.
+        size: Three integers, 0 or more.
+        out: Array [x, y, z, channel] to write, as for eval_points.
 
-        Returns out, or a new NumPy array: float32 [x, y, z, channel] in the file's color space, not
-        clamped. A box of any size has the same bits as its parts.
+        Returns out, or a new array: float32 [x, y, z, channel] in the color space of the file, not
+        clamped.
         """
         corner = _triple("origin", origin, operator.index)
         extent = _triple("size", size, operator.index)
@@ -255,20 +257,16 @@ class Texture:
         return values
 
     def mean(self) -> Floats:
-        """The mean of the material [channel], that of an infinite footprint.
-
-        It is measured when first asked for, which takes some tenths of a second; albedo in sRGB is
-        averaged as light.
-        """
+        """Return the mean of the material, float32 [channel], averaged as light if sRGB."""
         mean: Floats = self.eval_points(np.zeros(3, np.float32), radii=np.inf)
         return mean
 
     def statistics(self) -> Statistics:
-        """What the texture has done so far."""
+        """Return the work done so far."""
         return Statistics(*self._engine.statistics())
 
     def close(self) -> None:
-        """Frees the model, when the queries that run have ended. Closing twice is allowed."""
+        """Free the model once running queries have ended. Closing twice is allowed."""
         self._engine.close()
 
     def __enter__(self) -> Texture:
@@ -319,7 +317,7 @@ def _triple(name: str, values: Any, kind: Any) -> tuple[Any, Any, Any]:
 
 
 def _floats(name: str, values: Any) -> Floats:
-    """Contiguous float32 without a copy where it is that already."""
+    """Convert to contiguous float32, without a copy if it is that already."""
     try:
         if hasattr(values, "__dlpack__") and not isinstance(values, np.ndarray):
             values = np.from_dlpack(values)
@@ -329,7 +327,7 @@ def _floats(name: str, values: Any) -> Floats:
 
 
 def _query(points: Any, origin: Any, radii: Any, axes: Any) -> tuple[Floats, Any, Any, Any]:
-    """What the engine takes: places, their origin, and radii or axes or neither."""
+    """Check the arguments of a query: points, origin, and radii or axes or neither."""
     places = _floats("points", points)
     if places.ndim == 0 or places.shape[-1] != 3:
         raise InvalidArgument(f"points: found shape {places.shape}, expected (..., 3)")
@@ -342,7 +340,7 @@ def _query(points: Any, origin: Any, radii: Any, axes: Any) -> tuple[Floats, Any
 
 
 def _footprints(name: str, found: Any, shape: tuple[int, ...], each: tuple[int, ...]) -> Floats:
-    """Of the shape `each` for every point of `shape`; one for all is repeated."""
+    """Give every point of `shape` a footprint of shape `each`; a single one is repeated."""
     sizes = _floats(name, found)
     if sizes.shape == each and shape:
         return np.ascontiguousarray(np.broadcast_to(sizes, (*shape, *each)))
