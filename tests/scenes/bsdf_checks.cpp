@@ -6,7 +6,8 @@
 namespace scene_tests {
 namespace {
 
-constexpr int kRows = 24, kColumns = 12, kFine = 24;  // cells, and points per cell and axis
+constexpr int kRows = 24, kColumns = 12,
+              kFine = 24;  // cells, and integration points per cell and axis
 constexpr int kSamples = 60000;
 
 int cell_of(const glm::vec3& d) {
@@ -52,7 +53,7 @@ SampleCheck check_samples(const pt::Bsdf& bsdf, const glm::vec3& out) {
   int rest_count = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const double expected = shares[i] * kSamples;
-    if (expected < 10) {  // too few for chi-square: taken together
+    if (expected < 10) {  // too few for chi-square: merged
       rest += expected;
       rest_count += counts[i];
       continue;

@@ -1,4 +1,4 @@
-// What must be true of every BSDF.
+// Properties of every BSDF.
 #pragma once
 
 #include <algorithm>
@@ -11,18 +11,17 @@ namespace scene_tests {
 
 namespace pt = solidtex::pathtracer;
 
-// Of many samples: their share in each cell of a grid on the sphere against the integral of the
-// density there, as chi-square over its expected deviation above its mean (about -3 to 3 when both
-// agree), and their mean weight.
+// Compares the histogram of samples on the sphere with the integral of the density. `surplus` is
+// the chi-square statistic minus its mean, over its standard deviation: about -3 to 3 if both
+// agree.
 struct SampleCheck {
   double surplus = 0, valid_share = 0;
   glm::dvec3 mean_weight{0};
-  double worst_pdf_error = 0;  // of a sample's pdf against pdf(), relative
+  double worst_pdf_error = 0;  // relative, of a sample's pdf against pdf()
 };
 SampleCheck check_samples(const pt::Bsdf& bsdf, const glm::vec3& out);
 
-// The largest relative difference, over pairs of directions and channels, of what goes one way and
-// what goes back.
+// The largest relative difference between both ways over pairs of directions and channels.
 template <class AnyBsdf>
 double worst_reciprocity_error(const AnyBsdf& bsdf) {
   double worst = 0;

@@ -1,4 +1,4 @@
-// Directions and integrals over them, for what is tested without rendering.
+// Directions, integrals over them, and random numbers.
 #pragma once
 
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/constants.hpp>
 
-#include "plugins/pathtracer/sampling/sampling.h"
+#include "plugins/common/hash.h"
 
 namespace scene_tests {
 
@@ -16,8 +16,8 @@ inline glm::vec3 direction(float cosine, float angle) {
   return {sine * std::cos(angle), sine * std::sin(angle), cosine};
 }
 
-// Integral over cosines from `low` to `high` of f(direction), by a midpoint rule that is finest at
-// both ends, where narrow lobes around the normal are.
+// Integral of f(direction) over cosines from `low` to `high`, by a midpoint rule that is finest at
+// both ends, where narrow lobes are.
 template <class F>
 auto integrate(F f, float low = 0, float high = 1) {
   constexpr int kRows = 700, kColumns = 700;
@@ -34,11 +34,11 @@ auto integrate(F f, float low = 0, float high = 1) {
   return sum * double((high - low) * glm::two_pi<float>() / (kRows * kColumns));
 }
 
-// Independent numbers from [0, 1).
+// Independent random numbers in [0, 1).
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
-  float next() { return solidtex::pathtracer::to_unit_float(solidtex::pathtracer::mix(state_++)); }
+  float next() { return static_cast<float>(solidtex::mix(state_++) >> 40) * 0x1p-24f; }
 
  private:
   std::uint64_t state_;

@@ -195,7 +195,7 @@ bool save_unless(bool passed, const pt::Image& image, const std::string& name) {
     fs::create_directories(SOLIDTEX_TEST_OUTPUT);
     const fs::path file = fs::path(SOLIDTEX_TEST_OUTPUT) / (name + ".exr");
     pt::write_exr(image, file);
-    std::cerr << "the picture of the failed test: " << file.string() << '\n';
+    std::cerr << "image of the failed test: " << file.string() << '\n';
   }
   return passed;
 }

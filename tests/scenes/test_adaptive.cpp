@@ -1,4 +1,4 @@
-// Parts of a picture: crops, passes, and samples where the noise asks for them.
+// Crop windows, progressive passes and adaptive sampling.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -10,7 +10,7 @@ using namespace scene_tests;
 
 namespace {
 
-// A ball, easy on top and hard where only a small bright light reaches it; the sky is one colour.
+// A sphere: smooth on top, noisy where only a small bright light reaches it, under a constant sky.
 pt::Scene half_easy_scene() {
   pt::Scene scene = make_scene(make_sphere(24), {}, {0, 0, 5}, 40);
   scene.environment = uniform_light({0.3f, 0.3f, 0.3f});
@@ -18,29 +18,29 @@ pt::Scene half_easy_scene() {
   return scene;
 }
 
-pt::Picture finish(const pt::Scene& scene, const pt::RenderSettings& settings) {
-  pt::Rendering rendering(scene, settings);
-  CHECK(rendering.go_on());
-  CHECK(rendering.samples_left() == 0);
-  return rendering.picture();
+pt::AovImage finish(const pt::Scene& scene, const pt::RenderSettings& settings) {
+  pt::Renderer renderer(scene, settings);
+  CHECK(renderer.render());
+  CHECK(renderer.remaining_samples() == 0);
+  return renderer.image();
 }
 
 pt::RenderSettings adaptive_settings() {
-  pt::RenderSettings settings = small_settings(48, 512);  // several tiles, some of them cut
+  pt::RenderSettings settings = small_settings(48, 512);  // several tiles, some partial
   settings.height = 40;
-  settings.layers = {pt::Layer::beauty, pt::Layer::samples, pt::Layer::variance};
+  settings.aovs = {pt::Aov::beauty, pt::Aov::samples, pt::Aov::variance};
   settings.noise = 0.03;
   return settings;
 }
 
-bool is_part_of(const pt::Picture& part, const pt::Picture& whole, pt::Layer layer) {
-  const std::size_t channels = pt::info(layer).channels.size();
+bool is_part_of(const pt::AovImage& part, const pt::AovImage& whole, pt::Aov aov) {
+  const std::size_t channels = pt::info(aov).channels.size();
   const auto row = static_cast<std::size_t>(part.window.width()) * channels;
   for (int y = part.window.y0; y < part.window.y1; ++y) {
     const auto from = static_cast<std::size_t>(y - part.window.y0) * row;
     const auto to = static_cast<std::size_t>(y * whole.width + part.window.x0) * channels;
-    const auto& a = part.values(layer);
-    const auto& b = whole.values(layer);
+    const auto& a = part.values(aov);
+    const auto& b = whole.values(aov);
     if (!std::equal(a.begin() + static_cast<std::ptrdiff_t>(from),
                     a.begin() + static_cast<std::ptrdiff_t>(from + row),
                     b.begin() + static_cast<std::ptrdiff_t>(to))) {
@@ -52,78 +52,78 @@ bool is_part_of(const pt::Picture& part, const pt::Picture& whole, pt::Layer lay
 
 }  // namespace
 
-TEST_CASE("A crop has the bits of the whole picture, with a noise target, too") {
+TEST_CASE("A crop has the bits of the full image, also with a noise target") {
   const pt::Scene scene = half_easy_scene();
   pt::RenderSettings settings = adaptive_settings();
   settings.samples = 64;
   for (const double noise : {0.0, 0.03}) {
     settings.noise = noise;
     settings.crop = {};
-    const pt::Picture whole = finish(scene, settings);
+    const pt::AovImage whole = finish(scene, settings);
     for (const pt::Window& crop : {pt::Window{0, 0, 48, 1}, {13, 7, 40, 33}, {47, 39, 48, 40}}) {
       settings.crop = crop;
-      const pt::Picture part = finish(scene, settings);
+      const pt::AovImage part = finish(scene, settings);
       CAPTURE(noise, crop.x0);
       CHECK(part.window == crop);
-      for (const auto& plane : part.planes) CHECK(is_part_of(part, whole, plane.layer));
+      for (const auto& plane : part.planes) CHECK(is_part_of(part, whole, plane.aov));
     }
   }
 }
 
-TEST_CASE("Passes over the picture and stops in between do not show") {
+TEST_CASE("Progressive passes and stops do not change the bits") {
   const pt::Scene scene = half_easy_scene();
   pt::RenderSettings settings = adaptive_settings();
   settings.samples = 100;
   for (const double noise : {0.0, 0.03}) {
     settings.noise = noise;
     settings.progressive = false;
-    const pt::Picture whole = finish(scene, settings);
+    const pt::AovImage whole = finish(scene, settings);
     settings.progressive = true;
     settings.threads = 4;
-    pt::Rendering rendering(scene, settings);
+    pt::Renderer renderer(scene, settings);
     int stops = 0;
     std::atomic<int> asked = 0;
-    while (!rendering.go_on({{}, [&] { return ++asked % 7 == 0; }})) ++stops;
+    while (!renderer.render({{}, [&] { return ++asked % 7 == 0; }})) ++stops;
     CHECK(stops > 3);
-    const pt::Picture stopped = rendering.picture();
-    for (const auto& plane : whole.planes) CHECK(plane.values == stopped.values(plane.layer));
+    const pt::AovImage stopped = renderer.image();
+    for (const auto& plane : whole.planes) CHECK(plane.values == stopped.values(plane.aov));
   }
 }
 
-TEST_CASE("The first passes reach the whole picture") {
+TEST_CASE("The first progressive passes cover the full image") {
   pt::RenderSettings settings = adaptive_settings();
   settings.noise = 0;
   settings.progressive = true;
   const pt::Scene scene = half_easy_scene();
-  pt::Rendering rendering(scene, settings);
+  pt::Renderer renderer(scene, settings);
   std::atomic<int> asked = 0;
-  CHECK(!rendering.go_on({{}, [&] { return ++asked > 12; }}));
-  const std::vector<float> counts = rendering.picture().values(pt::Layer::samples);
+  CHECK(!renderer.render({{}, [&] { return ++asked > 12; }}));
+  const std::vector<float> counts = renderer.image().values(pt::Aov::samples);
   CHECK(*std::min_element(counts.begin(), counts.end()) >= 1);
   CHECK(*std::max_element(counts.begin(), counts.end()) <= 8);
 }
 
-TEST_CASE("A noise target spends samples where they are needed, and is met") {
+TEST_CASE("A noise target is met, with more samples in noisy blocks") {
   const pt::Scene scene = half_easy_scene();
   const pt::RenderSettings settings = adaptive_settings();
-  const pt::Picture picture = finish(scene, settings);
-  const std::vector<float>& counts = picture.values(pt::Layer::samples);
+  const pt::AovImage picture = finish(scene, settings);
+  const std::vector<float>& counts = picture.values(pt::Aov::samples);
   const auto at = [&](int x, int y) { return counts[static_cast<std::size_t>(y * 48 + x)]; };
-  CHECK(at(2, 2) == 32);  // the sky needs the least there is
+  CHECK(at(2, 2) == 32);  // the sky takes the minimum
   CHECK(*std::max_element(counts.begin(), counts.end()) >= 128);
   double all = 0;
   for (const float count : counts) all += count;
   CHECK(all < 0.5 * 512 * 48 * 40);
 
-  // The truth: many samples for all. Where the target was met the error is as promised, of blocks'
-  // pixels at large; the mean of the picture is right.
+  // The reference has many samples in all pixels. In finished blocks the root mean square error
+  // meets the target, and the mean of the image is unbiased.
   pt::RenderSettings fine = settings;
   fine.noise = 0;
   fine.samples = 1024;
   fine.seed = 1;
-  fine.layers = {pt::Layer::beauty};
-  const std::vector<float> truth = finish(scene, fine).values(pt::Layer::beauty);
-  const std::vector<float>& found = picture.values(pt::Layer::beauty);
+  fine.aovs = {pt::Aov::beauty};
+  const std::vector<float> truth = finish(scene, fine).values(pt::Aov::beauty);
+  const std::vector<float>& found = picture.values(pt::Aov::beauty);
   double squares = 0, expected = 0, sum = 0, true_sum = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     squares += (found[i] - truth[i]) * (found[i] - truth[i]);
@@ -136,26 +136,26 @@ TEST_CASE("A noise target spends samples where they are needed, and is met") {
   CHECK(sum == Approx(true_sum).epsilon(0.002));
 }
 
-TEST_CASE("With a noise target the same bits come from any number of threads") {
+TEST_CASE("With a noise target the bits do not depend on the number of threads") {
   const pt::Scene scene = half_easy_scene();
   pt::RenderSettings settings = adaptive_settings();
   settings.samples = 128;
   settings.threads = 1;
-  const pt::Picture one = finish(scene, settings);
+  const pt::AovImage one = finish(scene, settings);
   settings.threads = 4;
-  const pt::Picture four = finish(scene, settings);
-  for (const auto& plane : one.planes) CHECK(plane.values == four.values(plane.layer));
+  const pt::AovImage four = finish(scene, settings);
+  for (const auto& plane : one.planes) CHECK(plane.values == four.values(plane.aov));
 }
 
-TEST_CASE("Settings that make no picture are refused") {
+TEST_CASE("Invalid settings are refused") {
   const pt::Scene scene = half_easy_scene();
   pt::RenderSettings settings = small_settings(16, 1);
   settings.crop = {0, 0, 17, 2};
-  CHECK_THROWS_AS(pt::Rendering(scene, settings), std::invalid_argument);
+  CHECK_THROWS_AS(pt::Renderer(scene, settings), std::invalid_argument);
   settings.crop = {};
-  settings.layers = {};
-  CHECK_THROWS_AS(pt::Rendering(scene, settings), std::invalid_argument);
-  settings.layers = {pt::Layer::beauty};
+  settings.aovs = {};
+  CHECK_THROWS_AS(pt::Renderer(scene, settings), std::invalid_argument);
+  settings.aovs = {pt::Aov::beauty};
   settings.noise = -1;
-  CHECK_THROWS_AS(pt::Rendering(scene, settings), std::invalid_argument);
+  CHECK_THROWS_AS(pt::Renderer(scene, settings), std::invalid_argument);
 }

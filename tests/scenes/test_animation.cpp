@@ -1,4 +1,4 @@
-// Animated scenes: tracks, what moves and what stays, turntables, and their mistakes.
+// Animated scenes: interpolation, reloading, turntables, invalid tracks.
 #include <cmath>
 
 #include "catch.hpp"
@@ -38,7 +38,7 @@ std::string load(const TemporaryFolder& folder, const json& scene) {
 
 }  // namespace
 
-TEST_CASE("Tracks pass through their keys, smoothly, and stand still outside") {
+TEST_CASE("Tracks interpolate their keys smoothly and are constant outside") {
   const json scene = animated_scene();
   const auto position = [&](double frame) {
     return pt::document_at(scene, frame)["camera"]["position"].get<std::vector<double>>();
@@ -48,15 +48,15 @@ TEST_CASE("Tracks pass through their keys, smoothly, and stand still outside") {
   CHECK(position(10) == std::vector<double>{6, 3, 8});
   CHECK(position(12) == std::vector<double>{0, 3, 8});
   CHECK(position(20) == position(12));
-  // Between keys of one value nothing moves.
+  // Between equal keys the value is constant.
   for (double frame = 0; frame <= 12; frame += 0.25) CHECK(position(frame)[1] == Approx(3));
-  // No corner at the keys: the slopes on both sides are those of the neighbours' chord.
+  // The derivative is continuous at keys: that of the neighbours' chord.
   const double h = 1e-4;
-  for (const auto& [key, slope] : {std::pair{4.0, 6.0 / 10}, {10.0, -4.0 / 8}}) {
-    CHECK((position(key)[0] - position(key - h)[0]) / h == Approx(slope).epsilon(1e-3));
-    CHECK((position(key + h)[0] - position(key)[0]) / h == Approx(slope).epsilon(1e-3));
+  for (const auto& [key, height_gradient] : {std::pair{4.0, 6.0 / 10}, {10.0, -4.0 / 8}}) {
+    CHECK((position(key)[0] - position(key - h)[0]) / h == Approx(height_gradient).epsilon(1e-3));
+    CHECK((position(key + h)[0] - position(key)[0]) / h == Approx(height_gradient).epsilon(1e-3));
   }
-  // Two keys make a line.
+  // Two keys give a line.
   const auto cut = [&](double frame) {
     return pt::document_at(scene, frame)["objects"][0]["cuts"][0]["clip"]["point"][1].get<double>();
   };
@@ -66,7 +66,7 @@ TEST_CASE("Tracks pass through their keys, smoothly, and stand still outside") {
   CHECK(cut(12) == -0.5);
 }
 
-TEST_CASE("Frames have their own camera and cuts") {
+TEST_CASE("Each frame has its own camera and cuts") {
   if (!built_with_cgal()) return;
   const TemporaryFolder folder;
   write_ply(folder / "cube.ply", make_cube());
@@ -77,7 +77,7 @@ TEST_CASE("Frames have their own camera and cuts") {
   CHECK(volume(4) == Approx(4).epsilon(1e-5));
   CHECK(volume(12) == Approx(2).epsilon(1e-5));
   CHECK(sequence.frame(12).camera.position == glm::vec3(0, 3, 8));
-  // A scene of its own, of the same frame, is the same: nothing is left of frames before.
+  // A sequence that starts at this frame gives the same scene: earlier frames leave no trace.
   pt::Sequence fresh(folder / "scene.json");
   pt::RenderSettings settings = pt::settings_of(fresh.frame(4));
   const pt::Image expected = pt::render(fresh.frame(4), settings);
@@ -85,7 +85,7 @@ TEST_CASE("Frames have their own camera and cuts") {
   CHECK(pt::render(sequence.frame(0), settings).rgb != expected.rgb);
 }
 
-TEST_CASE("A camera that moves leaves meshes and textures loaded") {
+TEST_CASE("An animated camera keeps meshes and textures loaded") {
   const TemporaryFolder folder;
   write_ply(folder / "cube.ply", make_cube());
   write_noise_model(folder / "noise.solidtex", 2);
@@ -104,7 +104,7 @@ TEST_CASE("A camera that moves leaves meshes and textures loaded") {
   CHECK(later.camera.position != glm::vec3(0, 3, 6));
 }
 
-TEST_CASE("A turntable goes round once, at the same height and distance") {
+TEST_CASE("A turntable makes one revolution at constant height and distance") {
   const TemporaryFolder folder;
   write_ply(folder / "cube.ply", make_cube());
   json scene = animated_scene();
@@ -114,7 +114,7 @@ TEST_CASE("A turntable goes round once, at the same height and distance") {
   load(folder, scene);
   pt::Sequence sequence(folder / "scene.json");
   CHECK(sequence.frame_count() == 1);
-  sequence.turn(8);
+  sequence.set_turntable(8);
   CHECK(sequence.frame_count() == 8);
   const glm::vec3 center(1, 0, 2);
   const glm::vec3 start = sequence.frame(0).camera.position - center;
@@ -124,13 +124,13 @@ TEST_CASE("A turntable goes round once, at the same height and distance") {
     CHECK(place.y == Approx(3));
     CHECK(glm::length(place) == Approx(glm::length(start)));
   }
-  // Counter-clockwise from above: from +z towards +x.
+  // Counter-clockwise seen from above: from +z towards +x.
   const glm::vec3 quarter = sequence.frame(2).camera.position - center;
   CHECK(quarter.x == Approx(4));
   CHECK(quarter.z == Approx(1));
 }
 
-TEST_CASE("Animations that cannot be followed are refused by their place") {
+TEST_CASE("Invalid tracks are refused, naming their place") {
   const TemporaryFolder folder;
   write_ply(folder / "cube.ply", make_cube());
   const auto with = [&](const char* place, const json& value) {
@@ -150,7 +150,7 @@ TEST_CASE("Animations that cannot be followed are refused by their place") {
                     Contains("/animation/tracks"));
   CHECK_THROWS_WITH(load(folder, with("/animation/frames", 0)), Contains("/animation/frames"));
 
-  // Wrong only between its keys, where it overshoots.
+  // Invalid between its keys only, where it overshoots.
   json scene = with("/animation/tracks", {{"/camera/fov", {{"0", 1}, {"2", 1}, {"4", 90}}}});
   scene["objects"][0].erase("cuts");
   load(folder, scene);
@@ -159,7 +159,7 @@ TEST_CASE("Animations that cannot be followed are refused by their place") {
   CHECK_THROWS_WITH(sequence.frame(1), Contains("(frame 1)") && Contains("/camera/fov"));
 }
 
-TEST_CASE("The animation in the scene format's page can be followed") {
+TEST_CASE("The animation example in docs/scene-format.md loads") {
   if (!built_with_cgal()) return;
   const std::string text = read_text(SOLIDTEX_SOURCE "/docs/scene-format.md");
   const std::size_t start = text.find("    \"animation\": {");

@@ -1,4 +1,4 @@
-// Renders that are interrupted and go on, in the library and by the command.
+// Checkpoints of interrupted renders.
 #include <algorithm>
 #include <atomic>
 
@@ -19,62 +19,62 @@ pt::Scene lit_ball() {
 
 pt::RenderSettings long_settings() {
   pt::RenderSettings settings = small_settings(40, 96);
-  for (const pt::LayerInfo& layer : pt::all_layers()) settings.layers.add(layer.layer);
+  for (const pt::AovInfo& aov : pt::all_aovs()) settings.aovs.add(aov.aov);
   settings.noise = 0.05;
   return settings;
 }
 
-bool same(const pt::Picture& a, const pt::Picture& b) {
+bool same(const pt::AovImage& a, const pt::AovImage& b) {
   return std::equal(
       a.planes.begin(), a.planes.end(), b.planes.begin(), b.planes.end(),
-      [](const auto& x, const auto& y) { return x.layer == y.layer && x.values == y.values; });
+      [](const auto& x, const auto& y) { return x.aov == y.aov && x.values == y.values; });
 }
 
-// Renders until should_stop has been asked so often.
-bool go_on_for(pt::Rendering& rendering, std::atomic<int> questions) {
-  return rendering.go_on({{}, [&] { return --questions < 0; }});
+// Renders until should_stop has been called this often.
+bool go_on_for(pt::Renderer& renderer, std::atomic<int> questions) {
+  return renderer.render({{}, [&] { return --questions < 0; }});
 }
 
 }  // namespace
 
-TEST_CASE("A render resumed from checkpoints has the bits of one that was never interrupted") {
+TEST_CASE("A render resumed from checkpoints has the bits of an uninterrupted one") {
   const TemporaryFolder folder;
   const pt::Scene scene = lit_ball();
   pt::RenderSettings settings = long_settings();
-  pt::Rendering whole(scene, settings);
-  CHECK(whole.go_on());
+  pt::Renderer whole(scene, settings);
+  CHECK(whole.render());
 
   int parts = 0;
   for (bool finished = false; !finished; ++parts) {
     settings.threads = 1 + parts % 3;
     settings.progressive = parts % 2 == 1;
-    pt::Rendering part(scene, settings);
-    const std::uint64_t all = part.samples_left();
+    pt::Renderer part(scene, settings);
+    const std::uint64_t all = part.remaining_samples();
     if (parts > 0) {
       part.resume(folder / "state");
-      CHECK(part.samples_left() < all);
+      CHECK(part.remaining_samples() < all);
     }
     finished = go_on_for(part, 5);
     part.save(folder / "state");
   }
   CHECK(parts > 3);
 
-  pt::Rendering resumed(scene, settings);
+  pt::Renderer resumed(scene, settings);
   resumed.resume(folder / "state");
-  CHECK(resumed.samples_left() == 0);
-  CHECK(same(resumed.picture(), whole.picture()));
+  CHECK(resumed.remaining_samples() == 0);
+  CHECK(same(resumed.image(), whole.image()));
   CHECK(resumed.statistics().ray_count == whole.statistics().ray_count);
 }
 
-TEST_CASE("A checkpoint of another render is refused, and says what is different") {
+TEST_CASE("A checkpoint of another render is refused, naming the difference") {
   const TemporaryFolder folder;
   const pt::Scene scene = lit_ball();
   pt::RenderSettings settings = long_settings();
-  pt::Rendering rendering(scene, settings);
-  CHECK(!go_on_for(rendering, 3));
-  rendering.save(folder / "state");
+  pt::Renderer renderer(scene, settings);
+  CHECK(!go_on_for(renderer, 3));
+  renderer.save(folder / "state");
   const auto resume = [&](const pt::Scene& other, const pt::RenderSettings& with) {
-    pt::Rendering(other, with).resume(folder / "state");
+    pt::Renderer(other, with).resume(folder / "state");
   };
   CHECK_NOTHROW(resume(scene, settings));
   pt::RenderSettings different = settings;
@@ -82,7 +82,7 @@ TEST_CASE("A checkpoint of another render is refused, and says what is different
   CHECK_THROWS_WITH(resume(scene, different),
                     Contains("state") && Contains("samples 96") && Contains("97"));
   different = settings;
-  different.layers = {pt::Layer::beauty};
+  different.aovs = {pt::Aov::beauty};
   CHECK_THROWS_WITH(resume(scene, different), Contains("layers"));
   pt::Scene moved = lit_ball();
   moved.meshes[0].positions[5].x += 0.01f;

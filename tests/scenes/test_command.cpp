@@ -41,7 +41,7 @@ std::size_t file_count(const TemporaryFolder& folder) {
 
 }  // namespace
 
-TEST_CASE("solidtex-render writes pictures and overwrites only when told to") {
+TEST_CASE("solidtex-render writes images and overwrites only with --force") {
   const TemporaryFolder folder;
   write_scene(folder);
   CHECK(run_render("scene.json -o a.png", folder) == 0);
@@ -59,10 +59,10 @@ TEST_CASE("solidtex-render writes pictures and overwrites only when told to") {
   CHECK(read_text(folder / "b.exr").substr(0, 4) == "\x76\x2f\x31\x01");
   CHECK(read_text(folder / "out.txt").empty());
   CHECK(read_text(folder / "err.txt").empty());
-  CHECK(file_count(folder) == 6);  // nothing temporary is left
+  CHECK(file_count(folder) == 6);  // no temporary file is left
 }
 
-TEST_CASE("solidtex-render refuses what it cannot do, without leaving files") {
+TEST_CASE("solidtex-render refuses invalid commands without leaving files") {
   const TemporaryFolder folder;
   write_scene(folder);
   const std::pair<const char*, const char*> failures[] = {
@@ -99,7 +99,7 @@ TEST_CASE("solidtex-render refuses what it cannot do, without leaving files") {
   CHECK(run_render("--version", folder) == 0);
 }
 
-TEST_CASE("The scene's noise target holds unless the command has another") {
+TEST_CASE("--noise overrides the scene's noise target") {
   const TemporaryFolder folder;
   write_scene(folder);
   json scene = json::parse(read_text(folder / "scene.json"));
@@ -117,7 +117,7 @@ TEST_CASE("The scene's noise target holds unless the command has another") {
   CHECK(read_text(folder / "key.exr") != read_text(folder / "none.exr"));
 }
 
-TEST_CASE("solidtex-render shows layers, crops, and renders sequences") {
+TEST_CASE("solidtex-render writes AOVs, crop windows and frames") {
   const TemporaryFolder folder;
   write_scene(folder);
   CHECK(run_render("scene.json --view normal -o normal.png", folder) == 0);
@@ -147,7 +147,7 @@ TEST_CASE("solidtex-render shows layers, crops, and renders sequences") {
 
 namespace {
 
-// Starts solidtex-render and sends it SIGINT as soon as the awaited file is there; its exit code.
+// Starts solidtex-render, sends SIGINT once the awaited file has content, returns the exit code.
 int interrupt_render(std::vector<std::string> arguments, const TemporaryFolder& folder,
                      const std::string& awaited) {
   fs::remove(folder / awaited);
@@ -173,16 +173,16 @@ int interrupt_render(std::vector<std::string> arguments, const TemporaryFolder& 
 
 }  // namespace
 
-TEST_CASE("Ctrl-C ends solidtex-render with 130 and leaves nothing behind") {
+TEST_CASE("Ctrl-C ends solidtex-render with exit code 130 and leaves no files") {
   const TemporaryFolder folder;
   write_scene(folder);
-  // What it says about the mesh comes right before the rendering.
+  // The mesh report is printed right before rendering.
   CHECK(interrupt_render({"scene.json", "--spp", "1000000", "-o", "a.png"}, folder, "out.txt") ==
         130);
   CHECK(file_count(folder) == 4);
 }
 
-TEST_CASE("With a checkpoint neither Ctrl-C nor a full disk costs what is done") {
+TEST_CASE("A checkpoint keeps the samples after Ctrl-C and on a full disk") {
   const TemporaryFolder folder;
   write_scene(folder);
   const std::string render = "scene.json --spp 20000 --preview-every 0.1 -o a.exr";
@@ -194,7 +194,7 @@ TEST_CASE("With a checkpoint neither Ctrl-C nor a full disk costs what is done")
   CHECK(!fs::exists(folder / "a.exr"));
   REQUIRE(fs::exists(folder / "state"));
 
-  // No file may grow: every write fails.
+  // With a file size limit of 0 every write fails.
   const std::string full = "cd '" + folder.path().string() +
                            "' && (trap '' XFSZ; ulimit -f 0; exec '" SOLIDTEX_RENDER "' " + render +
                            " --checkpoint state) 2>&1 | cat > full.txt";

@@ -1,4 +1,4 @@
-// Cuts: volumes, faces and their normals, what is refused.
+// Cuts: volumes, normals and texture coordinates of faces, refusals.
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -6,7 +6,7 @@
 #include <glm/gtx/component_wise.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/geometry/mesh_cut.h"
+#include "plugins/pathtracer/geometry/mesh.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;
@@ -29,7 +29,7 @@ pt::Mesh open_cube() {
   return cube;
 }
 
-// Two cubes that overlap, as one mesh.
+// Two overlapping cubes as one mesh.
 pt::Mesh crossing_cubes() {
   pt::Mesh cubes = make_cube();
   const pt::Mesh second = moved(make_cube(), {1, 0.5, 0.25});
@@ -40,7 +40,7 @@ pt::Mesh crossing_cubes() {
   return cubes;
 }
 
-// Every edge has one face on each side: a closed surface.
+// Whether every edge has one face on each side.
 bool is_closed(const pt::Mesh& mesh) {
   pt::Mesh copy = mesh;
   return pt::repair_mesh(copy).closed;
@@ -59,9 +59,9 @@ TEST_CASE("Tools are closed solids of the right size") {
   CHECK(is_closed(pt::make_sphere(2)));
 }
 
-TEST_CASE("What is cut away and what is left have the volume of the whole") {
+TEST_CASE("The removed and the remaining part add up to the volume") {
   if (!built_with_cgal()) return;
-  const pt::Mesh cube = make_cube();  // of volume 8
+  const pt::Mesh cube = make_cube();  // volume 8
   pt::Mesh tool = pt::make_sphere(0.8f);
   pt::transform_mesh(tool, glm::translate(glm::dmat4(1), {0.7, 0.9, 0.4}));
   const pt::Mesh rest = pt::cut_mesh(cube, {{kSubtract, tool}});
@@ -72,11 +72,10 @@ TEST_CASE("What is cut away and what is left have the volume of the whole") {
   CHECK(signed_volume(rest) + signed_volume(piece) == Approx(8).epsilon(1e-5));
 }
 
-TEST_CASE("A box out of a box, and the half in front of a plane") {
+TEST_CASE("A box minus a box, and a half-space") {
   if (!built_with_cgal()) return;
   const pt::Mesh cube = make_cube();
-  const pt::Mesh corner =
-      moved(pt::make_box({2, 2, 2}), {1, 1, 1});  // shares three corners' planes
+  const pt::Mesh corner = moved(pt::make_box({2, 2, 2}), {1, 1, 1});  // three coplanar faces
   CHECK(signed_volume(pt::cut_mesh(cube, {{kSubtract, corner}})) == Approx(7));
   for (const glm::vec3& normal : {glm::vec3(0, 1, 0), glm::vec3(1, -2, 0.5), glm::vec3(-3, 1, 1)}) {
     const pt::Mesh half = pt::cut_mesh(cube, {{kSubtract, pt::make_half_space({}, normal, cube)}});
@@ -89,7 +88,7 @@ TEST_CASE("A box out of a box, and the half in front of a plane") {
   CHECK(signed_volume(pt::cut_mesh(cube, {{kSubtract, far}})) == Approx(8));
 }
 
-TEST_CASE("Many cuts, one after another, stay closed") {
+TEST_CASE("The result of many cuts is closed") {
   if (!built_with_cgal()) return;
   std::vector<pt::Cut> cuts;
   for (int i = 0; i < 12; ++i) {
@@ -102,7 +101,7 @@ TEST_CASE("Many cuts, one after another, stay closed") {
   CHECK(signed_volume(rest) < 7.5);
 }
 
-TEST_CASE("Old faces keep their normals, cut faces have the tool's, turned over") {
+TEST_CASE("Remaining faces keep their normals, cut faces have the tool's, reversed") {
   if (!built_with_cgal()) return;
   const pt::Mesh ball = pt::make_sphere(1);
   const pt::Cut top{kSubtract, moved(pt::make_box(glm::vec3(4)), {0, 2, 0})};
@@ -128,7 +127,7 @@ TEST_CASE("Old faces keep their normals, cut faces have the tool's, turned over"
   CHECK(inward);
 }
 
-TEST_CASE("Texture coordinates go along, also on faces that are split") {
+TEST_CASE("Split faces keep their texture coordinates") {
   if (!built_with_cgal()) return;
   pt::Mesh cube = make_cube();
   for (const glm::vec3& p : cube.positions) cube.uvs.emplace_back(p.x + 2 * p.z, p.y);
@@ -145,7 +144,7 @@ TEST_CASE("Texture coordinates go along, also on faces that are split") {
   }
 }
 
-TEST_CASE("What is no solid is not cut, and the mesh at fault is named") {
+TEST_CASE("A mesh that is not a solid is refused by name") {
   if (!built_with_cgal()) return;
   const pt::Mesh cube = make_cube();
   const auto cut = [](const pt::Mesh& mesh, const pt::Mesh& tool) {
@@ -155,10 +154,10 @@ TEST_CASE("What is no solid is not cut, and the mesh at fault is named") {
   CHECK_THROWS_WITH(cut(cube, open_cube()), Contains("lidless.ply") && Contains("open surface"));
   CHECK_THROWS_WITH(cut(crossing_cubes(), cube),
                     Contains("crossing.ply") && Contains("intersects itself"));
-  CHECK_THROWS_WITH(cut(cube, pt::make_box(glm::vec3(9))), Contains("nothing left"));
+  CHECK_THROWS_WITH(cut(cube, pt::make_box(glm::vec3(9))), Contains("no faces left"));
 }
 
-TEST_CASE("A scene's cut object is lit inside, and cut once for two that are alike") {
+TEST_CASE("A cut object is lit inside; objects with equal cuts share one mesh") {
   if (!built_with_cgal()) return;
   const TemporaryFolder folder;
   write_ply(folder / "cube.ply", make_cube());

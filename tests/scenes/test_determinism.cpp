@@ -1,4 +1,4 @@
-// The same bits whatever the number of threads, and instances that are where they should be.
+// Bits do not depend on the number of threads; instances equal transformed meshes.
 #include <atomic>
 #include <cstring>
 #include <glm/gtc/matrix_transform.hpp>
@@ -15,7 +15,7 @@ bool same_bits(const pt::Image& a, const pt::Image& b) {
          std::memcmp(a.rgb.data(), b.rgb.data(), a.rgb.size() * sizeof(float)) == 0;
 }
 
-// Values that rounding alone does not explain.
+// Number of values that differ by more than rounding.
 std::size_t count_different(const pt::Image& a, const pt::Image& b) {
   std::size_t different = 0;
   for (std::size_t i = 0; i < a.rgb.size(); ++i) {
@@ -24,7 +24,7 @@ std::size_t count_different(const pt::Image& a, const pt::Image& b) {
   return different;
 }
 
-// Two balls of a solid texture between coloured lights.
+// Two balls with a solid texture between colored lights.
 pt::Scene textured_scene(const TemporaryFolder& folder) {
   write_noise_model(folder / "noise.solidtex", 3);
   pt::Material material;
@@ -39,7 +39,7 @@ pt::Scene textured_scene(const TemporaryFolder& folder) {
   return scene;
 }
 
-// With normals that point away from the middle.
+// With normals that point away from the centre.
 pt::Scene lit_cube() {
   pt::Scene scene = make_scene(make_cube(), {}, {2, 3, 4}, 40);
   scene.meshes[0].normals = scene.meshes[0].positions;
@@ -50,7 +50,7 @@ pt::Scene lit_cube() {
 
 }  // namespace
 
-TEST_CASE("A picture is the same bit for bit with 1, 2 and 4 threads") {
+TEST_CASE("The bits of an image are equal with 1, 2 and 4 threads") {
   const TemporaryFolder folder;
   const pt::Scene scene = textured_scene(folder);
   pt::RenderSettings settings = small_settings(80, 9);  // several tiles, an odd sample count
@@ -65,14 +65,14 @@ TEST_CASE("A picture is the same bit for bit with 1, 2 and 4 threads") {
   CHECK(!same_bits(one, pt::render(scene, settings)));
 }
 
-TEST_CASE("An instance equals a mesh that was transformed beforehand") {
+TEST_CASE("An instance equals a transformed mesh") {
   glm::mat4 transform = glm::translate(glm::mat4(1), glm::vec3(0.3f, -0.2f, 0.1f));
   transform = glm::rotate(transform, 0.7f, glm::normalize(glm::vec3(1, 2, 3)));
-  transform = glm::scale(transform, glm::vec3(1.2f, 0.5f, -0.8f));  // turns it inside out, too
+  transform = glm::scale(transform, glm::vec3(1.2f, 0.5f, -0.8f));  // also mirrors it
 
   pt::Scene instanced = lit_cube(), baked = lit_cube();
   instanced.objects[0].to_world = transform;
-  // Only a mesh of several objects is instanced: another, too far away to be seen.
+  // A mesh is instanced if it has several objects: adds one out of sight.
   instanced.objects.push_back({0, 0, glm::translate(glm::mat4(1), glm::vec3(0, 0, 1e6f))});
   const glm::mat3 normal_matrix = glm::transpose(glm::inverse(glm::mat3(transform)));
   for (auto& p : baked.meshes[0].positions) p = glm::vec3(transform * glm::vec4(p, 1));
@@ -80,14 +80,14 @@ TEST_CASE("An instance equals a mesh that was transformed beforehand") {
 
   const pt::Image a = pt::render(instanced, small_settings(48, 16));
   const pt::Image b = pt::render(baked, small_settings(48, 16));
-  // Rounding moves a few paths over an edge; all others are the same path.
+  // Rounding moves a few paths across an edge; all others are equal.
   const std::size_t different = count_different(a, b);
   CAPTURE(different, a.rgb.size());
   CHECK(mean_color(a).x > 0.3f);
   CHECK(save_unless(different < a.rgb.size() / 100, a, "instance"));
 }
 
-TEST_CASE("An object is the same whether its mesh is shared or not") {
+TEST_CASE("An object is equal with a shared and an unshared mesh") {
   pt::Scene alone = lit_cube(), shared = lit_cube();
   shared.objects.push_back({0, 0, glm::translate(glm::mat4(1), glm::vec3(0, 0, 1e6f))});
   const pt::Image a = pt::render(alone, small_settings(48, 16));
@@ -97,14 +97,14 @@ TEST_CASE("An object is the same whether its mesh is shared or not") {
   CHECK(save_unless(different < a.rgb.size() / 100, a, "shared"));
 }
 
-TEST_CASE("A render that is told to stop stops") {
+TEST_CASE("should_stop stops a render") {
   const TemporaryFolder folder;
   const pt::Scene scene = textured_scene(folder);
   CHECK_THROWS_AS(pt::render(scene, small_settings(64, 16), {{}, [] { return true; }}),
-                  pt::Stopped);
+                  pt::RenderStopped);
 }
 
-TEST_CASE("Progress adds up to all samples") {
+TEST_CASE("Reported progress adds up to all samples") {
   const TemporaryFolder folder;
   std::atomic<std::uint64_t> count = 0;
   pt::render(textured_scene(folder), small_settings(40, 5),

@@ -1,4 +1,4 @@
-// docs/scene-format.md says what the schema says, and its example works.
+// docs/scene-format.md matches the schema, and its examples render.
 #include <set>
 #include <sstream>
 
@@ -13,7 +13,7 @@ namespace {
 
 std::string documentation() { return read_text(SOLIDTEX_SOURCE "/docs/scene-format.md"); }
 
-// All keys under any "properties" of the schema.
+// Collects the keys under all "properties" of the schema.
 void collect_keys(const json& schema, std::set<std::string>& keys) {
   if (!schema.is_structured()) return;
   if (schema.is_object() && schema.contains("properties")) {
@@ -22,7 +22,7 @@ void collect_keys(const json& schema, std::set<std::string>& keys) {
   for (const json& part : schema) collect_keys(part, keys);
 }
 
-// Words in backquotes in the first column of the tables.
+// Returns the words in backquotes in the first column of all tables.
 std::set<std::string> documented_keys(const std::string& text) {
   std::set<std::string> keys;
   std::istringstream lines(text);
@@ -40,14 +40,14 @@ std::set<std::string> documented_keys(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("The scene format's page lists exactly the keys of the schema") {
+TEST_CASE("docs/scene-format.md lists exactly the keys of the schema") {
   std::set<std::string> keys;
   collect_keys(json::parse(pt::scene_schema_text()), keys);
   CHECK(keys.size() > 30);
   CHECK(documented_keys(documentation()) == keys);
 }
 
-TEST_CASE("The schema knows the texture filters that the renderer knows") {
+TEST_CASE("The schema lists the renderer's texture filters") {
   const json schema = json::parse(pt::scene_schema_text());
   std::set<std::string> known, allowed;
   for (const auto& [name, unused] : pt::texture_filters()) known.insert(name);
@@ -57,12 +57,12 @@ TEST_CASE("The schema knows the texture filters that the renderer knows") {
   CHECK(known == allowed);
 }
 
-TEST_CASE("The example in the scene format's page renders") {
+TEST_CASE("The example in docs/scene-format.md renders") {
   const std::string text = documentation();
   const std::string fence = "```json\n";
   const std::size_t start = text.find(fence) + fence.size();
   json scene = json::parse(text.substr(start, text.find("\n```", start) - start));
-  // It names files of the repository; the page says that it lies in scenes/.
+  // The example refers to files in scenes/.
   const auto file =
       std::filesystem::path(SOLIDTEX_SOURCE) / "scenes" / "documentation-example.json";
   CHECK(json::parse(read_text(file)) == scene);
@@ -75,7 +75,7 @@ TEST_CASE("The example in the scene format's page renders") {
   CHECK(save_unless(brightness > 0.05f && brightness < 2, image, "documentation-example"));
 }
 
-TEST_CASE("The snippets of materials and lights in the scene format's page render") {
+TEST_CASE("The snippets of materials and lights in docs/scene-format.md render") {
   std::string text = documentation();
   const auto snippet = [&](const std::string& first, const std::string& last) {
     const std::size_t start = text.find("\n    " + first);
@@ -131,7 +131,7 @@ TEST_CASE("The scenes of the gallery render") {
     pt::RenderSettings settings = pt::settings_of(*scene);
     CHECK(settings.samples >= 64);
     settings.height = settings.height * 16 / settings.width;
-    // Few points: nearly each of them needs a brick of its own.
+    // Few points: nearly every point needs its own brick.
     settings.width = 16, settings.samples = 1, settings.max_depth = 3;
     settings.texture_filter = pt::TextureFilter::none;
     const pt::Image image = pt::render(*scene, settings);

@@ -1,4 +1,4 @@
-// Energy: pictures whose every pixel is known.
+// Energy conservation in scenes with known radiance.
 #include "catch.hpp"
 #include "tests/scenes/support.h"
 
@@ -19,8 +19,7 @@ pt::Material coated(float albedo, float roughness) {
   return material;
 }
 
-// Mean radiance of a convex object that fills the picture, under light of radiance 1 from
-// everywhere.
+// Mean radiance of a convex object that fills the image, in an environment of radiance 1.
 pt::Image render_in_furnace(const pt::Material& material, int samples) {
   pt::Scene scene = make_scene(make_sphere(24), material, {0, 0, 4}, 15);
   scene.environment = uniform_light(glm::vec3(1));
@@ -38,7 +37,7 @@ TEST_CASE("A diffuse ball in a furnace reflects its albedo") {
   }
 }
 
-TEST_CASE("A coated white ball in a furnace neither gains nor loses light") {
+TEST_CASE("A coated white ball in a furnace conserves energy") {
   for (const float roughness : {0.05f, 0.3f, 1.0f}) {
     const pt::Image image = render_in_furnace(coated(1, roughness), 256);
     const float found = mean_color(image).x;
@@ -47,11 +46,11 @@ TEST_CASE("A coated white ball in a furnace neither gains nor loses light") {
   }
 }
 
-TEST_CASE("A coat over black reflects a little, over grey less than over white") {
+TEST_CASE("A coat reflects a little over black, and less over grey than over white") {
   const float black = mean_color(render_in_furnace(coated(0, 0.2f), 128)).x;
   const float grey = mean_color(render_in_furnace(coated(0.5f, 0.2f), 128)).x;
   CAPTURE(black, grey);
-  CHECK(black > 0.03f);  // 4 % head on for an index of 1.5, more towards the rim
+  CHECK(black > 0.03f);  // 4 % at normal incidence for an index of 1.5, more at the rim
   CHECK(black < 0.12f);
   CHECK(grey > black + 0.2f);
   CHECK(grey < 0.55f);
@@ -72,7 +71,7 @@ TEST_CASE("A glowing closed sphere has radiance E / (1 - a) inside") {
   }
 }
 
-TEST_CASE("A path of one segment sees emission only, and no more bounces than asked for") {
+TEST_CASE("max_depth 1 gives emission only; paths have at most max_depth segments") {
   pt::Material material = diffuse(0.5f);
   material.emission = glm::vec3(1);
   const pt::Scene scene = make_scene(make_sphere(24), material, {0, 0, 0.3f}, 60);

@@ -1,4 +1,4 @@
-// "dielectric": refraction by itself, and in pictures whose every pixel is known.
+// BSDF of "dielectric", and scenes with known radiance.
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
@@ -32,7 +32,7 @@ pt::Material glass(float roughness) {
 
 }  // namespace
 
-TEST_CASE("Glass: samples have the density and the weight they claim") {
+TEST_CASE("Dielectric: samples have the density and the weight of the BSDF") {
   for (const bool inside : {false, true}) {
     for (const float roughness : {0.5f, 1.0f}) {
       for (const float cosine : {0.3f, 0.9f}) {
@@ -50,7 +50,7 @@ TEST_CASE("Glass: samples have the density and the weight they claim") {
   }
 }
 
-TEST_CASE("Glass neither gains nor loses light, on either side") {
+TEST_CASE("Dielectric: energy is conserved on both sides") {
   for (const bool inside : {false, true}) {
     const double squeeze = inside ? 1 / (kIor * kIor) : kIor * kIor;
     for (const float roughness : {0.3f, 0.6f, 1.0f}) {
@@ -66,14 +66,14 @@ TEST_CASE("Glass neither gains nor loses light, on either side") {
   }
 }
 
-TEST_CASE("Glass: light can be sent either way, but for the square of the index") {
+TEST_CASE("Dielectric: reciprocal up to the square of the index") {
   for (const float roughness : {0.3f, 0.8f}) {
     const pt::Bsdf outer = make(roughness, false), inner = make(roughness, true);
     for (int i = 1; i < 10; ++i) {
       for (int j = 1; j < 10; ++j) {
         const glm::vec3 a = direction(0.1f * static_cast<float>(i), 0.3f);
         const glm::vec3 b = direction(-0.1f * static_cast<float>(j) + 0.03f, 2.9f);
-        const glm::vec3 below(b.x, b.y, -b.z), above(a.x, a.y, -a.z);  // seen from within
+        const glm::vec3 below(b.x, b.y, -b.z), above(a.x, a.y, -a.z);  // seen from inside
         const float there = outer.eval(a, b).x / below.z, back = inner.eval(below, above).x / a.z;
         CAPTURE(roughness, i, j);
         CHECK(there * kIor * kIor == Approx(back).epsilon(2e-3).margin(1e-6));
@@ -82,7 +82,7 @@ TEST_CASE("Glass: light can be sent either way, but for the square of the index"
   }
 }
 
-TEST_CASE("Smooth glass refracts by Snell's law and reflects by Fresnel's") {
+TEST_CASE("Smooth dielectric: Snell's law and Fresnel's equations") {
   for (const bool inside : {false, true}) {
     const pt::Bsdf bsdf = make(0, inside);
     const float ior = inside ? 1 / kIor : kIor;
@@ -107,20 +107,20 @@ TEST_CASE("Smooth glass refracts by Snell's law and reflects by Fresnel's") {
   }
 }
 
-TEST_CASE("Beyond the critical angle all light stays inside") {
+TEST_CASE("Dielectric: total internal reflection beyond the critical angle") {
   const pt::Bsdf bsdf = make(0, true);
   const glm::vec3 out = direction(0.6f, 0);  // the sine is 0.8, the limit 1 / 1.5
   Random random(3);
   for (int i = 0; i < 1000; ++i) {
     const float lobe = random.next(), u = random.next(), v = random.next();
     const pt::BsdfSample sample = bsdf.sample(out, lobe, {u, v});
-    if (sample.alpha < 0) continue;  // one in millions is scattered
+    if (sample.alpha < 0) continue;  // a diffuse sample, one in millions
     CHECK(sample.direction.z > 0);
     CHECK(sample.weight.x == Approx(1).epsilon(0.01));
   }
 }
 
-TEST_CASE("A glass ball in a furnace cannot be seen") {
+TEST_CASE("A glass ball in a furnace is invisible") {
   for (const float roughness : {0.0f, 0.4f, 1.0f}) {
     pt::Scene scene = make_scene(make_sphere(24), glass(roughness), {0, 0, 4}, 15);
     scene.environment = uniform_light(glm::vec3(1));
@@ -133,12 +133,12 @@ TEST_CASE("A glass ball in a furnace cannot be seen") {
   }
 }
 
-TEST_CASE("A pane of glass shows what is behind it shifted by Snell's law, dimmed by Fresnel's") {
-  // The view goes down at 45 degrees onto the origin, through a pane one unit thick.
+TEST_CASE("A pane of glass shifts by Snell's law and attenuates by Fresnel's equations") {
+  // The camera looks down at 45 degrees to the origin, through a pane one unit thick.
   pt::Scene scene = make_scene(make_cube(), glass(0), {-6, 6, 0}, 0.3f);
   scene.objects[0].to_world = glm::translate(glm::mat4(1), glm::vec3(0, 1.5f, 0)) *
                               glm::scale(glm::mat4(1), glm::vec3(20, 0.5f, 20));
-  // A small glowing square where the refracted view must arrive.
+  // A small emitter where the refracted view ray must hit.
   const float sine = std::sqrt(0.5f) / kIor;
   const float shift = 1 - sine / std::sqrt(1 - sine * sine);
   pt::Material glow;
@@ -154,7 +154,7 @@ TEST_CASE("A pane of glass shows what is behind it shifted by Snell's law, dimme
   CHECK(save_unless(std::abs(found - once * once) < 0.01f, image, "pane"));
 }
 
-TEST_CASE("Rough glass: sampling lights, sampling BSDFs and both agree") {
+TEST_CASE("Rough glass: light sampling, BSDF sampling and MIS agree") {
   pt::Scene scene = make_scene(make_sphere(12), glass(0.5f), {0, 1, 4}, 35);
   scene.lights.push_back({{-1, -1, -3}, {2, 0, 0}, {0, 2, 0}, glm::vec3(4)});  // behind it
   const auto mean = [&](pt::LightSampling strategy) {

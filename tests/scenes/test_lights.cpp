@@ -1,4 +1,4 @@
-// Direct light against formulas, and the ways of sampling it against each other.
+// Direct light against formulas, and its estimators against each other.
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 
@@ -6,6 +6,7 @@
 #include "plugins/pathtracer/geometry/embree_scene.h"
 #include "plugins/pathtracer/lights/environment.h"
 #include "plugins/pathtracer/lights/lights.h"
+#include "plugins/pathtracer/sampling/sample_sequence.h"
 #include "plugins/pathtracer/sampling/sampling.h"
 #include "tests/scenes/support.h"
 
@@ -24,18 +25,18 @@ pt::Scene plane_under_rectangle() {
   pt::Material material;
   material.color = glm::vec3(0.6f);
   pt::Scene scene = make_scene(make_quad(50), material, {4, 1.5f, 4}, 0.2f);
-  // 2 x 1.2 at height 1, its middle above the origin, shining down.
+  // 2 x 1.2 at height 1, centred above the origin, facing down.
   scene.lights.push_back({{-1, 1, -0.6f}, {2, 0, 0}, {0, 0, 1.2f}, glm::vec3(3, 2, 1)});
   return scene;
 }
 
-pt::SeenLight look_up(const pt::Environment& sky, const glm::vec3& direction) {
-  pt::SeenLight found;
-  sky.seen({&direction, 1}, {&found, 1});
+pt::EmittedLight look_up(const pt::Environment& sky, const glm::vec3& direction) {
+  pt::EmittedLight found;
+  sky.evaluate({&direction, 1}, {&found, 1});
   return found;
 }
 
-// A few bright spots on a dim sky.
+// A dim environment with a few bright pixels.
 pt::EnvironmentImage spotted_sky() {
   pt::EnvironmentImage sky{{"sky", 16, 8, std::vector<glm::vec3>(128, glm::vec3(0.1f))}, 30};
   sky.image.pixels[2 * 16 + 3] = glm::vec3(40, 20, 10);
@@ -44,7 +45,7 @@ pt::EnvironmentImage spotted_sky() {
   return sky;
 }
 
-// Lamps of all kinds above the origin, most of them dim, in a twilight.
+// Lights of all kinds above the origin, most of them dim, and a dim environment.
 std::vector<pt::Scene> lamps() {
   std::vector<pt::Scene> alone;
   for (int i = 0; i < 36; ++i) {
@@ -58,7 +59,7 @@ std::vector<pt::Scene> lamps() {
     } else {
       pt::Mesh mesh = make_quad(0.15f);
       for (glm::vec3& p : mesh.positions) p += glm::vec3(x, 3, z);
-      mesh.triangles = {{0, 2, 1}, {0, 3, 2}};  // looking down
+      mesh.triangles = {{0, 2, 1}, {0, 3, 2}};  // facing down
       scene.mesh_lights.push_back({mesh, glm::vec3(brightness)});
     }
   }
@@ -66,7 +67,7 @@ std::vector<pt::Scene> lamps() {
   return alone;
 }
 
-// Unshadowed light on a horizontal place at the origin: mean and variance of one sample.
+// Unoccluded irradiance at the origin: mean and variance of one sample.
 struct Estimate {
   double mean = 0, variance = 0;
 };
@@ -75,7 +76,7 @@ Estimate estimate_irradiance(const Sample& sample) {
   double sum = 0, squares = 0;
   constexpr std::uint32_t kSamples = 200000;
   for (std::uint32_t i = 0; i < kSamples; ++i) {
-    const pt::LightSample light = sample(pt::Sampler(7, 0, i));
+    const pt::LightSample light = sample(pt::SampleSequence(7, 0, i));
     if (light.pdf <= 0) continue;
     const double value = light.radiance.y * std::max(light.direction.y, 0.0f) / light.pdf;
     sum += value;
@@ -98,7 +99,7 @@ pt::LightSample sample_one(const pt::Lights& lights, const glm::vec3& from, cons
 
 }  // namespace
 
-TEST_CASE("A rectangle lights a parallel plane by its form factor") {
+TEST_CASE("The irradiance of a parallel rectangle is its form factor") {
   const pt::Scene scene = plane_under_rectangle();
   const double expected = 0.6 * 4 * corner_form_factor(1, 0.6, 1);
   for (const auto strategy :
@@ -115,24 +116,24 @@ TEST_CASE("A rectangle lights a parallel plane by its form factor") {
   }
 }
 
-TEST_CASE("The back of a rectangle is dark") {
+TEST_CASE("A rectangle emits on one side") {
   pt::Scene scene = plane_under_rectangle();
   std::swap(scene.lights[0].edge_u, scene.lights[0].edge_v);
   CHECK(mean_color(pt::render(scene, small_settings(8, 16))) == glm::vec3(0));
 }
 
-TEST_CASE("An object between light and plane casts its shadow") {
+TEST_CASE("An object between light and plane casts a shadow") {
   pt::Scene scene = plane_under_rectangle();
   scene.meshes.push_back(make_cube());
   scene.objects.push_back({1, 0, glm::mat4(1)});
-  // Flattened to a plate that hides the whole rectangle from the origin.
+  // A flattened ball that hides the whole rectangle from the origin.
   scene.objects.back().to_world[1][1] = 0.01f;
   scene.objects.back().to_world[3] = {0, 0.9f, 0, 1};
   scene.objects.back().to_world[0][0] = scene.objects.back().to_world[2][2] = 1.1f;
   CHECK(mean_color(pt::render(scene, small_settings(8, 64))).x < 0.05f);
 }
 
-TEST_CASE("A sphere lights a plane below it as a point does, whatever its size") {
+TEST_CASE("The irradiance of a sphere on a plane below is that of a point light") {
   for (const float radius : {0.01f, 0.9f}) {
     pt::Scene scene = plane_under_rectangle();
     scene.lights.clear();
@@ -149,7 +150,7 @@ TEST_CASE("A sphere lights a plane below it as a point does, whatever its size")
   }
 }
 
-TEST_CASE("A mesh shines as the rectangle that it is") {
+TEST_CASE("A mesh light equals the rectangle light of its shape") {
   pt::Scene scene = plane_under_rectangle();
   const pt::RectangleLight rectangle = scene.lights[0];
   scene.lights.clear();
@@ -158,7 +159,7 @@ TEST_CASE("A mesh shines as the rectangle that it is") {
     const glm::vec2 t(p.x / 2 + 0.5f, p.z / 2 + 0.5f);
     p = rectangle.corner + t.x * rectangle.edge_u + t.y * rectangle.edge_v;
   }
-  mesh.triangles = {{0, 2, 1}, {0, 3, 2}};  // looking down
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}};  // facing down
   scene.mesh_lights.push_back({mesh, rectangle.radiance});
   const double expected = 0.6 * 4 * corner_form_factor(1, 0.6, 1);
   for (const auto strategy :
@@ -174,7 +175,7 @@ TEST_CASE("A mesh shines as the rectangle that it is") {
   CHECK(mean_color(pt::render(scene, small_settings(8, 16))) == glm::vec3(0));  // its back
 }
 
-TEST_CASE("What lights claim of a sample is what a ray finds there") {
+TEST_CASE("Light samples agree with the emission that rays hit") {
   pt::Scene scene;
   scene.lights.push_back({{-1, 4, -1}, {2, 0, 0}, {0, 0, 2}, glm::vec3(1)});
   scene.sphere_lights.push_back({{3, 0, 0}, 1.5f, glm::vec3(2)});
@@ -187,14 +188,14 @@ TEST_CASE("What lights claim of a sample is what a ray finds there") {
   const glm::vec3 from(0.2f, 0.1f, -0.3f);
   int checked = 0;
   for (std::uint32_t i = 0; i < 3000; ++i) {
-    const pt::Sampler sampler(5, 0, i);
-    const pt::LightSample sample = sample_one(lights, from, sampler.get_2d(1));
-    if (sample.pdf <= 0) continue;  // of the back of the cube
+    const pt::SampleSequence sequence(5, 0, i);
+    const pt::LightSample sample = sample_one(lights, from, sequence.get_2d(1));
+    if (sample.pdf <= 0) continue;  // on the back of the cube
     const pt::Ray ray{.origin = from, .direction = sample.direction};
     const pt::Hit hit = geometry.intersect(ray);
-    if (hit.kind != pt::Hit::Kind::light) continue;  // rounded past the rim
-    const pt::SeenLight seen =
-        lights.light_seen({hit.index, hit.triangle, ray.origin, ray.direction, hit.distance});
+    if (hit.kind != pt::Hit::Kind::light) continue;  // missed by rounding
+    const pt::EmittedLight seen =
+        lights.evaluate({hit.index, hit.triangle, ray.origin, ray.direction, hit.distance});
     CAPTURE(i, hit.index, hit.triangle);
     if (seen.pdf > 0 && seen.radiance == sample.radiance) {
       CHECK(seen.pdf == Approx(sample.pdf).epsilon(0.01));
@@ -206,7 +207,7 @@ TEST_CASE("What lights claim of a sample is what a ray finds there") {
   CHECK(checked > 2000);
 }
 
-TEST_CASE("Bright lights among many are picked more often, and all keep their light") {
+TEST_CASE("Light selection by power reduces variance and is unbiased") {
   const std::vector<pt::Scene> alone = lamps();
   pt::Scene all;
   std::vector<pt::Lights> each;
@@ -219,12 +220,13 @@ TEST_CASE("Bright lights among many are picked more often, and all keep their li
   }
   const pt::Lights lights(all);
   const glm::vec3 origin(0);
-  const Estimate found = estimate_irradiance(
-      [&](const pt::Sampler& sampler) { return sample_one(lights, origin, sampler.get_2d(1)); });
+  const Estimate found = estimate_irradiance([&](const pt::SampleSequence& sequence) {
+    return sample_one(lights, origin, sequence.get_2d(1));
+  });
   const auto count = static_cast<float>(each.size());
-  const Estimate even = estimate_irradiance([&](const pt::Sampler& sampler) {
-    const auto chosen = static_cast<std::size_t>(sampler.get_1d(0) * count);
-    pt::LightSample light = sample_one(each[chosen], origin, sampler.get_2d(1));
+  const Estimate even = estimate_irradiance([&](const pt::SampleSequence& sequence) {
+    const auto chosen = static_cast<std::size_t>(sequence.get_1d(0) * count);
+    pt::LightSample light = sample_one(each[chosen], origin, sequence.get_2d(1));
     light.pdf /= count;
     return light;
   });
@@ -233,17 +235,17 @@ TEST_CASE("Bright lights among many are picked more often, and all keep their li
   CHECK(found.variance < 0.1 * even.variance);
 }
 
-TEST_CASE("The environment's density integrates to one and is that of its samples") {
+TEST_CASE("The environment's density integrates to one and matches its samples") {
   const pt::Environment sky(spotted_sky());
   double total = 0, power = 0;
-  // A grid whose lines fall on the borders of the image's pixels, also when turned by 30 degrees.
+  // Grid lines coincide with pixel borders, also after rotating by 30 degrees.
   constexpr int kColumns = 960, kRows = 800;
   for (int i = 0; i < kRows; ++i) {
     const float polar = glm::pi<float>() * (static_cast<float>(i) + 0.5f) / kRows;
     for (int j = 0; j < kColumns; ++j) {
       const glm::vec3 d =
           sphere_direction(glm::two_pi<float>() * (static_cast<float>(j) + 0.5f) / kColumns, polar);
-      const pt::SeenLight seen = look_up(sky, d);
+      const pt::EmittedLight seen = look_up(sky, d);
       total += seen.pdf * std::sin(polar);
       power += seen.radiance.x * std::sin(polar);
     }
@@ -256,7 +258,7 @@ TEST_CASE("The environment's density integrates to one and is that of its sample
   constexpr std::size_t kSamples = 40000;
   std::vector<glm::vec2> numbers;
   for (std::uint32_t i = 0; i < kSamples; ++i) {
-    numbers.push_back(pt::Sampler(1, 0, i).get_2d(0));
+    numbers.push_back(pt::SampleSequence(1, 0, i).get_2d(0));
   }
   std::vector<pt::Environment::Sample> samples(kSamples);
   sky.sample(numbers, samples);
@@ -264,8 +266,8 @@ TEST_CASE("The environment's density integrates to one and is that of its sample
     const auto& [direction, found] = samples[i];
     REQUIRE(found.pdf > 0);
     REQUIRE(glm::length(direction) == Approx(1).margin(1e-5));
-    // A sample on the border of a pixel may round into its neighbour.
-    const pt::SeenLight seen = look_up(sky, direction);
+    // A sample at a pixel border may round into its neighbour.
+    const pt::EmittedLight seen = look_up(sky, direction);
     if (std::abs(seen.pdf - found.pdf) > 1e-3f * found.pdf) ++different;
     CHECK(found.radiance.x == Approx(seen.radiance.x).margin(1e-3));
     estimate += found.radiance.x / found.pdf;
@@ -274,7 +276,7 @@ TEST_CASE("The environment's density integrates to one and is that of its sample
   CHECK(estimate / kSamples == Approx(power * cell).epsilon(5e-3));
 }
 
-TEST_CASE("The middle of an environment image is straight along +z, turning is about y") {
+TEST_CASE("The centre of an environment image is +z; rotation is about y") {
   pt::EnvironmentImage image{{"", 32, 16, std::vector<glm::vec3>(512, glm::vec3(0))}, 0};
   image.image.pixels[7 * 32 + 15] = image.image.pixels[7 * 32 + 16] = glm::vec3(1);
   image.image.pixels[8 * 32 + 15] = image.image.pixels[8 * 32 + 16] = glm::vec3(1);
@@ -285,7 +287,7 @@ TEST_CASE("The middle of an environment image is straight along +z, turning is a
   CHECK(look_up(pt::Environment(image), {0, 0, 1}).radiance.x == 0);
 }
 
-TEST_CASE("Sampling lights, sampling BSDFs and both agree") {
+TEST_CASE("Light sampling, BSDF sampling and MIS agree") {
   pt::Material material;
   material.type = pt::MaterialType::coated;
   material.color = glm::vec3(0.5f, 0.4f, 0.3f);

@@ -1,4 +1,4 @@
-// Meshes that are refused, meshes that are repaired.
+// Mesh files that are refused, and mesh repair.
 #include <cstring>
 
 #include "catch.hpp"
@@ -8,7 +8,7 @@ using namespace scene_tests;
 
 namespace {
 
-// The message with which load_mesh refuses a file.
+// Returns the error of load_mesh.
 std::string refusal(const std::filesystem::path& file) {
   try {
     pt::load_mesh(file);
@@ -31,7 +31,7 @@ const std::string kPlyHeader =
 
 }  // namespace
 
-TEST_CASE("Bad meshes are refused by name") {
+TEST_CASE("Invalid meshes are refused by name") {
   const TemporaryFolder folder;
   check_refused(folder / "missing.ply", "no such file");
   write_text(folder / "mesh.stl", "solid");
@@ -56,7 +56,7 @@ TEST_CASE("Bad meshes are refused by name") {
   check_refused(folder / "index.obj", "expected");
 }
 
-TEST_CASE("Cut-off binary PLY files are refused") {
+TEST_CASE("Truncated binary PLY files are refused") {
   const TemporaryFolder folder;
   std::string bytes = kPlyHeader;
   bytes.replace(bytes.find("ascii"), 5, "binary_little_endian");
@@ -93,12 +93,12 @@ TEST_CASE("OBJ and PLY give the same mesh, polygons become triangles") {
   CHECK(pt::load_mesh(folder / "pentagon.obj").triangles.size() == 3);
 }
 
-TEST_CASE("Repair removes duplicate and degenerate faces and turns faces outward") {
+TEST_CASE("Repair removes duplicate and degenerate faces and orients faces outward") {
   if (!built_with_cgal()) return;
   pt::Mesh mesh = make_cube();
-  mesh.triangles.push_back(mesh.triangles[4]);          // the same face twice
-  mesh.triangles.push_back({1, 1, 5});                  // no area
-  std::swap(mesh.triangles[7].y, mesh.triangles[7].z);  // one face turned over
+  mesh.triangles.push_back(mesh.triangles[4]);          // duplicate
+  mesh.triangles.push_back({1, 1, 5});                  // degenerate
+  std::swap(mesh.triangles[7].y, mesh.triangles[7].z);  // reversed
   const pt::MeshReport report = pt::repair_mesh(mesh);
   CHECK(report.removed_faces == 2);
   CHECK(report.flipped_faces == 1);
@@ -107,12 +107,13 @@ TEST_CASE("Repair removes duplicate and degenerate faces and turns faces outward
   CHECK(report.component_count == 1);
   CHECK(mesh.triangles.size() == 12);
   CHECK(signed_volume(mesh) == Approx(8));
-  CHECK(pt::describe(mesh, report) ==
-        "cube: 12 triangles, 1 part, closed; removed 2 duplicate or degenerate faces; turned over "
-        "1 faces");
+  CHECK(
+      pt::describe(mesh, report) ==
+      "cube: 12 triangles, 1 component, closed; removed 2 duplicate or degenerate faces; reversed "
+      "1 faces");
 }
 
-TEST_CASE("Repair turns an inside-out solid outward and leaves a right one as it is") {
+TEST_CASE("Repair reverses an inside-out solid and keeps a valid one") {
   if (!built_with_cgal()) return;
   pt::Mesh right = make_cube(), inside_out = make_cube();
   for (auto& t : inside_out.triangles) std::swap(t.y, t.z);
@@ -121,10 +122,10 @@ TEST_CASE("Repair turns an inside-out solid outward and leaves a right one as it
   CHECK(signed_volume(inside_out) == Approx(8));
 }
 
-TEST_CASE("Vertices split by a seam do not make a solid open, a missing face does") {
+TEST_CASE("A solid with split vertices is closed, with a missing face open") {
   if (!built_with_cgal()) return;
   const pt::Mesh cube = make_cube();
-  pt::Mesh split;  // every face with vertices of its own, as OBJ loaders deliver them
+  pt::Mesh split;  // every face has its own vertices, as from OBJ loaders
   for (const auto& t : cube.triangles) {
     const auto first = static_cast<unsigned>(split.positions.size());
     for (int c = 0; c < 3; ++c) split.positions.push_back(cube.positions[t[c]]);
@@ -139,7 +140,7 @@ TEST_CASE("Vertices split by a seam do not make a solid open, a missing face doe
   CHECK(open.hole_count == 1);
 }
 
-TEST_CASE("Repair copes with soups: two parts, and an edge with three faces") {
+TEST_CASE("Repair accepts polygon soups: two components, an edge with three faces") {
   if (!built_with_cgal()) return;
   pt::Mesh two = make_cube();
   const pt::Mesh other = make_cube();

@@ -1,10 +1,11 @@
-// Rays that are traced together: each finds what it finds alone, bit by bit, so that pictures do
-// not depend on which rays met in a packet.
+// Ray packets: each ray gives the bits of a single query, so that images do not depend on how rays
+// are grouped.
 #include <bit>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
 #include "plugins/pathtracer/geometry/embree_scene.h"
+#include "plugins/pathtracer/sampling/sample_sequence.h"
 #include "plugins/pathtracer/sampling/sampling.h"
 #include "tests/scenes/support.h"
 
@@ -12,7 +13,7 @@ using namespace scene_tests;
 
 namespace {
 
-// Two turned balls and lights.
+// Two rotated balls and lights.
 pt::Scene crowd(bool with_sphere_light) {
   pt::Scene scene = make_scene(make_sphere(40), {}, {0, 1, 6}, 35);
   scene.objects[0].to_world =
@@ -27,16 +28,16 @@ pt::Scene crowd(bool with_sphere_light) {
   return scene;
 }
 
-glm::vec3 point_in_cube(const pt::Sampler& sampler, std::uint32_t dimension) {
-  return 4.0f * glm::vec3(sampler.get_2d(dimension), sampler.get_1d(dimension + 1)) - 2.0f;
+glm::vec3 point_in_cube(const pt::SampleSequence& sequence, std::uint32_t dimension) {
+  return 4.0f * glm::vec3(sequence.get_2d(dimension), sequence.get_1d(dimension + 1)) - 2.0f;
 }
 
-// From one point into one direction and its neighbours, or from anywhere to anywhere.
+// A coherent bundle from one point, or incoherent rays.
 std::vector<pt::Ray> make_rays(bool alike, std::uint32_t group, std::uint32_t count) {
   std::vector<pt::Ray> rays;
-  const pt::Sampler first(3, group, 0);
+  const pt::SampleSequence first(3, group, 0);
   for (std::uint32_t i = 0; i < count; ++i) {
-    const pt::Sampler own(3, group, i);
+    const pt::SampleSequence own(3, group, i);
     const glm::vec3 origin = alike ? 3.0f * point_in_cube(first, 0) : point_in_cube(own, 0);
     const glm::vec3 target =
         alike ? point_in_cube(first, 2) + 0.02f * point_in_cube(own, 4) : point_in_cube(own, 2);
@@ -57,7 +58,7 @@ bool same_bits(const pt::Hit& a, const pt::Hit& b) {
 
 }  // namespace
 
-TEST_CASE("A ray finds the same in any packet as alone") {
+TEST_CASE("A ray hits the same in a packet as alone") {
   const pt::Scene scene = crowd(GENERATE(false, true));
   const pt::EmbreeScene geometry(scene);
   int objects = 0, lights = 0;
@@ -78,7 +79,7 @@ TEST_CASE("A ray finds the same in any packet as alone") {
   CHECK(lights > 300);
 }
 
-TEST_CASE("A shadow ray is as free in any packet as alone") {
+TEST_CASE("A shadow ray has the same occlusion in a packet as alone") {
   const pt::Scene scene = crowd(GENERATE(false, true));
   const pt::EmbreeScene geometry(scene);
   int shadowed = 0, all = 0;

@@ -1,7 +1,7 @@
-// "principled" by itself, from textures, and in a furnace.
+// BSDF of "principled", textured inputs, furnace test.
 #include "catch.hpp"
-#include "plugins/pathtracer/materials/appearance.h"
 #include "plugins/pathtracer/materials/bsdf.h"
+#include "plugins/pathtracer/materials/material_sample.h"
 #include "tests/scenes/bsdf_checks.h"
 #include "tests/scenes/support.h"
 
@@ -36,7 +36,7 @@ double reflected(const pt::Bsdf& bsdf, const glm::vec3& out) {
 
 }  // namespace
 
-TEST_CASE("Principled: samples have the density and the weight they claim") {
+TEST_CASE("Principled: samples have the density and the weight of the BSDF") {
   for (std::size_t i = 0; i < examples().size(); ++i) {
     const pt::Bsdf bsdf = make(examples()[i]);
     for (const float cosine : {0.25f, 0.9f}) {
@@ -47,7 +47,7 @@ TEST_CASE("Principled: samples have the density and the weight they claim") {
       CHECK(check.surplus < 5);
       CHECK(check.worst_pdf_error < 1e-4);
       CHECK(check.mean_weight.x == Approx(exact).epsilon(0.01));
-      // The others left below the surface.
+      // The others point below the surface.
       const double density =
           integrate([&](const glm::vec3& in) { return double(bsdf.pdf(out, in)); });
       CHECK(density == Approx(check.valid_share).margin(0.01));
@@ -56,14 +56,14 @@ TEST_CASE("Principled: samples have the density and the weight they claim") {
   }
 }
 
-TEST_CASE("Principled: light can be sent either way") {
+TEST_CASE("Principled: reciprocal") {
   for (const Parameters& parameters : examples()) {
     const pt::Bsdf bsdf = make(parameters);
     CHECK(worst_reciprocity_error(bsdf) < 1e-4);
   }
 }
 
-TEST_CASE("Principled: white reflects all light, a coat over white nearly all, none more") {
+TEST_CASE("Principled: white conserves energy, a coat over white nearly, none gains") {
   for (const float metallic : {0.0f, 0.5f, 1.0f}) {
     for (const float roughness : {0.2f, 0.5f, 1.0f}) {
       for (const float cosine : {0.15f, 0.5f, 1.0f}) {
@@ -84,7 +84,7 @@ TEST_CASE("Principled: white reflects all light, a coat over white nearly all, n
   }
 }
 
-TEST_CASE("Principled: a smooth metal has its colour, a smooth plastic Fresnel's reflectance") {
+TEST_CASE("Principled: a smooth metal reflects its color, a smooth plastic by Fresnel") {
   const glm::vec3 gold(1, 0.7f, 0.3f);
   const glm::vec3 out = direction(1, 0);
   const pt::Bsdf metal = make({.color = gold, .roughness = 0.2f, .metallic = 1});
@@ -95,7 +95,7 @@ TEST_CASE("Principled: a smooth metal has its colour, a smooth plastic Fresnel's
   CHECK(reflected(make({.roughness = 0.2f, .specular = 0.5f}), out) == Approx(0.02).margin(0.001));
 }
 
-TEST_CASE("A principled white ball in a furnace neither gains nor loses light") {
+TEST_CASE("A principled white ball in a furnace conserves energy") {
   for (const float metallic : {0.0f, 1.0f}) {
     for (const float roughness : {0.0f, 0.4f, 1.0f}) {
       pt::Material material;
@@ -131,16 +131,16 @@ TEST_CASE("All inputs of a material come from one query of its solid texture") {
   material.coat_roughness = pt::ImageChannel{0, 1};
   scene.materials = {material};
 
-  std::vector<pt::Surface> surfaces(20);
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    surfaces[i].object_position = glm::vec3(0.37f, 0.71f, 1.1f) * static_cast<float>(i);
+  std::vector<pt::SurfaceInteraction> interactions(20);
+  for (std::size_t i = 0; i < interactions.size(); ++i) {
+    interactions[i].object_position = glm::vec3(0.37f, 0.71f, 1.1f) * static_cast<float>(i);
   }
-  std::vector<pt::Appearance> found(surfaces.size());
-  pt::AppearanceLookup lookup(scene, pt::TextureFilter::footprint);
-  CHECK(lookup(surfaces, found) == surfaces.size());
+  std::vector<pt::MaterialSample> found(interactions.size());
+  pt::MaterialEvaluator lookup(scene, pt::TextureFilter::footprint);
+  CHECK(lookup(interactions, found) == interactions.size());
   const solidtex::texture texture(file);
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const glm::vec3& p = surfaces[i].object_position;
+  for (std::size_t i = 0; i < interactions.size(); ++i) {
+    const glm::vec3& p = interactions[i].object_position;
     const std::array<float, 3> point = {p.x, p.y, p.z};
     std::array<float, 5> value;
     texture.eval_points({0, 0, 0}, point, value);

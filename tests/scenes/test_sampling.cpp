@@ -1,10 +1,10 @@
-// Random numbers: how well they are distributed, and what that is worth.
+// Sample sequences: stratification, independence, integration error.
 #include <cmath>
 #include <functional>
 
 #include "catch.hpp"
 #include "plugins/pathtracer/sampling/angles.h"
-#include "plugins/pathtracer/sampling/numbers.h"
+#include "plugins/pathtracer/sampling/sample_sequence.h"
 #include "plugins/pathtracer/sampling/sampling.h"
 #include "tests/scenes/directions.h"
 
@@ -12,7 +12,7 @@ using namespace solidtex::pathtracer;
 
 namespace {
 
-// Sobol's second dimension from its direction numbers, v(k + 1) = v(k) xor v(k) / 2.
+// Sobol's second dimension by direction numbers, v(k + 1) = v(k) xor v(k) / 2.
 std::uint32_t second_dimension(std::uint32_t index) {
   std::uint32_t result = 0;
   for (std::uint32_t v = 1u << 31; index != 0; index >>= 1, v ^= v >> 1) {
@@ -23,7 +23,7 @@ std::uint32_t second_dimension(std::uint32_t index) {
 
 using Point = std::function<glm::vec2(std::uint64_t key, std::uint32_t i)>;
 
-// Root mean square error of integrals by kCount points, over many keys.
+// Root mean square error, over many seeds, of integrals by kCount points.
 constexpr std::uint32_t kCount = 256;
 double error_of(const Point& point, double (*f)(const glm::vec2&), double exact) {
   constexpr int kKeys = 200;
@@ -37,18 +37,20 @@ double error_of(const Point& point, double (*f)(const glm::vec2&), double exact)
 }
 
 glm::vec2 random_point(std::uint64_t key, std::uint32_t i) {
-  scene_tests::Random random(mix(mix(key) + i));
+  scene_tests::Random random(solidtex::mix(solidtex::mix(key) + i));
   const float x = random.next();
   return {x, random.next()};
 }
 
-// One in each cell of a grid, at random there.
+// A jittered grid.
 glm::vec2 stratified_point(std::uint64_t key, std::uint32_t i) {
   const glm::vec2 cell(static_cast<float>(i % 16), static_cast<float>(i / 16));
   return (cell + random_point(key, i)) / 16.0f;
 }
 
-glm::vec2 sampler_point(std::uint64_t key, std::uint32_t i) { return Sampler(key, 5, i).get_2d(3); }
+glm::vec2 sampler_point(std::uint64_t key, std::uint32_t i) {
+  return SampleSequence(key, 5, i).get_2d(3);
+}
 
 }  // namespace
 
@@ -60,22 +62,23 @@ TEST_CASE("The second dimension is Sobol's") {
   }
 }
 
-TEST_CASE("Numbers for many paths are those for each") {
-  NumberPairs pairs;
-  for (const int count : {1, 5, 16, 33, kTogether}) {
-    const auto sampler = [](int i) {
-      return Sampler(9, static_cast<std::uint32_t>(i / 3),
-                     1000003u * static_cast<std::uint32_t>(i));
+TEST_CASE("SamplePairs gives the pairs of each sequence") {
+  SamplePairs pairs;
+  for (const int count : {1, 5, 16, 33, kBatchSize}) {
+    const auto sequence = [](int i) {
+      return SampleSequence(9, static_cast<std::uint32_t>(i / 3),
+                            1000003u * static_cast<std::uint32_t>(i));
     };
-    std::vector<Sampler> samplers;
-    for (int i = 0; i < count; ++i) samplers.push_back(sampler(i));
-    pairs.draw(count, 4,
-               [&](int i) -> const Sampler& { return samplers[static_cast<std::size_t>(i)]; });
-    for (int i = 0; i < count; ++i) CHECK(pairs[i] == sampler(i).get_2d(4));
+    std::vector<SampleSequence> samplers;
+    for (int i = 0; i < count; ++i) samplers.push_back(sequence(i));
+    pairs.draw(count, 4, [&](int i) -> const SampleSequence& {
+      return samplers[static_cast<std::size_t>(i)];
+    });
+    for (int i = 0; i < count; ++i) CHECK(pairs[i] == sequence(i).get_2d(4));
   }
 }
 
-TEST_CASE("Angles are those of libm") {
+TEST_CASE("Trigonometry in turns agrees with libm") {
   constexpr double kTurn = 2 * glm::pi<double>();
   double circle_error = 0, turns_error = 0;
   for (int i = -4000; i <= 8000; ++i) {
@@ -95,19 +98,19 @@ TEST_CASE("Angles are those of libm") {
   CHECK(unit_circle(0.75f) == glm::vec2(0, -1));
 }
 
-TEST_CASE("Blocks of 64 samples fill every interval of a 64th once") {
+TEST_CASE("64 samples are stratified over all elementary intervals of area 1 / 64") {
   for (std::uint32_t dimension = 0; dimension < 5; ++dimension) {
     for (const std::uint32_t start : {0u, 64u, 640u}) {
       for (std::uint32_t columns = 1; columns <= 64; columns *= 2) {
         const std::uint32_t rows = 64 / columns;
         std::vector<int> cells(64), line(64);
         for (std::uint32_t i = start; i < start + 64; ++i) {
-          const Sampler sampler(3, 11, i);
-          const glm::vec2 u = sampler.get_2d(dimension);
+          const SampleSequence sequence(3, 11, i);
+          const glm::vec2 u = sequence.get_2d(dimension);
           const auto x = static_cast<std::size_t>(u.x * static_cast<float>(columns));
           const auto y = static_cast<std::size_t>(u.y * static_cast<float>(rows));
           ++cells[y * columns + x];
-          ++line[static_cast<std::size_t>(sampler.get_1d(dimension) * 64)];
+          ++line[static_cast<std::size_t>(sequence.get_1d(dimension) * 64)];
         }
         CHECK(cells == std::vector<int>(64, 1));
         CHECK(line == std::vector<int>(64, 1));
@@ -124,16 +127,16 @@ TEST_CASE("Dimensions and pixels are independent of each other") {
     return sum;
   };
   for (std::uint32_t d = 0; d < 8; ++d) {
-    const auto here = [&](std::uint32_t i) { return Sampler(1, 7, i).get_1d(d); };
-    const auto next = [&](std::uint32_t i) { return Sampler(1, 7, i).get_1d(d + 1); };
-    const auto beside = [&](std::uint32_t i) { return Sampler(1, 8, i).get_1d(d); };
+    const auto here = [&](std::uint32_t i) { return SampleSequence(1, 7, i).get_1d(d); };
+    const auto next = [&](std::uint32_t i) { return SampleSequence(1, 7, i).get_1d(d + 1); };
+    const auto beside = [&](std::uint32_t i) { return SampleSequence(1, 8, i).get_1d(d); };
     CAPTURE(d);
-    CHECK(std::abs(correlation(here, next)) < 0.06);  // four deviations
+    CHECK(std::abs(correlation(here, next)) < 0.06);  // four standard deviations
     CHECK(std::abs(correlation(here, beside)) < 0.06);
   }
 }
 
-TEST_CASE("Integrals by samples are nearer than by a jittered grid or by chance") {
+TEST_CASE("Integration error is below that of a jittered grid and of independent samples") {
   const auto smooth = [](const glm::vec2& u) {
     return double(u.x * u.x + u.y) * std::sin(3 * u.x * u.y);
   };

@@ -1,4 +1,4 @@
-// Bad scenes: every message names the file, the JSON path, what was found and what was expected.
+// Invalid scenes: errors name the file, the JSON path, what was found and what was expected.
 #include <functional>
 
 #include "catch.hpp"
@@ -48,12 +48,12 @@ std::string refusal(const std::filesystem::path& file) {
   return "(accepted)";
 }
 
-// One change that spoils the good scene, and what the message must say.
+// A change that makes the valid scene invalid, and the expected error.
 struct BadScene {
   const char* place;  // JSON path to set ...
   json value;         // ... to this
-  const char* path;   // JSON path that the message names
-  const char* words;  // what else it says
+  const char* path;   // JSON path in the error
+  const char* words;  // other text in the error
 };
 
 const std::vector<BadScene>& bad_scenes() {
@@ -96,7 +96,7 @@ const std::vector<BadScene>& bad_scenes() {
       {"/materials/grey/color", "red", "/materials/grey/color", "found \"red\", expected a linear"},
       {"/materials/grey/color", {1, 0, 2}, "/materials/grey/color/2", "a number from 0 to 1"},
       {"/materials/grey/color", {{"imag", "a"}}, "/materials/grey/color/imag", "unknown key"},
-      {"/materials/grey/color", {{"seed", 1}}, "/materials/grey/color/seed", "goes with \"solid\""},
+      {"/materials/grey/color", {{"seed", 1}}, "/materials/grey/color/seed", "requires \"solid\""},
       {"/materials/noise/color/precision", "half", "/materials/noise/color/precision",
        "found \"half\", expected \"full\" or \"fast\""},
       {"/materials/grey/color", json::object(), "/materials/grey/color", "either \"solid\" or"},
@@ -199,13 +199,13 @@ const std::vector<BadScene>& bad_scenes() {
        "/objects/1/transform",
        "flattens space"},
       {"/environment", json::object(), "/environment", "either \"file\" or \"color\""},
-      {"/environment/rotation", 30, "/environment/rotation", "goes with \"file\""},
-      {"/environment/color", {0, 0, 0}, "/environment", "no light at all"},
+      {"/environment/rotation", 30, "/environment/rotation", "requires \"file\""},
+      {"/environment/color", {0, 0, 0}, "/environment", "no radiance above 0"},
       {"/environment", {{"file", "sky.exr"}}, "/environment/file", "sky.exr: found no such file"},
       {"/environment", {{"file", "cube.ply"}}, "/environment/file", "no image"},
-      {"/environment", {{"file", "black.exr"}}, "/environment", "no light at all"},
+      {"/environment", {{"file", "black.exr"}}, "/environment", "no radiance above 0"},
       {"/environment", {{"file", "negative.exr"}}, "/environment/file", "not below 0"},
-      {"/lights/0/radiance", {0, 0, 0}, "/lights/0/radiance", "a light that shines"},
+      {"/lights/0/radiance", {0, 0, 0}, "/lights/0/radiance", "a radiance above 0"},
       {"/lights/0/look_at", {0, 5, 0}, "/lights/0/look_at", "not the light's position"},
       {"/lights/0/size", 3, "/lights/0/size", "found 3, expected [width, height]"},
       {"/lights/0", {{"position", {0, 5, 0}}}, "/lights/0", "no key \"radiance\""},
@@ -221,7 +221,7 @@ const std::vector<BadScene>& bad_scenes() {
       {"/lights/0",
        {{"sphere", 1}, {"position", {0, 5, 0}}, {"radiance", {0, 0, 0}}},
        "/lights/0/radiance",
-       "a light that shines"},
+       "a radiance above 0"},
       {"/lights/0",
        {{"sphere", 1}, {"mesh", "cube.ply"}, {"position", {0, 5, 0}}, {"radiance", {1, 1, 1}}},
        "/lights/0/mesh",
@@ -233,7 +233,7 @@ const std::vector<BadScene>& bad_scenes() {
       {"/lights/0",
        {{"mesh", "cube.ply"}, {"radiance", {0, 0, 0}}},
        "/lights/0/radiance",
-       "a light that shines"},
+       "a radiance above 0"},
       {"/lights/0",
        {{"mesh", "cube.ply"},
         {"radiance", {1, 1, 1}},
@@ -247,7 +247,7 @@ const std::vector<BadScene>& bad_scenes() {
 
 }  // namespace
 
-TEST_CASE("The good scene is accepted") {
+TEST_CASE("The valid scene is accepted") {
   const TemporaryFolder folder;
   write_good_files(folder);
   write_text(folder / "scene.json", good_scene().dump());
@@ -259,7 +259,7 @@ TEST_CASE("The good scene is accepted") {
   CHECK(save_unless(mean_color(image).x > 0.1f, image, "good-scene"));
 }
 
-TEST_CASE("Bad scenes are refused with the JSON path, what was found and what was expected") {
+TEST_CASE("Errors name the JSON path, what was found and what was expected") {
   const TemporaryFolder folder;
   write_good_files(folder);
   const auto file = folder / "scene.json";
@@ -271,7 +271,7 @@ TEST_CASE("Bad scenes are refused with the JSON path, what was found and what wa
     CAPTURE(bad.place, bad.value.dump(), message);
     CHECK(message.find(file.string() + ": " + bad.path + ": ") == 0);
     CHECK(message.find(bad.words) != std::string::npos);
-    if (std::string(bad.path).ends_with("/solid")) continue;  // the engine's own words
+    if (std::string(bad.path).ends_with("/solid")) continue;  // the engine's error
     CHECK(message.find("found ") != std::string::npos);
     CHECK(message.find(", expected ") != std::string::npos);
   }
@@ -296,7 +296,7 @@ TEST_CASE("Missing keys are named") {
   }
 }
 
-TEST_CASE("What is no JSON, or has a key twice, is refused") {
+TEST_CASE("Invalid JSON and duplicate keys are refused") {
   const TemporaryFolder folder;
   const auto file = folder / "scene.json";
   for (const char* text : {"", "[", "{\"version\": 1,}", "{\"version\": 1e999}", "nonsense"}) {
@@ -326,7 +326,7 @@ TEST_CASE("An image on a mesh without texture coordinates is refused") {
         std::string::npos);
 }
 
-TEST_CASE("Files are found beside the scene, not in the working folder") {
+TEST_CASE("File names are relative to the scene file") {
   const TemporaryFolder folder;
   write_good_files(folder);
   std::filesystem::create_directory(folder / "below");

@@ -1,19 +1,20 @@
-// Colours of materials: images by UV, solid textures by position.
+// Colors of materials: images by UV, solid textures by position.
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "catch.hpp"
-#include "plugins/pathtracer/materials/appearance.h"
+#include "plugins/pathtracer/materials/material_sample.h"
 #include "plugins/pathtracer/materials/textures.h"
-#include "plugins/pathtracer/reader/image_io.h"
+#include "plugins/pathtracer/reader/image_reader.h"
+#include "plugins/pathtracer/scene/color.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;
 
 namespace {
 
-// The plane from -1 to 1 fills the picture, seen from straight above, x to the right and z down, in
-// light of radiance 1.
+// The plane from -1 to 1 fills the image, seen from above, x to the right and z down, in an
+// environment of radiance 1.
 pt::Scene seen_from_above(const pt::Color& color) {
   pt::Material material;
   material.color = color;
@@ -34,7 +35,7 @@ bool near(const glm::vec3& a, const glm::vec3& b, float tolerance) {
 
 pt::Image four_colors() { return {2, 2, {1, 0, 0, 0, 1, 0, 0, 0, 1, 0.5f, 0.5f, 0.5f}}; }
 
-// Of an encoded colour, which reaches beyond 0 to 1 beside edges.
+// Decodes a color. Interpolation may overshoot the range 0 to 1.
 glm::vec3 albedo_of(const glm::vec3& encoded) {
   const glm::vec3 albedo = pt::srgb_to_linear(glm::clamp(encoded, 0.0f, 1.0f));
   return glm::min(albedo, pt::kMaxTextureAlbedo);
@@ -42,13 +43,13 @@ glm::vec3 albedo_of(const glm::vec3& encoded) {
 
 }  // namespace
 
-TEST_CASE("An image lies on the mesh by its UV, the first row on top") {
+TEST_CASE("An image is mapped by UV, the first row on top") {
   const TemporaryFolder folder;
   pt::write_exr(four_colors(), folder / "colors.exr");
   pt::Scene scene = seen_from_above(pt::ImageColor{0});
   scene.images.push_back(pt::read_image(folder / "colors.exr", pt::ImageEncoding::automatic));
   const pt::Image image = pt::render(scene, small_settings(32, 400));
-  // The centres of the image's four pixels are a quarter and three quarters into the picture.
+  // The image's pixel centres are at a quarter and three quarters of the render.
   const int low = 8, high = 23;
   const bool passed = near(pixel(image, low, low), {0.999f, 0, 0}, 0.1f) &&
                       near(pixel(image, high, low), {0, 0.999f, 0}, 0.1f) &&
@@ -57,10 +58,10 @@ TEST_CASE("An image lies on the mesh by its UV, the first row on top") {
   CHECK(save_unless(passed, image, "image-color"));
 }
 
-TEST_CASE("PNG files are decoded from sRGB, EXR files are linear, both survive the round trip") {
+TEST_CASE("PNG files are sRGB, EXR files linear, in both directions") {
   const TemporaryFolder folder;
   pt::Image picture{3, 1, {0, 0.25f, 0.5f, 1, 0.02f, 0.003f, 0.7f, 0.18f, 1}};
-  pt::write_png(pt::show(picture, {}), folder / "a.png");
+  pt::write_png(pt::to_display(picture, {}), folder / "a.png");
   pt::write_exr(picture, folder / "a.exr");
   const auto from_png = pt::read_image(folder / "a.png", pt::ImageEncoding::automatic);
   const auto from_exr = pt::read_image(folder / "a.exr", pt::ImageEncoding::automatic);
@@ -71,13 +72,13 @@ TEST_CASE("PNG files are decoded from sRGB, EXR files are linear, both survive t
     CHECK(from_exr.pixels[i] == expected);
     CHECK(near(undecoded.pixels[i], pt::linear_to_srgb(expected), 0.003f));
   }
-  // One stop brighter, and clamped.
-  pt::write_png(pt::show(picture, {.exposure = 1}), folder / "b.png");
+  // Exposure +1 stop, clamped.
+  pt::write_png(pt::to_display(picture, {.exposure = 1}), folder / "b.png");
   const auto brighter = pt::read_image(folder / "b.png", pt::ImageEncoding::automatic);
   CHECK(near(brighter.pixels[0], {0, 0.5f, 1}, 0.006f));
 }
 
-TEST_CASE("sRGB has its known values and inverts") {
+TEST_CASE("The sRGB curve has its known values and an inverse") {
   CHECK(pt::srgb_to_linear(glm::vec3(0.5f)).x == Approx(0.2140411f).epsilon(1e-4));
   CHECK(pt::linear_to_srgb(glm::vec3(0.18f)).x == Approx(0.4613561f).epsilon(1e-4));
   for (float x = 0; x <= 1; x += 0.01f) {
@@ -85,7 +86,7 @@ TEST_CASE("sRGB has its known values and inverts") {
   }
 }
 
-TEST_CASE("A solid colour is the engine's answer at the surface, decoded") {
+TEST_CASE("A solid color is the engine's value at the surface, decoded") {
   const TemporaryFolder folder;
   write_noise_model(folder / "noise.solidtex", 1);
   const solidtex::texture texture((folder / "noise.solidtex").string(), {.seed = 5});
@@ -98,23 +99,23 @@ TEST_CASE("A solid colour is the engine's answer at the surface, decoded") {
   scene.materials[1].color = pt::SolidColor{0, true, to_texels};
   scene.materials[2].color = glm::vec3(0.1f, 0.2f, 0.3f);
 
-  std::vector<pt::Surface> surfaces(90);
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+  std::vector<pt::SurfaceInteraction> interactions(90);
+  for (std::size_t i = 0; i < interactions.size(); ++i) {
     const float t = static_cast<float>(i);
-    surfaces[i].object_position = {0.1f * t, 1 - 0.03f * t, 0.2f * t};
-    surfaces[i].position = surfaces[i].object_position + glm::vec3(5, 6, 7);
-    surfaces[i].material = static_cast<std::uint32_t>(i % 3);
+    interactions[i].object_position = {0.1f * t, 1 - 0.03f * t, 0.2f * t};
+    interactions[i].position = interactions[i].object_position + glm::vec3(5, 6, 7);
+    interactions[i].material = static_cast<std::uint32_t>(i % 3);
   }
-  std::vector<pt::Appearance> found(surfaces.size());
-  pt::AppearanceLookup lookup(scene, pt::TextureFilter::footprint);
-  CHECK(lookup(surfaces, found) == 60);
+  std::vector<pt::MaterialSample> found(interactions.size());
+  pt::MaterialEvaluator lookup(scene, pt::TextureFilter::footprint);
+  CHECK(lookup(interactions, found) == 60);
 
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+  for (std::size_t i = 0; i < interactions.size(); ++i) {
     if (i % 3 == 2) {
       CHECK(found[i].color == glm::vec3(0.1f, 0.2f, 0.3f));
       continue;
     }
-    const glm::vec3 p = i % 3 == 0 ? surfaces[i].object_position : surfaces[i].position;
+    const glm::vec3 p = i % 3 == 0 ? interactions[i].object_position : interactions[i].position;
     const std::array<float, 3> texels = {7 * p.x, 8 * p.y, 9 * p.z};
     std::array<float, 3> value;
     texture.eval_points({1000.5, -1e9, 3.25}, texels, value);
@@ -123,7 +124,7 @@ TEST_CASE("A solid colour is the engine's answer at the surface, decoded") {
   }
 }
 
-TEST_CASE("Colour and roughness are found by name, wherever the model has them") {
+TEST_CASE("Color and roughness channels are found by name, in any order") {
   const TemporaryFolder folder;
   const std::vector<std::string> names = {"height",   "albedo.b",  "roughness",
                                           "albedo.r", "metalness", "albedo.g"};
@@ -140,16 +141,16 @@ TEST_CASE("Colour and roughness are found by name, wherever the model has them")
   scene.materials[1].roughness =
       pt::SolidChannel{pt::channel_index(scene.textures[0], "roughness")};
 
-  std::vector<pt::Surface> surfaces(40);
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    surfaces[i].object_position = glm::vec3(0.37f, 0.71f, 1.1f) * static_cast<float>(i);
-    surfaces[i].material = i % 2;
+  std::vector<pt::SurfaceInteraction> interactions(40);
+  for (std::size_t i = 0; i < interactions.size(); ++i) {
+    interactions[i].object_position = glm::vec3(0.37f, 0.71f, 1.1f) * static_cast<float>(i);
+    interactions[i].material = i % 2;
   }
-  std::vector<pt::Appearance> found(surfaces.size());
-  pt::AppearanceLookup lookup(scene, pt::TextureFilter::footprint);
-  CHECK(lookup(surfaces, found) == 40);
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const glm::vec3& p = surfaces[i].object_position;
+  std::vector<pt::MaterialSample> found(interactions.size());
+  pt::MaterialEvaluator lookup(scene, pt::TextureFilter::footprint);
+  CHECK(lookup(interactions, found) == 40);
+  for (std::size_t i = 0; i < interactions.size(); ++i) {
+    const glm::vec3& p = interactions[i].object_position;
     const std::array<float, 3> point = {p.x, p.y, p.z};
     std::array<float, 6> value;
     texture.eval_points({0, 0, 0}, point, value);
@@ -159,7 +160,7 @@ TEST_CASE("Colour and roughness are found by name, wherever the model has them")
   }
 }
 
-TEST_CASE("A scene's roughness may be a channel of its solid colour") {
+TEST_CASE("Roughness may be a channel of the color's solid texture") {
   const TemporaryFolder folder;
   write_noise_model(folder / "maps.solidtex", 3,
                     {"roughness", "albedo.r", "albedo.g", "albedo.b", "height"});
@@ -189,7 +190,7 @@ TEST_CASE("A scene's roughness may be a channel of its solid colour") {
   CHECK(save_unless(difference > 0.1f, varied, "roughness-channel"));
 }
 
-TEST_CASE("A solid material in a picture is the engine's voxel, object space moves along") {
+TEST_CASE("A rendered solid color is the engine's voxel, in object or world space") {
   const TemporaryFolder folder;
   write_noise_model(folder / "noise.solidtex", 6);
   const solidtex::texture texture((folder / "noise.solidtex").string());
@@ -197,7 +198,7 @@ TEST_CASE("A solid material in a picture is the engine's voxel, object space mov
   texture.eval_box({10, 10, 10}, {1, 1, 1}, value);
   const glm::vec3 expected = pt::srgb_to_linear({value[0], value[1], value[2]});
 
-  // The whole plane lies in one cell of constant colour.
+  // The whole plane lies in one cell of constant color.
   glm::dmat4 to_texels = glm::scale(glm::dmat4(1), glm::dvec3(8));
   to_texels[3] = {32, 32, 32, 1};
   for (const bool world_space : {false, true}) {
@@ -206,7 +207,7 @@ TEST_CASE("A solid material in a picture is the engine's voxel, object space mov
     const pt::Image still = pt::render(scene, small_settings(16, 256));
     CHECK(save_unless(near(middle_color(still, 4), expected, 0.01f), still, "solid-color"));
 
-    // Moved 20 units along y: object space keeps its colour, world space is in another cell.
+    // Moves by 20 units along y: object space keeps its color, world space reaches another cell.
     scene.objects[0].to_world[3] = {0, -20, 0, 1};
     scene.camera.position.y -= 20;
     scene.camera.look_at.y -= 20;
@@ -218,7 +219,7 @@ TEST_CASE("A solid material in a picture is the engine's voxel, object space mov
 
 namespace {
 
-// A plane under an even sky, with noise of two texels in a pixel and more.
+// A plane under a constant sky. A pixel covers two texels and more.
 pt::Image render_plane(const std::filesystem::path& model, pt::TextureFilter filter, int samples) {
   pt::Scene scene = make_scene(make_quad(200), {}, {0, 2, 6}, 24);  // just below the horizon
   scene.textures.emplace_back(model.string());
@@ -254,14 +255,14 @@ TEST_CASE("A plane to the horizon does not alias") {
   CAPTURE(plain, stochastic, filtered, slanted, four);
   CHECK(slanted < 0.95 * filtered);
   CHECK(filtered < 0.3 * plain);
-  CHECK(four < 1.1 * filtered);  // what is left of either is not noise
+  CHECK(four < 1.1 * filtered);  // the rest is bias, not noise
   CHECK(stochastic < 1.3 * plain);
-  // Many samples see points, whatever is asked for.
+  // With many samples footprints shrink to points.
   const pt::Image many = render(pt::TextureFilter::footprint, 400);
   CHECK(rms_difference(many, reference) < 0.15 * plain);
 }
 
-TEST_CASE("A footprint is measured in the texture's texels, however the object is scaled") {
+TEST_CASE("Footprints are in texels, independent of the object's scale") {
   const TemporaryFolder folder;
   write_noise_model(folder / "noise.solidtex", 0);
   const auto render = [&](pt::TextureFilter filter, float scale, bool world) {

@@ -1,13 +1,13 @@
 #include "tools/render/job.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <chrono>
 
 #include "tools/common/cli.h"
 #include "tools/common/progress.h"
 #include "tools/render/output.h"
-#include "tools/render/profile.h"
 
 namespace solidtex::tools {
 namespace {
@@ -15,7 +15,71 @@ namespace {
 namespace fs = std::filesystem;
 namespace pt = solidtex::pathtracer;
 
-// Something to do every so many seconds.
+double wall_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+rusage usage() {
+  rusage result{};
+  getrusage(RUSAGE_SELF, &result);
+  return result;
+}
+
+double processor_seconds() {
+  const rusage used = usage();
+  return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+void print_part(const char* name, double part, double total) {
+  fmt::print("  {:<14}{:>9.2f} s {:>5.1f} %\n", name, part, total > 0 ? 100 * part / total : 0);
+}
+
+double per_second(double count, double time) { return time > 0 ? count / time * 1e-6 : 0; }
+
+// Cost of a render since construction, for --stats.
+class Profile {
+ public:
+  explicit Profile(std::uint64_t samples)
+      : samples_(static_cast<double>(samples)),
+        wall_(wall_seconds()),
+        processor_(processor_seconds()) {}
+
+  // Prints times, throughput and memory.
+  void print(const pt::Scene& scene, const pt::RenderStatistics& statistics) const;
+
+ private:
+  double samples_, wall_, processor_;
+};
+
+void Profile::print(const pt::Scene& scene, const pt::RenderStatistics& statistics) const {
+  const double wall = wall_seconds() - wall_, processor = processor_seconds() - processor_;
+  const double known =
+      statistics.intersection_seconds + statistics.texture_seconds + statistics.shading_seconds;
+  fmt::print("rendering: {:.2f} s, {:.2f} s of processor time\n", wall, processor);
+  print_part("intersection", statistics.intersection_seconds, processor);
+  print_part("textures", statistics.texture_seconds, processor);
+  print_part("shading", statistics.shading_seconds, processor);
+  print_part("other", processor - known, processor);  // threads of texture queries, previews
+  fmt::print(
+      "samples: {:.3f} million, {:.3f} million per second, {:.3f} million per processor second\n",
+      samples_ * 1e-6, per_second(samples_, wall), per_second(samples_, processor));
+  const auto rays = static_cast<double>(statistics.ray_count);
+  fmt::print("rays: {:.2f} million, {:.2f} million per second of intersection\n", rays * 1e-6,
+             per_second(rays, statistics.intersection_seconds));
+  const auto points = static_cast<double>(statistics.texture_point_count);
+  fmt::print("texture points: {:.2f} million, {:.3f} million per second of textures\n",
+             points * 1e-6, per_second(points, statistics.texture_seconds));
+  const pt::BrickStatistics bricks = pt::brick_statistics(scene);
+  fmt::print("bricks: {} computed, {} needed, {:.1f} MiB peak\n", bricks.computed, bricks.needed,
+             static_cast<double>(bricks.peak_bytes) / 0x1p20);
+  fmt::print("memory: {:.1f} MiB peak\n", static_cast<double>(usage().ru_maxrss) / 1024);
+}
+
+// A periodic task.
 class Alarm {
  public:
   explicit Alarm(double seconds) : seconds_(seconds) {}
@@ -38,8 +102,8 @@ class Job {
         preview_(fs::path(output).replace_extension("preview.png")),
         display_(display_for(scene, options)),
         settings_(checked(settings_for(scene, options), output)),
-        rendering_(scene, settings_),
-        profile_(rendering_.samples_left()),
+        renderer_(scene, settings_),
+        profile_(renderer_.remaining_samples()),
         preview_alarm_(options.preview_every),
         checkpoint_alarm_(has_checkpoint() ? options.checkpoint_every : 0) {}
 
@@ -62,21 +126,21 @@ class Job {
   bool has_checkpoint() const { return !options_.checkpoint.empty(); }
 
   void resume() {
-    rendering_.resume(options_.checkpoint);
-    if (!options_.quiet) fmt::print("{}: goes on from there\n", options_.checkpoint.string());
+    renderer_.resume(options_.checkpoint);
+    if (!options_.quiet) fmt::print("{}: resumed\n", options_.checkpoint.string());
   }
 
   void render() {
     std::optional<Progress> progress;
-    if (!options_.quiet) progress.emplace("rendering", rendering_.samples_left());
-    pt::Hooks hooks;
-    hooks.on_samples = [&](std::uint64_t count) {
+    if (!options_.quiet) progress.emplace("rendering", renderer_.remaining_samples());
+    pt::Callbacks callbacks;
+    callbacks.on_samples = [&](std::uint64_t count) {
       if (progress) progress->advance(count);
     };
-    hooks.should_stop = [&] {
+    callbacks.should_stop = [&] {
       return interrupted() || preview_alarm_.is_due() || checkpoint_alarm_.is_due();
     };
-    while (!rendering_.go_on(hooks)) {
+    while (!renderer_.render(callbacks)) {
       if (interrupted()) stop();
       if (preview_alarm_.is_due()) write_preview();
       if (checkpoint_alarm_.is_due()) write_checkpoint();
@@ -87,14 +151,14 @@ class Job {
   [[noreturn]] void stop() {
     if (!has_checkpoint()) throw Interrupted();
     save();
-    throw Interrupted(options_.checkpoint.string() + " keeps what is done");
+    throw Interrupted(options_.checkpoint.string() + " keeps the samples so far");
   }
 
   void save() {
-    write_completely(options_.checkpoint, [&](const fs::path& file) { rendering_.save(file); });
+    write_completely(options_.checkpoint, [&](const fs::path& file) { renderer_.save(file); });
   }
 
-  // What goes wrong on the way, a full disk say, must not cost the render.
+  // An error, a full disk for example, must not end the render.
   void write_checkpoint() {
     try {
       save();
@@ -106,25 +170,25 @@ class Job {
 
   void write_preview() {
     try {
-      write_picture(rendering_.picture(), display_, preview_);
+      write_image(renderer_.image(), display_, preview_);
       preview_alarm_.reset();
     } catch (const std::exception& error) {
-      fmt::print(stderr, "warning: {}; no more previews\n", error.what());
+      fmt::print(stderr, "warning: {}; previews are off\n", error.what());
       preview_alarm_.turn_off();
     }
   }
 
-  // A picture that cannot be written where it should be, because the disk is full say, is kept.
+  // Saves an image elsewhere if it cannot be written, because the disk is full for example.
   std::string write() {
-    const pt::Picture picture = rendering_.picture();
+    const pt::AovImage image = renderer_.image();
     try {
-      return write_picture(picture, display_, output_);
+      return write_image(image, display_, output_);
     } catch (const std::exception& error) {
-      throw std::runtime_error(fmt::format("{}; {}", error.what(), keep(picture)));
+      throw std::runtime_error(fmt::format("{}; {}", error.what(), rescue(image)));
     }
   }
 
-  std::string keep(const pt::Picture& picture) {
+  std::string rescue(const pt::AovImage& image) {
     fs::path refuge = options_.checkpoint;
     try {
       if (has_checkpoint()) {
@@ -132,16 +196,16 @@ class Job {
       } else {
         refuge = fs::temp_directory_path() / output_.filename().replace_extension("rescued.exr");
         refuse_overwrite(refuge, false);
-        write_picture(picture, display_, refuge);
+        write_image(image, display_, refuge);
       }
     } catch (const std::exception& error) {
-      return fmt::format("nor can the render be kept in {}", error.what());
+      return fmt::format("it cannot be saved elsewhere either: {}", error.what());
     }
     return refuge.string() + " keeps the render";
   }
 
   void report(const std::string& legend) const {
-    const pt::RenderStatistics statistics = rendering_.statistics();
+    const pt::RenderStatistics statistics = renderer_.statistics();
     if (statistics.invalid_sample_count > 0) {
       fmt::print(stderr, "warning: {} samples were not finite and count as black\n",
                  statistics.invalid_sample_count);
@@ -162,14 +226,14 @@ class Job {
   const fs::path output_, preview_;
   const pt::Display display_;
   const pt::RenderSettings settings_;
-  pt::Rendering rendering_;
+  pt::Renderer renderer_;
   const Profile profile_;
   Alarm preview_alarm_, checkpoint_alarm_;
 };
 
 }  // namespace
 
-void render_picture(const pt::Scene& scene, const Options& options, const fs::path& output) {
+void render_image(const pt::Scene& scene, const Options& options, const fs::path& output) {
   Job(scene, options, output).run();
 }
 

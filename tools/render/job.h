@@ -1,4 +1,4 @@
-// One picture from first sample to file, with what keeps a long render safe on the way.
+// Renders one image to a file, with previews and checkpoints.
 #pragma once
 
 #include <solidtex/pathtracer.hpp>
@@ -7,8 +7,8 @@
 
 namespace solidtex::tools {
 
-// Throws Interrupted after Ctrl-C, when what is done is in the checkpoint, if there is to be one.
-void render_picture(const pathtracer::Scene& scene, const Options& options,
-                    const std::filesystem::path& output);
+// Throws Interrupted after Ctrl-C. The checkpoint, if any, is then saved.
+void render_image(const pathtracer::Scene& scene, const Options& options,
+                  const std::filesystem::path& output);
 
 }  // namespace solidtex::tools

@@ -1,11 +1,10 @@
-// solidtex-render: reads a scene, renders it, writes an EXR or a PNG, or one for every frame.
+// solidtex-render: renders a scene to EXR or PNG images.
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <solidtex/pathtracer.hpp>
 
 #include "tools/common/cli.h"
-#include "tools/render/frames.h"
 #include "tools/render/job.h"
 #include "tools/render/options.h"
 #include "tools/render/output.h"
@@ -24,22 +23,22 @@ void run(const tools::Options& options) {
   tools::check_checkpoint(options);
   tools::install_interrupt_handler();
   pt::Sequence sequence(options.scene);
-  if (options.turntable > 0) sequence.turn(options.turntable);
+  if (options.turntable > 0) sequence.set_turntable(options.turntable);
   const auto frames = tools::frames_to_render(options, sequence.frame_count());
   for (const tools::Frame& frame : frames) tools::check_output(frame.output, options);
-  if (frames.empty() && !options.quiet) fmt::print("all pictures are there\n");
+  if (frames.empty() && !options.quiet) fmt::print("all images exist\n");
   for (const tools::Frame& frame : frames) {
     tools::throw_if_interrupted();
     const pt::Scene& scene = sequence.frame(frame.number);
     if (!options.quiet && &frame == &frames.front()) print_notes(scene);
-    tools::render_picture(scene, options, frame.output);
+    tools::render_image(scene, options, frame.output);
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Renders a scene with solid textures into a picture.", "solidtex-render");
+  CLI::App app("Renders a scene with solid textures.", "solidtex-render");
   tools::Options options;
   tools::add_options(app, options);
   return tools::run_tool(app, argc, argv, [&] { run(options); });

@@ -2,43 +2,44 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <map>
 
 namespace solidtex::tools {
 namespace {
 
+namespace fs = std::filesystem;
 namespace pt = solidtex::pathtracer;
 
 constexpr const char* kExamples = R"(Examples:
   solidtex-render scenes/demo.json -o demo.png
   solidtex-render scene.json --spp 256 --size 1920,1080 -o scene.exr
-  solidtex-render scene.json --spp 4 --force -o quick.png     a quick look
-  solidtex-render scene.json --layers all -o scene.exr        for compositing
-  solidtex-render scene.json --view normal -o normal.png      a look at one layer
+  solidtex-render scene.json --spp 4 --force -o quick.png     preview
+  solidtex-render scene.json --aovs all -o scene.exr          for compositing
+  solidtex-render scene.json --view normal -o normal.png      show one AOV
   solidtex-render scene.json --spp 4096 --noise 0.02 --checkpoint scene.state -o scene.exr
   solidtex-render scene.json --turntable 36 -o turn.####.png
 
-Options given here win over the scene's own "render" settings. The same scene, size, samples and
-seed give the same picture, bit for bit, with any number of threads.
-An EXR holds linear light; a PNG is brightened by the exposure and encoded by the view transform.
-The scene format is described in docs/scene-format.md, what comes out in docs/rendering.md.)";
+Options override the "render" settings of the scene. The same scene, size, samples and seed give the
+same image, bit for bit, with any number of threads. An EXR holds linear light. A PNG applies the
+exposure and the view transform. docs/scene-format.md describes scenes, docs/rendering.md images.)";
 
-std::map<std::string, pt::Layer> layer_names() {
-  std::map<std::string, pt::Layer> names;
-  for (const pt::LayerInfo& layer : pt::all_layers()) names[layer.name] = layer.layer;
+std::map<std::string, pt::Aov> aov_names() {
+  std::map<std::string, pt::Aov> names;
+  for (const pt::AovInfo& aov : pt::all_aovs()) names[aov.name] = aov.aov;
   return names;
 }
 
-pt::LayerSet layer_set(const Options& options) {
+pt::AovSet aov_set(const Options& options) {
   if (options.view) return {*options.view};
-  if (options.layers.empty()) return {pt::Layer::beauty};
-  pt::LayerSet layers;
-  for (const std::string& name : options.layers) {
-    for (const pt::LayerInfo& layer : pt::all_layers()) {
-      if (name == "all" || name == layer.name) layers.add(layer.layer);
+  if (options.aovs.empty()) return {pt::Aov::beauty};
+  pt::AovSet aovs;
+  for (const std::string& name : options.aovs) {
+    for (const pt::AovInfo& aov : pt::all_aovs()) {
+      if (name == "all" || name == aov.name) aovs.add(aov.aov);
     }
   }
-  return layers;
+  return aovs;
 }
 
 pt::Window crop_window(const std::vector<int>& crop, const pt::RenderSettings& settings) {
@@ -46,70 +47,69 @@ pt::Window crop_window(const std::vector<int>& crop, const pt::RenderSettings& s
   const pt::Window window{crop[0], crop[1], crop[2], crop[3]};
   if (window.empty() || window.x0 < 0 || window.y0 < 0 || window.x1 > settings.width ||
       window.y1 > settings.height) {
-    throw std::runtime_error(
-        fmt::format("--crop: found {},{},{},{}, expected x0 < x1 and y0 < y1 in a picture of {} x "
-                    "{} pixels",
-                    window.x0, window.y0, window.x1, window.y1, settings.width, settings.height));
+    throw std::runtime_error(fmt::format(
+        "--crop: found {},{},{},{}, expected x0 < x1 and y0 < y1 in an image of {} x {} "
+        "pixels",
+        window.x0, window.y0, window.x1, window.y1, settings.width, settings.height));
   }
   return window;
 }
 
-void add_picture_options(CLI::App& app, Options& options) {
-  app.add_option("--spp", options.samples, "Samples per pixel; with --noise at most")
+void add_image_options(CLI::App& app, Options& options) {
+  app.add_option("--spp", options.samples, "Samples per pixel; the maximum with --noise")
       ->check(CLI::Range(1, 1 << 20));
   app.add_option("--size", options.size, "Width and height in pixels")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::Range(1, 32768))
       ->option_text("W,H");
-  app.add_option("--crop", options.crop, "Only pixels x0 <= x < x1, y0 <= y < y1 of the picture")
+  app.add_option("--crop", options.crop, "Render only the pixels x0 <= x < x1, y0 <= y < y1")
       ->delimiter(',')
       ->expected(4)
       ->option_text("X0,Y0,X1,Y1");
   app.add_option(
          "--noise", options.noise,
-         "Relative error, 0.01 say, at which a part of the picture gets no more samples; 0: "
-         "all get as many")
+         "Stop sampling a block of pixels at this relative error, 0.01 for example; 0: take all "
+         "samples")
       ->check(CLI::Range(0.0, 1e3));
-  app.add_option("--seed", options.seed, "Which noise the picture has");
-  app.add_option(
-         "--texture-filter", options.texture_filter,
-         "What a sample takes of a solid texture: footprint, anisotropic, stochastic or none")
+  app.add_option("--seed", options.seed, "Random seed");
+  app.add_option("--texture-filter", options.texture_filter,
+                 "Filter of solid textures: footprint, anisotropic, stochastic or none")
       ->transform(CLI::CheckedTransformer(pt::texture_filters()));
 }
 
 void add_output_options(CLI::App& app, Options& options) {
-  auto layers = layer_names();
-  CLI::Option* view = app.add_option("--view", options.view, "Show this layer instead of the light")
-                          ->transform(CLI::CheckedTransformer(layers))
-                          ->option_text("LAYER");
+  auto aovs = aov_names();
+  CLI::Option* view = app.add_option("--view", options.view, "Show this AOV instead of the beauty")
+                          ->transform(CLI::CheckedTransformer(aovs))
+                          ->option_text("AOV");
   std::vector<std::string> names{"all"};
-  for (const pt::LayerInfo& layer : pt::all_layers()) names.push_back(layer.name);
-  app.add_option("--layers", options.layers,
-                 fmt::format("Layers of an EXR: {}", fmt::join(names, ", ")))
+  for (const pt::AovInfo& aov : pt::all_aovs()) names.push_back(aov.name);
+  app.add_option("--aovs,--layers", options.aovs,
+                 fmt::format("AOVs of an EXR: {}", fmt::join(names, ", ")))
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->excludes(view)
-      ->option_text("LAYER,...");
+      ->option_text("AOV,...");
   app.add_option("--view-transform", options.view_transform,
-                 "How a PNG shows light: srgb, filmic, aces or false-color")
+                 "View transform of a PNG: srgb, filmic, aces or false-color")
       ->transform(CLI::CheckedTransformer(pt::view_transforms()));
-  app.add_option("--exposure", options.exposure, "Stops by which a PNG is brightened")
+  app.add_option("--exposure", options.exposure, "Exposure of a PNG in stops")
       ->check(CLI::Range(-30.0f, 30.0f));
 }
 
 void add_long_render_options(CLI::App& app, Options& options) {
   const auto seconds = CLI::Range(0.1, 1e6);
   app.add_option("--preview-every", options.preview_every,
-                 "Write what there is to OUTPUT.preview.png every so many seconds")
+                 "Write OUTPUT.preview.png at this interval")
       ->check(seconds)
       ->option_text("SECONDS");
   CLI::Option* checkpoint =
       app.add_option("--checkpoint", options.checkpoint,
-                     "Keep the state of the render in this file, and go on from it if it is there")
+                     "Save the state of the render to this file; resume from it if it exists")
           ->option_text("FILE");
   app.add_option("--checkpoint-every", options.checkpoint_every,
-                 "Seconds between checkpoints, 60 if not said otherwise")
+                 "Interval between checkpoints (default: 60)")
       ->check(seconds)
       ->needs(checkpoint)
       ->option_text("SECONDS");
@@ -117,15 +117,46 @@ void add_long_render_options(CLI::App& app, Options& options) {
 
 void add_sequence_options(CLI::App& app, Options& options) {
   app.add_option("--frames", options.frames,
-                 "Frames of the scene's animation, 12 or 0-47 (default: all, if OUTPUT has ####)")
+                 "Frames of the animation, 12 or 0-47 (default: all if OUTPUT contains #, else 0)")
       ->option_text("FIRST-LAST");
   app.add_option("--turntable", options.turntable,
-                 "So many frames of the camera going round what it looks at")
+                 "Render an N-frame turntable around the look-at point")
       ->check(CLI::Range(1, 100000))
-      ->option_text("FRAMES");
-  CLI::Option* force = app.add_flag("--force", options.force, "Overwrite pictures that exist");
-  app.add_flag("--resume", options.resume, "Leave frames out whose pictures exist")
-      ->excludes(force);
+      ->option_text("N");
+  CLI::Option* force = app.add_flag("--force", options.force, "Overwrite existing images");
+  app.add_flag("--resume", options.resume, "Skip frames whose images exist")->excludes(force);
+}
+
+struct Range {
+  int first = 0, last = 0;
+};
+
+// "12" or "0-47"
+Range parse_range(const std::string& text, int frame_count) {
+  Range range;
+  const char* end = text.data() + text.size();
+  auto parsed = std::from_chars(text.data(), end, range.first);
+  range.last = range.first;
+  if (parsed.ec == std::errc() && parsed.ptr != end && *parsed.ptr == '-') {
+    parsed = std::from_chars(parsed.ptr + 1, end, range.last);
+  }
+  if (parsed.ec != std::errc() || parsed.ptr != end || range.first < 0 ||
+      range.last < range.first || range.last >= frame_count) {
+    throw std::runtime_error(
+        fmt::format("--frames: found {}, expected FRAME or FIRST-LAST, from 0 "
+                    "to {}",
+                    text, frame_count - 1));
+  }
+  return range;
+}
+
+// Replaces a run of # by the frame number, zero-padded to the length of the run.
+fs::path numbered(const fs::path& output, int number) {
+  std::string name = output.filename().string();
+  const std::size_t start = name.find('#');
+  const std::size_t end = name.find_first_not_of('#', start);
+  name.replace(start, end - start, fmt::format("{:0{}}", number, end - start));
+  return output.parent_path() / name;
 }
 
 }  // namespace
@@ -133,16 +164,16 @@ void add_sequence_options(CLI::App& app, Options& options) {
 void add_options(CLI::App& app, Options& options) {
   app.add_option("scene", options.scene, "Scene file (JSON)")->required()->option_text("SCENE");
   app.add_option("-o,--output", options.output,
-                 "Picture to write, .exr or .png; #### is the number of the frame")
+                 "Image to write, .exr or .png; #### becomes the frame number")
       ->required();
-  add_picture_options(app, options);
+  add_image_options(app, options);
   add_output_options(app, options);
   add_long_render_options(app, options);
   add_sequence_options(app, options);
   app.add_option("--threads", options.threads, "Threads (default: all)")
       ->check(CLI::Range(1, 1024));
-  app.add_flag("--stats", options.stats, "Say where the time went, and what it bought");
-  app.add_flag("--quiet", options.quiet, "Say nothing but errors");
+  app.add_flag("--stats", options.stats, "Print times and counts of the render");
+  app.add_flag("--quiet", options.quiet, "Print errors and warnings only");
   app.footer(kExamples);
 }
 
@@ -158,7 +189,7 @@ pt::RenderSettings settings_for(const pt::Scene& scene, const Options& options) 
   if (options.texture_filter) settings.texture_filter = *options.texture_filter;
   settings.threads = options.threads;
   settings.crop = crop_window(options.crop, settings);
-  settings.layers = layer_set(options);
+  settings.aovs = aov_set(options);
   settings.progressive = options.preview_every > 0;
   return settings;
 }
@@ -168,6 +199,24 @@ pt::Display display_for(const pt::Scene& scene, const Options& options) {
   if (options.view_transform) display.transform = *options.view_transform;
   if (options.exposure) display.exposure = *options.exposure;
   return display;
+}
+
+std::vector<Frame> frames_to_render(const Options& options, int frame_count) {
+  const bool has_number = options.output.filename().string().find('#') != std::string::npos;
+  Range range{0, has_number || options.turntable > 0 ? frame_count - 1 : 0};
+  if (options.frames) range = parse_range(*options.frames, frame_count);
+  if (!has_number && range.last > range.first) {
+    throw std::runtime_error(fmt::format(
+        "{}: found one name for {} frames, expected a name with a frame number, {}.####{}",
+        options.output.string(), range.last - range.first + 1, options.output.stem().string(),
+        options.output.extension().string()));
+  }
+  std::vector<Frame> frames;
+  for (int number = range.first; number <= range.last; ++number) {
+    const fs::path output = has_number ? numbered(options.output, number) : options.output;
+    if (!options.resume || !fs::exists(output)) frames.push_back({number, output});
+  }
+  return frames;
 }
 
 }  // namespace solidtex::tools

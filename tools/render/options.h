@@ -1,10 +1,11 @@
-// What the command line asks for.
+// Command line of solidtex-render.
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <solidtex/pathtracer.hpp>
+#include <string>
 #include <vector>
 
 namespace solidtex::tools {
@@ -12,7 +13,7 @@ namespace solidtex::tools {
 struct Options {
   std::filesystem::path scene, output;
 
-  // These win over the scene's own settings.
+  // These override the scene's settings.
   std::vector<int> size;
   std::optional<int> samples;
   std::optional<double> noise;
@@ -23,8 +24,8 @@ struct Options {
 
   int threads = 0;
   std::vector<int> crop;
-  std::vector<std::string> layers;
-  std::optional<pathtracer::Layer> view;
+  std::vector<std::string> aovs;
+  std::optional<pathtracer::Aov> view;
 
   double preview_every = 0;          // seconds; 0: never
   std::filesystem::path checkpoint;  // empty: none
@@ -38,8 +39,17 @@ struct Options {
 
 void add_options(CLI::App& app, Options& options);
 
-// The scene's settings with those of the command line over them.
+// Returns the scene's settings, overridden by the command line.
 pathtracer::RenderSettings settings_for(const pathtracer::Scene& scene, const Options& options);
 pathtracer::Display display_for(const pathtracer::Scene& scene, const Options& options);
+
+struct Frame {
+  int number = 0;
+  std::filesystem::path output;
+};
+
+// Returns the requested frames, with --resume those whose output does not exist. Throws for frames
+// that the scene does not have, and if several frames would have one output name.
+std::vector<Frame> frames_to_render(const Options& options, int frame_count);
 
 }  // namespace solidtex::tools

@@ -29,7 +29,7 @@ void check_folder(const fs::path& file) {
     throw std::runtime_error(fmt::format("{}: found no folder {}, expected one to write into",
                                          file.string(), folder.string()));
   }
-  // Permissions do not tell all: the system of files may be read-only, or of a special kind.
+  // Probes by writing: permissions do not tell that a file system is read-only or special.
   const AtomicFile probe(file);
   if (!std::ofstream(probe.temporary_path())) {
     throw std::runtime_error(fmt::format("{}: cannot write into the folder {}: {}", file.string(),
@@ -41,10 +41,10 @@ std::string in_mebibytes(std::uintmax_t bytes) {
   return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / (1 << 20));
 }
 
-std::size_t channel_count(const pt::LayerSet& layers) {
+std::size_t channel_count(const pt::AovSet& aovs) {
   std::size_t count = 0;
-  for (const pt::LayerInfo& layer : pt::all_layers()) {
-    if (layers.has(layer.layer)) count += layer.channels.size();
+  for (const pt::AovInfo& aov : pt::all_aovs()) {
+    if (aovs.has(aov.aov)) count += aov.channels.size();
   }
   return count;
 }
@@ -56,9 +56,10 @@ void check_output(const fs::path& output, const Options& options) {
     throw std::runtime_error(fmt::format("{}: found a file named *{}, expected *.png or *.exr",
                                          output.string(), output.extension().string()));
   }
-  if (is_png(output) && !options.layers.empty()) {
-    throw std::runtime_error(fmt::format(
-        "{}: found --layers for a PNG, expected an EXR, or --view for one layer", output.string()));
+  if (is_png(output) && !options.aovs.empty()) {
+    throw std::runtime_error(
+        fmt::format("{}: found --aovs (--layers) for a PNG, expected an EXR, or --view for one AOV",
+                    output.string()));
   }
   check_folder(output);
   refuse_overwrite(output, options.force);
@@ -69,29 +70,30 @@ void check_checkpoint(const Options& options) {
 }
 
 void check_room(const pt::RenderSettings& settings, const fs::path& output) {
-  const std::size_t channels = channel_count(settings.layers);
+  const std::size_t channels = channel_count(settings.aovs);
   std::uintmax_t pixels = settings.crop.pixel_count();
   if (settings.crop.empty()) {
     pixels =
         static_cast<std::uintmax_t>(settings.width) * static_cast<std::uintmax_t>(settings.height);
   }
-  // Sums, then floats, thrice while they are written.
+  // Sums as doubles, then three copies as floats while writing.
   const std::uintmax_t needed = pixels * (channels * (sizeof(double) + 3 * sizeof(float)) + 16);
   const auto memory = static_cast<std::uintmax_t>(sysconf(_SC_PHYS_PAGES)) *
                       static_cast<std::uintmax_t>(sysconf(_SC_PAGESIZE));
   if (needed > memory) {
-    throw std::runtime_error(fmt::format(
-        "{}: found {} x {} pixels of {} channels, which take {}, expected a picture that fits into "
-        "this machine's memory of {} (--crop renders parts)",
-        output.string(), settings.width, settings.height, channels, in_mebibytes(needed),
-        in_mebibytes(memory)));
+    throw std::runtime_error(
+        fmt::format("{}: found {} x {} pixels of {} channels, which need {} of memory, expected at "
+                    "most {}, the "
+                    "memory of this machine (--crop renders parts)",
+                    output.string(), settings.width, settings.height, channels,
+                    in_mebibytes(needed), in_mebibytes(memory)));
   }
   const std::uintmax_t size = pixels * (is_png(output) ? 3 : channels * sizeof(float));
   std::error_code unknown;
   const fs::space_info space = fs::space(folder_of(output), unknown);
   if (!unknown && space.available < size) {
     throw std::runtime_error(
-        fmt::format("{}: found {} free on the disk, expected {}, which the picture may take",
+        fmt::format("{}: found {} free on the disk, expected {}, the size of the image",
                     output.string(), in_mebibytes(space.available), in_mebibytes(size)));
   }
 }
@@ -110,15 +112,15 @@ void write_completely(const fs::path& target, const std::function<void(const fs:
   file.commit();
 }
 
-std::string write_picture(const pt::Picture& picture, const pt::Display& display,
-                          const fs::path& output) {
-  pt::View view;
-  if (is_png(output)) view = pt::show(picture, picture.planes.front().layer, display);
+std::string write_image(const pt::AovImage& image, const pt::Display& display,
+                        const fs::path& output) {
+  pt::Visualization view;
+  if (is_png(output)) view = pt::visualize(image, image.planes.front().aov, display);
   write_completely(output, [&](const fs::path& file) {
     if (is_png(output)) {
       pt::write_png(view.encoded, file);
     } else {
-      pt::write_exr(picture, file);
+      pt::write_exr(image, file);
     }
   });
   return view.legend;

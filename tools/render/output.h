@@ -1,4 +1,4 @@
-// The files that solidtex-render writes.
+// Output files of solidtex-render.
 #pragma once
 
 #include <filesystem>
@@ -10,20 +10,19 @@
 
 namespace solidtex::tools {
 
-// What can be known before any work is done. These throw, naming the file and what is wrong.
+// Checks before rendering. All throw, naming the file and the problem.
 void check_output(const std::filesystem::path& output, const Options& options);
 void check_checkpoint(const Options& options);
-// Whether this machine's memory holds the picture, and the disk its file.
+// Checks that the image fits into memory and its file on the disk.
 void check_room(const pathtracer::RenderSettings& settings, const std::filesystem::path& output);
 
-// `write` gets a temporary name, which becomes the target's when it succeeds; its messages name the
-// target.
+// Calls `write` with a temporary file name and renames it to the target. Errors name the target.
 void write_completely(const std::filesystem::path& target,
                       const std::function<void(const std::filesystem::path&)>& write);
 
-// An EXR of the picture's layers, or a PNG of the first of them; complete or not at all.
-// Returns what a PNG's colours stand for, where that needs words.
-std::string write_picture(const pathtracer::Picture& picture, const pathtracer::Display& display,
-                          const std::filesystem::path& output);
+// Writes all AOVs to an EXR, or the first one to a PNG, completely or not at all. Returns the
+// legend of a PNG's colors, if any.
+std::string write_image(const pathtracer::AovImage& image, const pathtracer::Display& display,
+                        const std::filesystem::path& output);
 
 }  // namespace solidtex::tools

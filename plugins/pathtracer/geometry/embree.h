@@ -1,4 +1,4 @@
-// The one place that knows which Embree is installed: Debian 12 has version 3, Debian 13 version 4.
+// Hides the differences between Embree 3 (Debian 12) and Embree 4 (Debian 13).
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)
@@ -19,7 +19,7 @@ inline void embree_intersect(RTCScene scene, RTCRayHit& query) {
 #endif
 }
 
-// Sets ray.tfar to minus infinity when something is hit.
+// Sets ray.tfar to minus infinity if anything is hit.
 inline void embree_occluded(RTCScene scene, RTCRay& ray) {
 #if RTC_VERSION_MAJOR >= 4
   rtcOccluded1(scene, &ray);
@@ -30,7 +30,7 @@ inline void embree_occluded(RTCScene scene, RTCRay& ray) {
 #endif
 }
 
-// Embree's packets of several rays, by their width.
+// Embree's packet types and functions by width.
 template <int kWidth>
 struct EmbreePacket;
 template <>
@@ -55,7 +55,7 @@ struct EmbreePacket<16> {
   static constexpr auto* occluded = rtcOccluded16;
 };
 
-// valid[i]: -1 for rays to trace, 0 for others. `coherent`: the rays are much alike.
+// valid[i]: -1 for rays to trace, 0 for others. `coherent`: the rays are similar.
 template <int kWidth>
 void embree_intersect(RTCScene scene, const int* valid, bool coherent,
                       typename EmbreePacket<kWidth>::RayHit& query) {
@@ -72,7 +72,7 @@ void embree_intersect(RTCScene scene, const int* valid, bool coherent,
 #endif
 }
 
-// Never "coherent": with instances Embree 3.13 then does not come back.
+// Never coherent: Embree 3.13 then hangs on instances.
 template <int kWidth>
 void embree_occluded(RTCScene scene, const int* valid, typename EmbreePacket<kWidth>::Ray& query) {
 #if RTC_VERSION_MAJOR >= 4

@@ -17,7 +17,7 @@ void check(RTCDevice device, const char* what) {
   }
 }
 
-// Copies values into a buffer that Embree owns and pads.
+// Copies values into a buffer owned and padded by Embree.
 template <class T>
 void fill_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format,
                  const std::vector<T>& values) {
@@ -60,7 +60,7 @@ void set_lane(Packet& packet, int lane, const glm::vec3& origin, const glm::vec3
   packet.id[lane] = packet.flags[lane] = 0;
 }
 
-// Calls visit(first, count) for each packet of some of `total` rays.
+// Calls visit(first, count) for each packet of `total` rays.
 template <int kWidth, class Visit>
 void for_each_packet(std::size_t total, const Visit& visit) {
   for (std::size_t first = 0; first < total; first += kWidth) {
@@ -97,7 +97,7 @@ glm::vec3 on_side_of(const glm::vec3& normal, const glm::vec3& reference) {
 
 EmbreeScene::EmbreeScene(const Scene& scene) : scene_(scene), device_(rtcNewDevice(nullptr)) {
   if (!device_) throw std::runtime_error("Embree cannot start on this machine");
-  // The distance of a sphere is rounded otherwise in packets than alone.
+  // Packets round the distance of a sphere differently than single rays.
   packet_width_ = scene.sphere_lights.empty() ? native_packet_width(device_.get()) : 1;
   std::vector<int> uses(scene.meshes.size());
   for (const Object& object : scene.objects) ++uses[object.mesh];
@@ -129,7 +129,7 @@ void EmbreeScene::attach_object(const Object& object, unsigned id) {
   if (meshes_[object.mesh]) {
     attach_instance(object, id);
   } else {
-    attach_alone(object, id);
+    attach_triangles(object, id);
   }
   normal_matrices_.push_back(glm::inverseTranspose(glm::mat3(object.to_world)));
   const glm::mat3 linear(object.to_world);
@@ -144,9 +144,9 @@ void EmbreeScene::attach_instance(const Object& object, unsigned id) {
   commit_and_attach(root_.get(), geometry, id);
 }
 
-// Of a mesh that no other object uses the triangles stand in the scene itself: rays need not be
-// transformed for them, which is about 5 % of the intersection of one large mesh.
-void EmbreeScene::attach_alone(const Object& object, unsigned id) {
+// The triangles of a mesh that no other object shares are in world space, which saves transforming
+// rays: about 5 % of the intersection time of one large mesh.
+void EmbreeScene::attach_triangles(const Object& object, unsigned id) {
   const Mesh& mesh = scene_.meshes[object.mesh];
   std::vector<glm::vec3> positions = mesh.positions;
   for (glm::vec3& p : positions) p = glm::vec3(object.to_world * glm::vec4(p, 1));
@@ -176,7 +176,7 @@ void EmbreeScene::attach_light(const MeshLight& light, unsigned id) {
   commit_and_attach(root_.get(), triangles(device_.get(), light.mesh, light.mesh.positions), id);
 }
 
-// What was hit, without where.
+// Sets the kind and the index only.
 Hit EmbreeScene::to_hit(unsigned instance, unsigned geometry) const {
   Hit hit;
   if (geometry == RTC_INVALID_GEOMETRY_ID) return hit;
@@ -276,47 +276,48 @@ void EmbreeScene::occluded(std::span<const ShadowRay> rays, std::span<std::uint8
   }
 }
 
-Surface EmbreeScene::surface(const Ray& ray, const Hit& hit) const {
+SurfaceInteraction EmbreeScene::interaction(const Ray& ray, const Hit& hit) const {
   const Object& object = scene_.objects[hit.index];
   const Mesh& mesh = scene_.meshes[object.mesh];
   const glm::uvec3 corner = mesh.triangles[hit.triangle];
   const glm::mat3& to_world_normal = normal_matrices_[hit.index];
   const auto& p = mesh.positions;
 
-  Surface surface;
-  surface.object = hit.index;
-  surface.material = static_cast<std::uint32_t>(object.material);
-  surface.object_position = interpolate(p, corner, hit.barycentric);
-  surface.position = glm::vec3(object.to_world * glm::vec4(surface.object_position, 1));
+  SurfaceInteraction interaction;
+  interaction.object = hit.index;
+  interaction.material = static_cast<std::uint32_t>(object.material);
+  interaction.object_position = interpolate(p, corner, hit.barycentric);
+  interaction.position = glm::vec3(object.to_world * glm::vec4(interaction.object_position, 1));
   const glm::vec3 face = glm::cross(p[corner.y] - p[corner.x], p[corner.z] - p[corner.x]);
   const glm::vec3 outward = glm::normalize(to_world_normal * glm::normalize(face));
-  surface.inside = glm::dot(outward, ray.direction) > 0;
-  surface.geometric_normal = surface.inside ? -outward : outward;
-  surface.normal = surface.geometric_normal;
+  interaction.inside = glm::dot(outward, ray.direction) > 0;
+  interaction.geometric_normal = interaction.inside ? -outward : outward;
+  interaction.normal = interaction.geometric_normal;
   if (!mesh.normals.empty()) {
     const glm::vec3 smooth = to_world_normal * interpolate(mesh.normals, corner, hit.barycentric);
     const float length = glm::length(smooth);
     const glm::vec3 normal =
-        on_side_of(length > 0 ? smooth / length : surface.normal, surface.geometric_normal);
-    // A smooth normal may turn away from the viewer near a silhouette; the face never does.
-    if (glm::dot(normal, ray.direction) < 0) surface.normal = normal;
+        on_side_of(length > 0 ? smooth / length : interaction.normal, interaction.geometric_normal);
+    // An interpolated normal may face away from the viewer near a silhouette; the face never does.
+    if (glm::dot(normal, ray.direction) < 0) interaction.normal = normal;
   }
-  // Seen at a slant the cone's ellipse is longer: a circle of the same area.
-  const float cosine = -glm::dot(surface.geometric_normal, ray.direction);
-  surface.view = ray.direction;
-  surface.footprint = ray.radius_at(hit.distance) / std::sqrt(std::max(cosine, kLeastCosine));
-  surface.object_scale = object_scales_[hit.index];
-  if (!mesh.uvs.empty()) surface.uv = interpolate(mesh.uvs, corner, hit.barycentric);
-  return surface;
+  // The circle with the area of the cone's ellipse on the surface.
+  const float cosine = -glm::dot(interaction.geometric_normal, ray.direction);
+  interaction.view = ray.direction;
+  interaction.footprint = ray.radius_at(hit.distance) / std::sqrt(std::max(cosine, kMinCosine));
+  interaction.object_scale = object_scales_[hit.index];
+  if (!mesh.uvs.empty()) interaction.uv = interpolate(mesh.uvs, corner, hit.barycentric);
+  return interaction;
 }
 
-glm::vec3 EmbreeScene::leave(const Surface& surface, const glm::vec3& direction) const {
-  // Some tens of units in the last place of the largest coordinate: more than the rounding errors
-  // of the position, less than anything one can see.
-  const glm::vec3 size = glm::abs(surface.position);
+glm::vec3 EmbreeScene::offset_ray_origin(const SurfaceInteraction& interaction,
+                                         const glm::vec3& direction) const {
+  // Some tens of units in the last place of the largest coordinate: above the rounding error of the
+  // position, below anything visible.
+  const glm::vec3 size = glm::abs(interaction.position);
   const float extent = std::max({size.x, size.y, size.z, 1e-3f});
   const float offset = extent * 0x1p-18f;
-  return surface.position + on_side_of(surface.geometric_normal, direction) * offset;
+  return interaction.position + on_side_of(interaction.geometric_normal, direction) * offset;
 }
 
 }  // namespace solidtex::pathtracer

@@ -1,8 +1,10 @@
-// Checks and repair of the renderer's meshes.
+// Repair and cuts of meshes.
 #pragma once
 
 #include <cstddef>
+#include <glm/glm.hpp>
 #include <string>
+#include <vector>
 
 #include "plugins/mesh/mesh.h"
 
@@ -11,7 +13,7 @@ namespace solidtex::pathtracer {
 using mesh::load_mesh;
 using mesh::Mesh;
 
-// What repair_mesh found and did.
+// Result of repair_mesh.
 struct MeshReport {
   std::size_t removed_faces = 0;  // degenerate or duplicate
   std::size_t flipped_faces = 0;
@@ -19,14 +21,38 @@ struct MeshReport {
   bool closed = false;
 };
 
-// True when this build has CGAL; otherwise repair_mesh does nothing.
+// Whether this build has CGAL. Without it repair_mesh does nothing.
 bool can_repair_meshes();
 
-// Removes duplicate and degenerate faces, gives all faces of a component one orientation, outward
-// for closed ones. Keeps vertices and their attributes.
+// Removes duplicate and degenerate faces. Orients the faces of each component consistently, outward
+// if the mesh is closed. Keeps vertices and their attributes.
 MeshReport repair_mesh(Mesh& mesh);
 
-// One line: what was found in this mesh and changed.
+// Describes the mesh and its repair in one line.
 std::string describe(const Mesh& mesh, const MeshReport& report);
+
+// Applied to a solid A: the difference A \ tool, or the intersection of A and the tool.
+struct Cut {
+  enum class Operation { subtract, intersect };
+  Operation operation = Operation::subtract;
+  Mesh tool;  // a closed surface, in the coordinates of the mesh to cut
+};
+
+// Applies the cuts in order, with exact arithmetic until the last one. Remaining faces keep their
+// normals and texture coordinates. Cut faces get the tool's normals, reversed where it was
+// subtracted, and zero texture coordinates if the mesh has any. Throws SceneError, naming the
+// invalid mesh, if it is open or intersects itself, if the result is empty or touches itself, and
+// in a build without CGAL.
+Mesh cut_mesh(const Mesh& mesh, const std::vector<Cut>& cuts);
+
+// Tools around the origin. A sphere has smooth normals, a box has flat faces.
+Mesh make_box(const glm::vec3& size);
+Mesh make_sphere(float radius);
+
+// The half-space in front of a plane, as a box that is large enough for `mesh`.
+Mesh make_half_space(const glm::vec3& point, const glm::vec3& normal, const Mesh& mesh);
+
+// Transforms a mesh. Reverses its faces if the transform mirrors, so that they still face outward.
+void transform_mesh(Mesh& mesh, const glm::dmat4& transform);
 
 }  // namespace solidtex::pathtracer

@@ -1,5 +1,5 @@
-// Cutting by corefinement (CGAL, GPL). Coordinates are exact until the last cut is done, so that no
-// cut can make the next one fail by rounding.
+// Cuts by corefinement (CGAL, GPL). Coordinates are exact until the last cut, so that rounding of
+// one cut cannot make the next one fail.
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -14,7 +14,7 @@
 #include <tuple>
 #include <utility>
 
-#include "plugins/pathtracer/geometry/mesh_cut.h"
+#include "plugins/pathtracer/geometry/mesh.h"
 #include "solidtex/pathtracer.hpp"
 
 namespace solidtex::pathtracer {
@@ -26,7 +26,7 @@ using Point = Kernel::Point_3;
 using SurfaceMesh = CGAL::Surface_mesh<Point>;
 using FaceIndex = SurfaceMesh::Face_index;
 
-// Which triangle a face is a piece of: of the mesh (0) or of a tool (1 + its number).
+// The triangle that a face is a piece of: of the mesh (0) or of a tool (1 + its index).
 struct Source {
   std::uint32_t mesh = 0, triangle = 0;
 };
@@ -36,7 +36,7 @@ SourceMap source_map(SurfaceMesh& surface) {
   return surface.add_property_map<FaceIndex, Source>("f:source").first;
 }
 
-// Hands each face's source on to the faces that it is split into or copied to.
+// Copies each face's source to the faces that it is split into or copied to.
 class SourceVisitor : public pmp::Corefinement::Default_visitor<SurfaceMesh> {
  public:
   SourceVisitor(SurfaceMesh& first, SurfaceMesh& second)
@@ -65,7 +65,7 @@ class SourceVisitor : public pmp::Corefinement::Default_visitor<SurfaceMesh> {
   throw SceneError(name + ": found " + found + ", expected " + expected);
 }
 
-// A closed surface whose faces know where they come from.
+// Returns a closed surface with the source of each face.
 SurfaceMesh to_solid(const Mesh& mesh, std::uint32_t number) {
   struct Face : std::vector<std::size_t> {
     using std::vector<std::size_t>::vector;
@@ -79,7 +79,7 @@ SurfaceMesh to_solid(const Mesh& mesh, std::uint32_t number) {
     faces.push_back({t.x, t.y, t.z});
     faces.back().triangle = static_cast<std::uint32_t>(i);
   }
-  pmp::repair_polygon_soup(points, faces);  // joins vertices that seams split
+  pmp::repair_polygon_soup(points, faces);  // merges vertices that seams split
   SurfaceMesh surface;
   if (!pmp::is_polygon_soup_a_polygon_mesh(faces)) {
     refuse(mesh.file, "edges with more than two faces", "a solid's surface, because it is cut");
@@ -106,12 +106,12 @@ void apply(SurfaceMesh& solid, SurfaceMesh& tool, const Cut& cut, const std::str
                          ? pmp::corefine_and_compute_difference(solid, tool, solid, visitor)
                          : pmp::corefine_and_compute_intersection(solid, tool, solid, visitor);
   if (!whole) {
-    refuse(name, "a rest that touches itself along an edge after the cut by " + cut.tool.file,
-           "a tool that is moved or sized a little differently");
+    refuse(name, "a result that touches itself along an edge after the cut by " + cut.tool.file,
+           "a solid (move the tool, or change its size, a little)");
   }
   solid.collect_garbage();
   if (solid.number_of_faces() == 0) {
-    refuse(name, "nothing left after the cut by " + cut.tool.file, "a part that can be seen");
+    refuse(name, "no faces left after the cut by " + cut.tool.file, "a visible remainder");
   }
 }
 
@@ -119,7 +119,7 @@ glm::vec3 to_glm(const Point& p) {
   return {CGAL::to_double(p.x()), CGAL::to_double(p.y()), CGAL::to_double(p.z())};
 }
 
-// Weights of a triangle's corners at a point in its plane.
+// Barycentric coordinates of a point in a triangle's plane.
 glm::vec3 barycentric(const std::array<glm::dvec3, 3>& corners, const glm::dvec3& p) {
   const glm::dvec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
   const double area = glm::dot(normal, normal);
@@ -129,7 +129,7 @@ glm::vec3 barycentric(const std::array<glm::dvec3, 3>& corners, const glm::dvec3
   return glm::clamp(glm::vec3(weight(1, 2), weight(2, 0), weight(0, 1)), 0.0f, 1.0f);
 }
 
-// Turns faces back into a mesh; vertices are shared where position, normal and UV agree.
+// Converts faces back into a mesh. Faces share vertices where position, normal and UV agree.
 class Assembler {
  public:
   Assembler(const Mesh& mesh, const std::vector<Cut>& cuts) : mesh_(mesh), cuts_(cuts) {
@@ -140,7 +140,7 @@ class Assembler {
   }
 
   void add(const std::array<glm::vec3, 3>& corners, const Source& source) {
-    // Single precision may join two corners: the neighbours of such a face then meet.
+    // Skips faces that single precision makes degenerate: their neighbours then meet.
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) return;
     glm::uvec3 triangle;
     for (int i = 0; i < 3; ++i) triangle[i] = vertex(corners[i], source);
@@ -153,7 +153,7 @@ class Assembler {
   unsigned vertex(const glm::vec3& position, const Source& source) {
     const bool is_cut = source.mesh > 0;
     const Mesh& from = is_cut ? cuts_[source.mesh - 1].tool : mesh_;
-    const bool turned_over = is_cut && cuts_[source.mesh - 1].operation == Cut::Operation::subtract;
+    const bool is_reversed = is_cut && cuts_[source.mesh - 1].operation == Cut::Operation::subtract;
     const glm::uvec3 t = from.triangles[source.triangle];
     const std::array<glm::dvec3, 3> corners = {from.positions[t.x], from.positions[t.y],
                                                from.positions[t.z]};
@@ -163,7 +163,7 @@ class Assembler {
     };
     glm::dvec3 normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
     if (!from.normals.empty() && mixed(from.normals) != glm::vec3(0)) normal = mixed(from.normals);
-    normal = glm::normalize(turned_over ? -normal : normal);
+    normal = glm::normalize(is_reversed ? -normal : normal);
     return shared(position, glm::vec3(normal),
                   is_cut || !has_uvs_ ? glm::vec2(0) : mixed(from.uvs));
   }

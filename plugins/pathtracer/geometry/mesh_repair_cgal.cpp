@@ -1,5 +1,5 @@
-// Only this file and mesh_cut_cgal.cpp include CGAL (GPL), and are slow to compile because of it.
-// Their calls are the same in CGAL 5.5 and 6; CMakeLists.txt holds the version check.
+// Mesh repair by CGAL. Only this file and mesh_cut_cgal.cpp include CGAL (GPL). Their calls are the
+// same in CGAL 5.5 and 6; CMakeLists.txt checks the version.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
@@ -21,8 +21,8 @@ namespace pmp = CGAL::Polygon_mesh_processing;
 using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
 using SurfaceMesh = CGAL::Surface_mesh<Point>;
 
-// A face of the soup that remembers which triangle of the mesh it was; CGAL merges vertices of
-// equal position (UV seams and creases split them) and reorders faces.
+// A face of the soup and the mesh triangle that it was. CGAL merges vertices of equal position,
+// which UV seams and creases split, and reorders faces.
 struct Face : std::vector<std::size_t> {
   using std::vector<std::size_t>::vector;
   std::size_t source = 0;
@@ -47,7 +47,7 @@ Soup make_soup(const Mesh& mesh) {
   return soup;
 }
 
-// Whether a face of the soup goes round the other way than its source triangle.
+// Whether the orientation of a face differs from that of its source triangle.
 bool is_flipped(const Mesh& mesh, const Soup& soup, const Face& face) {
   const glm::uvec3& t = mesh.triangles[face.source];
   const Point corners[] = {to_cgal(mesh.positions[t.x]), to_cgal(mesh.positions[t.y]),
@@ -63,7 +63,7 @@ SurfaceMesh to_surface_mesh(const Soup& soup) {
   return surface;
 }
 
-// Turns the faces of closed components outward. Faces of `surface` are in the soup's order.
+// Orients the faces of closed components outward. Faces of `surface` are in the soup's order.
 void orient_outward(Soup& soup, SurfaceMesh& surface) {
   const SurfaceMesh before = surface;
   pmp::orient(surface);
@@ -71,9 +71,9 @@ void orient_outward(Soup& soup, SurfaceMesh& surface) {
     const SurfaceMesh::Face_index face(static_cast<SurfaceMesh::size_type>(i));
     const auto halfedge = before.halfedge(face);
     const auto target = before.target(halfedge);
-    // Turned over when the edge of the face before now lies on its other side.
-    const auto turned = surface.halfedge(before.source(halfedge), target);
-    if (surface.face(turned) != face) std::swap(soup.faces[i][1], soup.faces[i][2]);
+    // The face was reversed if its former halfedge is now on the other side.
+    const auto reversed = surface.halfedge(before.source(halfedge), target);
+    if (surface.face(reversed) != face) std::swap(soup.faces[i][1], soup.faces[i][2]);
   }
 }
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "plugins/mesh/fingerprint.h"
-#include "plugins/pathtracer/film/written_file.h"
+#include "plugins/pathtracer/film/output_stream.h"
 #include "plugins/pathtracer/scene/scene.h"
 
 namespace solidtex::pathtracer {
@@ -15,7 +15,7 @@ using nlohmann::json;
 
 constexpr const char* kKind = "solidtex-checkpoint 1";
 
-// The scene's text and what it refers to.
+// Hashes the scene file and all files it refers to.
 std::uint64_t fingerprint_of(const Scene& scene) {
   mesh::Fingerprint result;
   result.add(scene.source);
@@ -27,10 +27,10 @@ std::uint64_t fingerprint_of(const Scene& scene) {
   return result.value();
 }
 
-json names_of(const LayerSet& layers) {
+json names_of(const AovSet& aovs) {
   json names = json::array();
-  for (const LayerInfo& layer : all_layers()) {
-    if (layers.has(layer.layer)) names.push_back(layer.name);
+  for (const AovInfo& aov : all_aovs()) {
+    if (aovs.has(aov.aov)) names.push_back(aov.name);
   }
   return names;
 }
@@ -50,7 +50,7 @@ void check_identity(const std::filesystem::path& file, const json& found, const 
     if (other == value) continue;
     if (key == "scene")
       refuse(file, "a checkpoint of another scene, or of this one before it was changed",
-             "one of this scene");
+             "a checkpoint of this scene");
     refuse(file, "a checkpoint with the " + key + " " + other.dump(), value.dump());
   }
 }
@@ -67,7 +67,7 @@ json identity_of(const Scene& scene, const RenderSettings& settings) {
           {"max_depth", settings.max_depth},
           {"light_sampling", static_cast<int>(settings.light_sampling)},
           {"texture_filter", static_cast<int>(settings.texture_filter)},
-          {"layers", names_of(settings.layers)},
+          {"layers", names_of(settings.aovs)},
           {"noise", settings.noise}};
 }
 
@@ -80,7 +80,7 @@ void write_checkpoint(const std::filesystem::path& file, const json& identity,
     stream.write(reinterpret_cast<const char*>(bytes.data()),
                  static_cast<std::streamsize>(bytes.size()));
   }
-  close_written(stream, file);
+  close_or_throw(stream, file);
 }
 
 RenderStatistics read_checkpoint(const std::filesystem::path& file, const json& identity,

@@ -1,5 +1,5 @@
-// A render's state as a file: one line of what it is, one of JSON that says which render it belongs
-// to, then the framebuffer's arrays as they are in memory.
+// A render's state as a file: a line with the file type, a line of JSON that identifies the render,
+// then the framebuffer's arrays as in memory.
 #pragma once
 
 #include <filesystem>
@@ -10,14 +10,14 @@
 
 namespace solidtex::pathtracer {
 
-// What must be the same for a render to go on with the same bits.
+// Everything that must be equal for a resumed render to give the same bits.
 nlohmann::json identity_of(const Scene& scene, const RenderSettings& settings);
 
 void write_checkpoint(const std::filesystem::path& file, const nlohmann::json& identity,
                       const RenderStatistics& statistics, Framebuffer& framebuffer);
 
-// Throws std::runtime_error, which says what is different, when it belongs to another render, and
-// when the file is damaged; the framebuffer is unchanged then.
+// Throws std::runtime_error if the file is damaged or belongs to another render, naming the
+// difference. The framebuffer is then unchanged.
 RenderStatistics read_checkpoint(const std::filesystem::path& file, const nlohmann::json& identity,
                                  Framebuffer& framebuffer);
 

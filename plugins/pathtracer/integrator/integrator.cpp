@@ -1,4 +1,4 @@
-// A picture under way: tiles on oneTBB's threads, pass by pass.
+// Renders an image: tiles on oneTBB threads, in passes.
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -8,8 +8,8 @@
 #include <atomic>
 #include <thread>
 
+#include "plugins/pathtracer/integrator/adaptive_sampling.h"
 #include "plugins/pathtracer/integrator/checkpoint.h"
-#include "plugins/pathtracer/integrator/convergence.h"
 #include "plugins/pathtracer/integrator/tile.h"
 
 namespace solidtex::pathtracer {
@@ -36,14 +36,15 @@ void check(const RenderSettings& settings) {
   }
   const Window crop = crop_of(settings);
   if (crop.x0 < 0 || crop.y0 < 0 || crop.x1 > settings.width || crop.y1 > settings.height) {
-    throw std::invalid_argument("render: the crop window must lie in the picture");
+    throw std::invalid_argument("render: the crop window must lie inside the image");
   }
-  if (settings.layers.empty()) throw std::invalid_argument("render: no layer is asked for");
+  if (settings.aovs.empty())
+    throw std::invalid_argument("render: found no AOV, expected at least one");
   if (!(settings.noise >= 0)) throw std::invalid_argument("render: noise must be at least 0");
 }
 
-// What must be rendered: with a noise target whole blocks, because all of a block's pixels decide
-// how many samples it gets, and a crop must have the values of the whole.
+// The crop window, with a noise target enlarged to whole blocks: all pixels of a block decide its
+// sample count, and a crop must have the values of the full image.
 Window rendered_window(const RenderSettings& settings) {
   Window window = crop_of(settings);
   if (settings.noise > 0) {
@@ -73,13 +74,13 @@ RenderSettings checked(const RenderSettings& settings) {
 
 }  // namespace
 
-struct Rendering::State {
+struct Renderer::State {
   State(const Scene& scene, const RenderSettings& settings)
       : context(scene, checked(settings)),
         tiles(make_tiles(rendered_window(settings))),
-        framebuffer(rendered_window(settings), settings.layers, settings.noise > 0) {}
+        framebuffer(rendered_window(settings), settings.aovs, settings.noise > 0) {}
 
-  bool pass(std::uint32_t target, const Hooks& hooks);
+  bool pass(std::uint32_t target, const Callbacks& callbacks);
 
   RenderContext context;
   std::vector<Window> tiles;
@@ -87,30 +88,28 @@ struct Rendering::State {
   RenderStatistics statistics;
 };
 
-// Brings all pixels to `target` samples.
-bool Rendering::State::pass(std::uint32_t target, const Hooks& hooks) {
+// Renders all pixels up to `target` samples.
+bool Renderer::State::pass(std::uint32_t target, const Callbacks& callbacks) {
   std::atomic<bool> finished = true;
-  // One for each thread, not for each tile: fresh memory for the paths of every tile took 5 % of
-  // a frame.
+  // One renderer per thread, not per tile: allocating the paths of every tile took 5 % of a frame.
   tbb::enumerable_thread_specific<TileRenderer> renderers(
       [&] { return TileRenderer(context, framebuffer); });
   tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) {
-    // Isolated: while a texture query waits for its own parallel parts, this thread must not
-    // start another tile on top of this one.
+    // Isolated: a thread that waits for a parallel texture query must not start another tile.
     tbb::this_task_arena::isolate([&] {
-      if (!renderers.local().render(tiles[i], target, hooks)) finished = false;
+      if (!renderers.local().render(tiles[i], target, callbacks)) finished = false;
     });
   });
   for (const TileRenderer& renderer : renderers) add(statistics, renderer.statistics());
   return finished;
 }
 
-Rendering::Rendering(const Scene& scene, const RenderSettings& settings)
+Renderer::Renderer(const Scene& scene, const RenderSettings& settings)
     : state_(std::make_unique<State>(scene, settings)) {}
 
-Rendering::~Rendering() = default;
+Renderer::~Renderer() = default;
 
-bool Rendering::go_on(const Hooks& hooks) {
+bool Renderer::render(const Callbacks& callbacks) {
   const RenderSettings& settings = state_->context.settings;
   const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
                                     thread_count(settings));
@@ -118,41 +117,41 @@ bool Rendering::go_on(const Hooks& hooks) {
   const auto samples = static_cast<std::uint32_t>(settings.samples);
   return arena.execute([&] {
     for (std::uint32_t target = settings.progressive ? 1 : samples; target < samples; target *= 2) {
-      if (!state_->pass(target, hooks)) return false;
+      if (!state_->pass(target, callbacks)) return false;
     }
-    return state_->pass(samples, hooks);
+    return state_->pass(samples, callbacks);
   });
 }
 
-std::uint64_t Rendering::samples_left() const {
-  return pathtracer::samples_left(state_->framebuffer, state_->context.settings,
-                                  state_->framebuffer.window());
+std::uint64_t Renderer::remaining_samples() const {
+  return pathtracer::remaining_samples(state_->framebuffer, state_->context.settings,
+                                       state_->framebuffer.window());
 }
 
-Picture Rendering::picture() const {
+AovImage Renderer::image() const {
   const RenderSettings& settings = state_->context.settings;
-  return state_->framebuffer.picture(settings.width, settings.height, crop_of(settings));
+  return state_->framebuffer.image(settings.width, settings.height, crop_of(settings));
 }
 
-RenderStatistics Rendering::statistics() const { return state_->statistics; }
+RenderStatistics Renderer::statistics() const { return state_->statistics; }
 
-void Rendering::save(const std::filesystem::path& checkpoint) const {
+void Renderer::save(const std::filesystem::path& checkpoint) const {
   write_checkpoint(checkpoint, identity_of(state_->context.scene, state_->context.settings),
                    state_->statistics, state_->framebuffer);
 }
 
-void Rendering::resume(const std::filesystem::path& checkpoint) {
+void Renderer::resume(const std::filesystem::path& checkpoint) {
   state_->statistics =
       read_checkpoint(checkpoint, identity_of(state_->context.scene, state_->context.settings),
                       state_->framebuffer);
 }
 
-Image render(const Scene& scene, const RenderSettings& settings, const Hooks& hooks,
+Image render(const Scene& scene, const RenderSettings& settings, const Callbacks& callbacks,
              RenderStatistics* statistics) {
-  Rendering rendering(scene, settings);
-  if (!rendering.go_on(hooks)) throw Stopped();
-  if (statistics) *statistics = rendering.statistics();
-  return beauty_of(rendering.picture());
+  Renderer renderer(scene, settings);
+  if (!renderer.render(callbacks)) throw RenderStopped();
+  if (statistics) *statistics = renderer.statistics();
+  return beauty(renderer.image());
 }
 
 }  // namespace solidtex::pathtracer

@@ -2,18 +2,17 @@
 
 #include <array>
 
-#include "plugins/pathtracer/integrator/convergence.h"
-#include "plugins/pathtracer/sampling/dimensions.h"
+#include "plugins/pathtracer/integrator/adaptive_sampling.h"
 #include "plugins/pathtracer/sampling/vectorized.h"
 
 namespace solidtex::pathtracer {
 namespace {
 
-// A place in the cube [-1, 1]^3.
-glm::vec3 jitter(const Sampler& sampler, int depth) {
+// A random point in the cube [-1, 1]^3.
+glm::vec3 jitter(const SampleSequence& sequence, int depth) {
   const std::uint32_t dimension = kJitter + 2 * static_cast<std::uint32_t>(depth);
-  const glm::vec2 xy = sampler.get_2d(dimension);
-  return 2.0f * glm::vec3(xy.x, xy.y, sampler.get_1d(dimension + 1)) - 1.0f;
+  const glm::vec2 xy = sequence.get_2d(dimension);
+  return 2.0f * glm::vec3(xy.x, xy.y, sequence.get_1d(dimension + 1)) - 1.0f;
 }
 
 }  // namespace
@@ -25,29 +24,28 @@ RenderContext::RenderContext(const Scene& scene_, const RenderSettings& settings
       lights(scene_),
       camera(scene_.camera, settings_.width, settings_.height, settings_.samples),
       needs_paths(settings_.noise > 0 ||
-                  settings_.layers.has_any({Layer::beauty, Layer::variance, Layer::cost})),
-      needs_first_hits(
-          settings_.layers.has_any({Layer::albedo, Layer::normal, Layer::depth, Layer::position,
-                                    Layer::texcoord, Layer::footprint})),
-      needs_cost(settings_.layers.has(Layer::cost)) {
+                  settings_.aovs.has_any({Aov::beauty, Aov::variance, Aov::cost})),
+      needs_first_hits(settings_.aovs.has_any(
+          {Aov::albedo, Aov::normal, Aov::depth, Aov::position, Aov::texcoord, Aov::footprint})),
+      needs_cost(settings_.aovs.has(Aov::cost)) {
   for (const Material& material : scene.materials) {
     bsdfs.emplace_back(material);
   }
 }
 
-bool TileRenderer::render(const Window& tile, std::uint32_t target, const Hooks& hooks) {
+bool TileRenderer::render(const Window& tile, std::uint32_t target, const Callbacks& callbacks) {
   tile_ = tile;
   watch_ = {};
-  std::uint64_t left = samples_left(framebuffer_, context_.settings, tile_);
+  std::uint64_t left = remaining_samples(framebuffer_, context_.settings, tile_);
   while (choose_pixels(target)) {
-    if (hooks.should_stop && hooks.should_stop()) return false;
+    if (callbacks.should_stop && callbacks.should_stop()) return false;
     const std::uint32_t count = batch_size(target);
     start_paths(count);
     trace();
     accumulate(count);
     const std::uint64_t left_before = left;
-    left = samples_left(framebuffer_, context_.settings, tile_);
-    if (hooks.on_samples) hooks.on_samples(left_before - left);
+    left = remaining_samples(framebuffer_, context_.settings, tile_);
+    if (callbacks.on_samples) callbacks.on_samples(left_before - left);
   }
   return true;
 }
@@ -57,20 +55,20 @@ void TileRenderer::trace() {
   for (int depth = 1; depth <= last && !paths_.empty(); ++depth) {
     intersect(depth);
     watch_.lap(statistics_.intersection_seconds);
-    arrive(depth);
+    process_hits(depth);
     watch_.lap(statistics_.shading_seconds);
     const bool records = depth == 1 && context_.needs_first_hits;
     if (depth == last && !records) return;
-    found_.resize(surfaces_.size());
-    if (depth < last || context_.settings.layers.has_any({Layer::albedo, Layer::normal})) {
-      statistics_.texture_point_count += lookup_(surfaces_, found_);
+    material_samples_.resize(interactions_.size());
+    if (depth < last || context_.settings.aovs.has_any({Aov::albedo, Aov::normal})) {
+      statistics_.texture_point_count += evaluate_materials_(interactions_, material_samples_);
     }
     watch_.lap(statistics_.texture_seconds);
-    record(depth);
+    record_aovs(depth);
     if (depth < last) {
       scatter(depth);
       watch_.lap(statistics_.shading_seconds);
-      add_unshadowed_light();
+      add_unoccluded_light();
       watch_.lap(statistics_.intersection_seconds);
     }
   }
@@ -82,66 +80,66 @@ void TileRenderer::intersect(int depth) {
   context_.geometry.intersect(rays_, depth == 1, hits_);
 }
 
-// Forgets all paths but the first ones.
-void TileRenderer::keep(std::size_t count) {
+// Drops all paths but the first `count`.
+void TileRenderer::truncate_paths(std::size_t count) {
   paths_.erase(paths_.begin() + static_cast<std::ptrdiff_t>(count), paths_.end());
   rays_.resize(count);
 }
 
-// Adds what lies around the scene to the paths that leave it.
-void TileRenderer::escape(int depth) {
-  std::array<std::size_t, kTogether> gone;
-  std::array<glm::vec3, kTogether> directions;
-  std::array<SeenLight, kTogether> found;
+// Adds the environment to the paths that leave the scene.
+void TileRenderer::add_environment(int depth) {
+  std::array<std::size_t, kBatchSize> escaped;
+  std::array<glm::vec3, kBatchSize> directions;
+  std::array<EmittedLight, kBatchSize> lights;
   std::size_t count = 0;
   const auto add = [&] {
-    context_.lights.environment_seen(std::span(directions).first(count), found);
-    for (std::size_t i = 0; i < count; ++i) add_emitted(paths_[gone[i]], found[i], depth);
+    context_.lights.evaluate_environment(std::span(directions).first(count), lights);
+    for (std::size_t i = 0; i < count; ++i) add_emission(paths_[escaped[i]], lights[i], depth);
     count = 0;
   };
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     if (hits_[i].kind != Hit::Kind::nothing) continue;
-    gone[count] = i;
+    escaped[count] = i;
     directions[count++] = rays_[i].direction;
-    if (count == kTogether) add();
+    if (count == kBatchSize) add();
   }
   add();
 }
 
-// Adds what the rays found glowing and keeps the paths that arrived at an object.
-void TileRenderer::arrive(int depth) {
-  escape(depth);
-  surfaces_.clear();
+// Adds the emission that rays hit, and keeps the paths that hit an object.
+void TileRenderer::process_hits(int depth) {
+  add_environment(depth);
+  interactions_.clear();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     const Path& path = paths_[i];
     const Ray& ray = rays_[i];
     const Hit& hit = hits_[i];
     if (hit.kind == Hit::Kind::light) {
-      add_emitted(path,
-                  context_.lights.light_seen(
-                      {hit.index, hit.triangle, ray.origin, ray.direction, hit.distance}),
-                  depth);
+      add_emission(path,
+                   context_.lights.evaluate(
+                       {hit.index, hit.triangle, ray.origin, ray.direction, hit.distance}),
+                   depth);
     } else if (hit.kind == Hit::Kind::object) {
-      surfaces_.push_back(context_.geometry.surface(ray, hit));
+      interactions_.push_back(context_.geometry.interaction(ray, hit));
       if (context_.settings.texture_filter == TextureFilter::stochastic) {
-        surfaces_.back().jitter = jitter(path.sampler, depth);
+        interactions_.back().jitter = jitter(path.sequence, depth);
       }
       radiance_[path.slot] +=
-          path.throughput * context_.scene.materials[surfaces_.back().material].emission;
+          path.throughput * context_.scene.materials[interactions_.back().material].emission;
       rays_[kept] = ray;
       paths_[kept++] = path;
     }
   }
-  keep(kept);
+  truncate_paths(kept);
 }
 
-void TileRenderer::add_emitted(const Path& path, const SeenLight& seen, int depth) {
+void TileRenderer::add_emission(const Path& path, const EmittedLight& light, int depth) {
   float weight = 1;
   if (depth > 1) {
     switch (context_.settings.light_sampling) {
       case LightSampling::mis:
-        weight = power_heuristic(path.bsdf_pdf, seen.pdf);
+        weight = power_heuristic(path.bsdf_pdf, light.pdf);
         break;
       case LightSampling::lights:
         weight = 0;
@@ -151,15 +149,15 @@ void TileRenderer::add_emitted(const Path& path, const SeenLight& seen, int dept
         break;
     }
   }
-  radiance_[path.slot] += path.throughput * seen.radiance * weight;
+  radiance_[path.slot] += path.throughput * light.radiance * weight;
 }
 
-void TileRenderer::add_unshadowed_light() {
+void TileRenderer::add_unoccluded_light() {
   statistics_.ray_count += shadow_rays_.size();
-  is_shadowed_.resize(shadow_rays_.size());
-  context_.geometry.occluded(shadow_rays_, is_shadowed_);
+  occluded_.resize(shadow_rays_.size());
+  context_.geometry.occluded(shadow_rays_, occluded_);
   for (std::size_t i = 0; i < shadow_rays_.size(); ++i) {
-    if (!is_shadowed_[i]) radiance_[direct_light_[i].slot] += direct_light_[i].light;
+    if (!occluded_[i]) radiance_[direct_light_[i].slot] += direct_light_[i].radiance;
   }
 }
 

@@ -1,6 +1,8 @@
-// Wavefront path tracing of one tile after another: all paths of a tile advance one segment
-// together, so that each solid texture is asked once per segment for many points.
+// Wavefront path tracing of tiles: all paths of a tile advance one segment together, so that each
+// solid texture gets one query per segment for many points.
 #pragma once
+
+#include <time.h>
 
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -9,16 +11,15 @@
 #include "plugins/pathtracer/film/framebuffer.h"
 #include "plugins/pathtracer/geometry/embree_scene.h"
 #include "plugins/pathtracer/integrator/camera.h"
-#include "plugins/pathtracer/integrator/stopwatch.h"
 #include "plugins/pathtracer/lights/lights.h"
-#include "plugins/pathtracer/materials/appearance.h"
 #include "plugins/pathtracer/materials/material_bsdf.h"
-#include "plugins/pathtracer/sampling/numbers.h"
+#include "plugins/pathtracer/materials/material_sample.h"
+#include "plugins/pathtracer/sampling/sample_sequence.h"
 #include "plugins/pathtracer/sampling/sampling.h"
 
 namespace solidtex::pathtracer {
 
-// Everything that all tiles share; immutable while rendering.
+// Shared by all tiles; immutable while rendering.
 struct RenderContext {
   RenderContext(const Scene& scene, const RenderSettings& settings);
 
@@ -28,7 +29,28 @@ struct RenderContext {
   Lights lights;
   std::vector<MaterialBsdf> bsdfs;  // per material
   CameraRays camera;
-  bool needs_paths, needs_first_hits, needs_cost;  // by the layers that are asked for
+  bool needs_paths, needs_first_hits, needs_cost;  // by the requested AOVs
+};
+
+// Processor time of the calling thread, which is independent of other load on the machine. About
+// 200 ns a lap.
+class Stopwatch {
+ public:
+  // Adds the time since the last lap, or since construction, to `total`.
+  void lap(double& total) {
+    const double now = seconds();
+    total += now - last_;
+    last_ = now;
+  }
+
+ private:
+  static double seconds() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  }
+
+  double last_ = seconds();
 };
 
 class TileRenderer {
@@ -36,33 +58,33 @@ class TileRenderer {
   TileRenderer(const RenderContext& context, Framebuffer& framebuffer)
       : context_(context),
         framebuffer_(framebuffer),
-        lookup_(context.scene, context.settings.texture_filter) {}
+        evaluate_materials_(context.scene, context.settings.texture_filter) {}
 
-  // Takes samples until each pixel of the tile has `target` of them, or as many as it needs. False
-  // when asked to stop; what is done until then is in the framebuffer.
-  bool render(const Window& tile, std::uint32_t target, const Hooks& hooks);
-  // Of all tiles until now.
+  // Takes samples until each pixel of the tile has `target` samples or is finished. Returns false
+  // when a callback stops it; the framebuffer keeps the samples so far.
+  bool render(const Window& tile, std::uint32_t target, const Callbacks& callbacks);
+  // Of all tiles so far.
   const RenderStatistics& statistics() const { return statistics_; }
 
  private:
   struct Path {
     glm::vec3 throughput{1};
-    float bsdf_pdf = 0;      // density with which the last bounce chose the ray
-    float compression = 1;   // of radiance by refraction, which throughput is divided by
-    std::uint32_t slot = 0;  // place in radiance_
-    Sampler sampler;
+    float bsdf_pdf = 0;      // density of the last BSDF sample
+    float eta_scale = 1;     // compression of radiance by refraction, already in the throughput
+    std::uint32_t slot = 0;  // index in radiance_
+    SampleSequence sequence;
   };
 
-  // What a shadow ray brings to a path's radiance, unless something stands in between.
+  // The contribution of a shadow ray that is not occluded.
   struct DirectLight {
     std::uint32_t slot;
-    glm::vec3 light;
+    glm::vec3 radiance;
   };
 
-  // For NumberPairs: from the path `first`.
-  auto sampler_of(std::size_t first) const {
-    return [this, first](int i) -> const Sampler& {
-      return paths_[first + static_cast<std::size_t>(i)].sampler;
+  // For SamplePairs: sequences of paths, starting at the path `first`.
+  auto sequence_of(std::size_t first) const {
+    return [this, first](int i) -> const SampleSequence& {
+      return paths_[first + static_cast<std::size_t>(i)].sequence;
     };
   }
 
@@ -71,43 +93,48 @@ class TileRenderer {
   void start_paths(std::uint32_t sample_count);
   void trace();
   void intersect(int depth);
-  void escape(int depth);
-  void arrive(int depth);
-  void record(int depth);
+  void add_environment(int depth);
+  void process_hits(int depth);
+  void record_aovs(int depth);
   void scatter(int depth);
-  void choose_lights(int depth);
-  void aim_at(const LightSample& light, const Path& path, const Surface& surface, const Bsdf& bsdf,
-              const Frame& frame, const glm::vec3& out);
-  void add_unshadowed_light();
-  bool bounce(Path& path, Ray& ray, const Surface& surface, const Bsdf& bsdf, const Frame& frame,
-              const glm::vec3& out, const glm::vec2& direction_numbers, int depth);
-  void add_emitted(const Path& path, const SeenLight& seen, int depth);
-  void keep(std::size_t count);
+  void sample_lights(int depth);
+  void connect_light(const LightSample& light, const Path& path,
+                     const SurfaceInteraction& interaction, const Bsdf& bsdf, const Frame& frame,
+                     const glm::vec3& out);
+  void add_unoccluded_light();
+  bool sample_next_ray(Path& path, Ray& ray, const SurfaceInteraction& interaction,
+                       const Bsdf& bsdf, const Frame& frame, const glm::vec3& out,
+                       const glm::vec2& direction_u, int depth);
+  void add_emission(const Path& path, const EmittedLight& light, int depth);
+  void truncate_paths(std::size_t count);
   void accumulate(std::uint32_t sample_count);
 
   const RenderContext& context_;
   Window tile_;
   Framebuffer& framebuffer_;
-  AppearanceLookup lookup_;
+  MaterialEvaluator evaluate_materials_;
   RenderStatistics statistics_;
   Stopwatch watch_;
-  std::vector<glm::ivec2> pixels_;  // that this batch is for; all have this many samples:
+  std::vector<glm::ivec2> pixels_;  // of this batch; all have the same number of samples:
   std::uint32_t first_sample_ = 0;
-  std::vector<Path> paths_;               // still under way
-  std::vector<Ray> rays_;                 // of paths_[i]
-  std::vector<Hit> hits_;                 // what it has met
-  std::vector<Surface> surfaces_;         // where paths_[i] has arrived
-  std::vector<Appearance> found_;         // what is there
-  std::vector<glm::vec3> above_;          // points just above surfaces_[i]
-  std::vector<glm::vec2> light_numbers_;  // random ones, the same
-  NumberPairs numbers_;                   // of some paths
-  std::vector<LightSample> lights_;       // that they chose
+  // Per active path.
+  std::vector<Path> paths_;
+  std::vector<Ray> rays_;
+  std::vector<Hit> hits_;
+  std::vector<SurfaceInteraction> interactions_;
+  std::vector<MaterialSample> material_samples_;
+  std::vector<glm::vec3> light_origins_;  // points slightly above interactions_[i]
+  std::vector<glm::vec2> light_u_;
+  std::vector<LightSample> light_samples_;
+  SamplePairs pairs_;  // of a batch of paths
+  // Per shadow ray.
   std::vector<ShadowRay> shadow_rays_;
-  std::vector<DirectLight> direct_light_;  // of shadow_rays_[i]
-  std::vector<std::uint8_t> is_shadowed_;  // the same
-  std::vector<glm::vec3> radiance_;        // per pixel and sample of this batch
-  std::vector<FirstHit> first_hits_;       // the same, where layers need it
-  std::vector<std::uint32_t> costs_;       // the same
+  std::vector<DirectLight> direct_light_;
+  std::vector<std::uint8_t> occluded_;
+  // Per pixel and sample of this batch; the last two only if AOVs need them.
+  std::vector<glm::vec3> radiance_;
+  std::vector<FirstHit> first_hits_;
+  std::vector<std::uint32_t> costs_;
 };
 
 }  // namespace solidtex::pathtracer

@@ -1,11 +1,10 @@
-// Where a tile's samples begin, and where they end.
+// Starts a tile's samples and accumulates their results.
 #include <algorithm>
 #include <cmath>
 
-#include "plugins/pathtracer/integrator/convergence.h"
+#include "plugins/pathtracer/integrator/adaptive_sampling.h"
 #include "plugins/pathtracer/integrator/tile.h"
 #include "plugins/pathtracer/materials/texel_space.h"
-#include "plugins/pathtracer/sampling/dimensions.h"
 #include "plugins/pathtracer/sampling/vectorized.h"
 
 namespace solidtex::pathtracer {
@@ -19,15 +18,15 @@ bool is_finite(const glm::vec3& v) {
 }
 
 FirstHit first_hit(const Scene& scene, const CameraRays& camera, const Ray& ray,
-                   const Surface& surface, const Appearance& found) {
-  FirstHit hit{.albedo = found.color,
-               .normal = bumped_normal(surface.normal, found.slope, -ray.direction),
-               .position = surface.position,
-               .depth = camera.depth_of(surface.position),
+                   const SurfaceInteraction& interaction, const MaterialSample& sample) {
+  FirstHit hit{.albedo = sample.color,
+               .normal = bumped_normal(interaction.normal, sample.height_gradient, -ray.direction),
+               .position = interaction.position,
+               .depth = camera.depth_of(interaction.position),
                .is_object = true};
-  if (const SolidColor* solid = solid_texture_of(scene.materials[surface.material])) {
+  if (const SolidColor* solid = solid_texture_of(scene.materials[interaction.material])) {
     const TexelSpace space(*solid);
-    const TexelSpace::Point point = space(surface);
+    const TexelSpace::Point point = space(interaction);
     hit.texcoord = glm::vec3(space.origin() + glm::dvec3(point.offset));
     hit.footprint = point.radius;
     hit.is_textured = true;
@@ -37,7 +36,7 @@ FirstHit first_hit(const Scene& scene, const CameraRays& camera, const Ray& ray,
 
 }  // namespace
 
-// The unfinished pixels that have the fewest samples; false when there are none.
+// Selects the unfinished pixels with the fewest samples. Returns false if there are none.
 bool TileRenderer::choose_pixels(std::uint32_t target) {
   const RenderSettings& settings = context_.settings;
   pixels_.clear();
@@ -68,20 +67,21 @@ void TileRenderer::start_paths(std::uint32_t sample_count) {
   rays_.resize(count);
   std::uint32_t slot = 0;
   for (const glm::ivec2& p : pixels_) {
-    const Sampler sampler(settings.seed, static_cast<std::uint32_t>(p.y * settings.width + p.x), 0);
+    const SampleSequence sequence(settings.seed,
+                                  static_cast<std::uint32_t>(p.y * settings.width + p.x), 0);
     for (std::uint32_t s = 0; s < sample_count; ++s, ++slot) {
-      paths_[slot] = {.slot = slot, .sampler = sampler.of_sample(first_sample_ + s)};
+      paths_[slot] = {.slot = slot, .sequence = sequence.of_sample(first_sample_ + s)};
     }
   }
-  for_each_some(count, [&](std::size_t first, int some) {
-    numbers_.draw(some, kPixel, sampler_of(first));
-    for (int i = 0; i < some; ++i) {
+  for_each_batch(count, [&](std::size_t first, int batch) {
+    pairs_.draw(batch, kPixel, sequence_of(first));
+    for (int i = 0; i < batch; ++i) {
       const std::size_t path = first + static_cast<std::size_t>(i);
       const glm::vec2 p = glm::vec2(pixels_[paths_[path].slot / sample_count]) + 0.5f;
-      // A tent filter of two pixels' width, by placing the samples with its density.
+      // Importance-samples a tent filter two pixels wide.
       rays_[path] = context_.camera.ray(
-          p.x + sample_tent(numbers_.x[i]), p.y + sample_tent(numbers_.y[i]),
-          context_.camera.has_lens() ? paths_[path].sampler.get_2d(kLens) : glm::vec2(0));
+          p.x + sample_tent(pairs_.x[i]), p.y + sample_tent(pairs_.y[i]),
+          context_.camera.has_lens() ? paths_[path].sequence.get_2d(kLens) : glm::vec2(0));
     }
   });
   radiance_.assign(paths_.size(), glm::vec3(0));
@@ -90,18 +90,18 @@ void TileRenderer::start_paths(std::uint32_t sample_count) {
   watch_.lap(statistics_.shading_seconds);
 }
 
-// Keeps what layers other than the light need.
-void TileRenderer::record(int depth) {
+// Records the AOVs that do not need radiance.
+void TileRenderer::record_aovs(int depth) {
   if (context_.needs_cost) {
     for (std::size_t i = 0; i < paths_.size(); ++i) {
-      const Material& material = context_.scene.materials[surfaces_[i].material];
+      const Material& material = context_.scene.materials[interactions_[i].material];
       costs_[paths_[i].slot] += texture_points_of(material);
     }
   }
   if (depth > 1 || !context_.needs_first_hits) return;
   for (std::size_t i = 0; i < paths_.size(); ++i) {
-    first_hits_[paths_[i].slot] =
-        first_hit(context_.scene, context_.camera, rays_[i], surfaces_[i], found_[i]);
+    first_hits_[paths_[i].slot] = first_hit(context_.scene, context_.camera, rays_[i],
+                                            interactions_[i], material_samples_[i]);
   }
 }
 
@@ -110,7 +110,7 @@ void TileRenderer::accumulate(std::uint32_t sample_count) {
     const glm::ivec2 p = pixels_[slot / sample_count];
     const std::size_t pixel = framebuffer_.pixel(p.x, p.y);
     if (is_finite(radiance_[slot])) {
-      framebuffer_.add_light(pixel, radiance_[slot]);
+      framebuffer_.add_radiance(pixel, radiance_[slot]);
     } else {
       ++statistics_.invalid_sample_count;
     }

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/gtc/constants.hpp>
 
 #include "plugins/pathtracer/sampling/angles.h"
-#include "plugins/pathtracer/sampling/sampling.h"
 #include "plugins/pathtracer/sampling/vectorized.h"
+#include "plugins/pathtracer/scene/color.h"
 
 namespace solidtex::pathtracer {
 namespace {
@@ -16,31 +17,31 @@ std::size_t texel_index(int x, int y, int width) {
          static_cast<std::size_t>(x);
 }
 
-// With atan2 for the latitude, too: an arc cosine is not exact near the poles.
+// Computes the latitude by atan2: an arc cosine is inexact near the poles.
 SOLIDTEX_VECTORIZED void find_uv(int count, const float* x, const float* y, const float* z,
                                  float rotation, float* u, float* v) {
-  for (int i = 0; i < whole_vectors(count); ++i) {
+  for (int i = 0; i < padded_count(count); ++i) {
     const float turned = 0.5f - turns_of(z[i], x[i]) + rotation;
     u[i] = turned - std::floor(turned);
     v[i] = 2 * turns_of(y[i], std::sqrt(x[i] * x[i] + z[i] * z[i]));
   }
 }
 
-// One axis of bilinear look-ups. `from`: 0 to 1. `beyond`: the pixel whose middle is the next after
-// the place, 0 to size; `t`: how near it is.
+// One axis of bilinear look-ups. `from`: 0 to 1. `beyond`: the pixel whose centre is the next after
+// the position, 0 to size; `t`: its weight.
 SOLIDTEX_VECTORIZED void find_pixels(int count, const float* from, float size, int* beyond,
                                      float* t) {
-  for (int i = 0; i < whole_vectors(count); ++i) {
-    const float x = (from[i] > 0 ? from[i] : 0) * size + 0.5f;  // 0 in place of what is no number
+  for (int i = 0; i < padded_count(count); ++i) {
+    const float x = (from[i] > 0 ? from[i] : 0) * size + 0.5f;  // 0 for NaN
     beyond[i] = static_cast<int>(x);
     t[i] = x - static_cast<float>(beyond[i]);
   }
 }
 
-// Of the heights y on the unit sphere and u in the image.
+// Computes directions from heights y on the unit sphere and u in the image.
 SOLIDTEX_VECTORIZED void find_directions(int count, const float* u, float rotation, const float* y,
                                          float* x, float* z, float* v) {
-  for (int i = 0; i < whole_vectors(count); ++i) {
+  for (int i = 0; i < padded_count(count); ++i) {
     const float radius = std::sqrt(1 - y[i] * y[i]);
     const glm::vec2 place = unit_circle(0.5f + rotation - u[i]);
     x[i] = radius * place.y, z[i] = radius * place.x;
@@ -50,11 +51,11 @@ SOLIDTEX_VECTORIZED void find_directions(int count, const float* u, float rotati
 
 }  // namespace
 
-CumulativeTable::CumulativeTable(std::span<const double> shares) {
-  for (const double share : shares) total_ += share;
+CumulativeTable::CumulativeTable(std::span<const double> weights) {
+  for (const double weight : weights) total_ += weight;
   double sum = 0;
-  for (const double share : shares) {
-    sum += share;
+  for (const double weight : weights) {
+    sum += weight;
     entries_.push_back({static_cast<float>(total_ > 0 ? sum / total_ : 0), 0});
   }
   std::int32_t found = 0;
@@ -66,10 +67,10 @@ CumulativeTable::CumulativeTable(std::span<const double> shares) {
   }
 }
 
-CumulativeTable::Interval CumulativeTable::find(float u) const {
+CumulativeTable::Interval CumulativeTable::sample(float u) const {
   const std::size_t last = entries_.size() - 1;
   auto i = static_cast<std::size_t>(entries_[step_of(u)].start);
-  while (i > 0 && entries_[i - 1].sum > u) --i;  // the step was rounded
+  while (i > 0 && entries_[i - 1].sum > u) --i;  // rounding of the step
   while (i < last && entries_[i].sum <= u) ++i;
   const float start = i == 0 ? 0 : entries_[i - 1].sum;
   const float width = entries_[i].sum - start;
@@ -89,20 +90,20 @@ Environment::Environment(const EnvironmentImage& description)
   weigh_pixels();
 }
 
-// Of as many as are taken care of together, coordinate by coordinate.
+// A batch, as structure of arrays.
 struct Environment::Directions {
-  alignas(64) float x[kTogether]{}, y[kTogether]{}, z[kTogether]{};
+  alignas(64) float x[kBatchSize]{}, y[kBatchSize]{}, z[kBatchSize]{};
 };
 
-// In the image: from 0 to 1, and among its pixels.
+// Positions of a batch in the image: u and v from 0 to 1, and the neighbouring pixels.
 struct Environment::Places {
-  alignas(64) float u[kTogether]{}, v[kTogether]{};
-  alignas(64) int right[kTogether], bottom[kTogether];  // of the four pixels about the place
-  alignas(64) float tx[kTogether], ty[kTogether];       // towards these
+  alignas(64) float u[kBatchSize]{}, v[kBatchSize]{};
+  alignas(64) int right[kBatchSize], bottom[kBatchSize];  // of the four neighbouring pixels
+  alignas(64) float tx[kBatchSize], ty[kBatchSize];       // their weights
 };
 
-// By the mean over the pixel of its bilinear reconstruction (a quarter of the way into the
-// neighbours is enough to be positive wherever the reconstruction is) and its solid angle.
+// The weight is the mean bilinear reconstruction over the pixel, times its solid angle. Samples a
+// quarter of a pixel from the corners are positive wherever the reconstruction is.
 void Environment::weigh_pixels() {
   Places places;
   const auto mean_luminance = [&](int x, int y) {
@@ -111,44 +112,43 @@ void Environment::weigh_pixels() {
       places.u[i] = (static_cast<float>(x) + dx) / static_cast<float>(width_);
       places.v[i] = (static_cast<float>(y) + dy) / static_cast<float>(height_);
     }
-    SeenLight corners[4];
+    EmittedLight corners[4];
     look_up(4, places, corners);
     float sum = 0;
-    for (const SeenLight& corner : corners) sum += luminance(corner.radiance);
+    for (const EmittedLight& corner : corners) sum += luminance(corner.radiance);
     return sum / 4;
   };
   std::vector<double> rows;
   for (int y = 0; y < height_; ++y) {
     const auto row = static_cast<std::size_t>(y);
     const double band = static_cast<double>(heights_[row]) - static_cast<double>(heights_[row + 1]);
-    std::vector<double> shares;
+    std::vector<double> weights;
     for (int x = 0; x < width_; ++x) {
       float& weight = texels_[texel_index(x, y, width_)].w;
       weight = mean_luminance(x, y);
-      shares.push_back(static_cast<double>(weight) * band);
+      weights.push_back(static_cast<double>(weight) * band);
     }
-    rows.push_back(pixels_.emplace_back(shares).total());
+    rows.push_back(pixels_.emplace_back(weights).total());
   }
   rows_.emplace(rows);
-  // The total is the sum of weight * band over pixels; a pixel's solid angle is band * 2 pi /
-  // width.
+  // The total is the sum of weight * band; a pixel's solid angle is band * 2 pi / width.
   density_per_weight_ =
       static_cast<float>(width_) / (static_cast<float>(rows_->total()) * glm::two_pi<float>());
 }
 
-double Environment::luminance_of_all() const {
+double Environment::total_luminance() const {
   return rows_->total() * glm::two_pi<double>() / width_;
 }
 
-// u and v from 0 to 1: no division is needed to wrap. Pixels are all over the image, which is
-// larger than a cache: all that are needed are fetched first.
-void Environment::look_up(int count, Places& places, SeenLight* found) const {
+// u and v are from 0 to 1, so that wrapping needs no division. Prefetches all pixels first: they
+// are scattered over an image larger than the cache.
+void Environment::look_up(int count, Places& places, EmittedLight* lights) const {
   find_pixels(count, places.u, static_cast<float>(width_), places.right, places.tx);
   find_pixels(count, places.v, static_cast<float>(height_), places.bottom, places.ty);
   struct Corners {
     const float *upper_left, *upper_right, *lower_left, *lower_right;
   };
-  std::array<Corners, kTogether> corners;
+  std::array<Corners, kBatchSize> corners;
   for (int i = 0; i < count; ++i) {
     const int right = places.right[i], bottom = places.bottom[i];
     const int x0 = right > 0 ? right - 1 : width_ - 1, x1 = right < width_ ? right : 0;
@@ -168,60 +168,61 @@ void Environment::look_up(int count, Places& places, SeenLight* found) const {
       const float lower = lower_left[c] * (1 - tx) + lower_right[c] * tx;
       mixed[c] = upper * (1 - ty) + lower * ty;
     }
-    // The pixel that holds the place is the nearest of the four.
+    // The nearest of the four is the pixel that contains the position.
     const float* nearest =
         ty < 0.5f ? (tx < 0.5f ? upper_left : upper_right) : (tx < 0.5f ? lower_left : lower_right);
-    found[i] = {{mixed[0], mixed[1], mixed[2]}, nearest[3] * density_per_weight_};
+    lights[i] = {{mixed[0], mixed[1], mixed[2]}, nearest[3] * density_per_weight_};
   }
 }
 
-void Environment::seen(std::span<const glm::vec3> directions, std::span<SeenLight> found) const {
-  Directions some;
+void Environment::evaluate(std::span<const glm::vec3> directions,
+                           std::span<EmittedLight> lights) const {
+  Directions batch;
   Places places;
-  for_each_some(directions.size(), [&](std::size_t first, int count) {
+  for_each_batch(directions.size(), [&](std::size_t first, int count) {
     for (int i = 0; i < count; ++i) {
       const glm::vec3& direction = directions[first + static_cast<std::size_t>(i)];
-      some.x[i] = direction.x, some.y[i] = direction.y, some.z[i] = direction.z;
+      batch.x[i] = direction.x, batch.y[i] = direction.y, batch.z[i] = direction.z;
     }
-    find_uv(count, some.x, some.y, some.z, rotation_, places.u, places.v);
-    look_up(count, places, &found[first]);
+    find_uv(count, batch.x, batch.y, batch.z, rotation_, places.u, places.v);
+    look_up(count, places, &lights[first]);
   });
 }
 
-// Step by step for several at once, so that they wait for memory together.
-void Environment::sample_some(int count, const glm::vec2* u, Sample* samples) const {
-  std::array<CumulativeTable::Interval, kTogether> rows;
-  std::array<const glm::vec4*, kTogether> chosen;
+// Works step by step on the whole batch, so that memory accesses overlap.
+void Environment::sample_batch(int count, const glm::vec2* u, Sample* samples) const {
+  std::array<CumulativeTable::Interval, kBatchSize> rows;
+  std::array<const glm::vec4*, kBatchSize> chosen;
   Directions directions;
   Places places;
-  std::array<SeenLight, kTogether> found;
+  std::array<EmittedLight, kBatchSize> lights;
   for (int i = 0; i < count; ++i) {
     CumulativeTable::Interval& row = rows[static_cast<std::size_t>(i)];
-    row = rows_->find(u[i].y);
+    row = rows_->sample(u[i].y);
     pixels_[static_cast<std::size_t>(row.index)].prefetch(u[i].x);
   }
   for (int i = 0; i < count; ++i) {
     const CumulativeTable::Interval& row = rows[static_cast<std::size_t>(i)];
     const auto index = static_cast<std::size_t>(row.index);
-    const CumulativeTable::Interval column = pixels_[index].find(u[i].x);
+    const CumulativeTable::Interval column = pixels_[index].sample(u[i].x);
     chosen[static_cast<std::size_t>(i)] = &texels_[texel_index(column.index, row.index, width_)];
     directions.y[i] = std::clamp(
         heights_[index] + row.fraction * (heights_[index + 1] - heights_[index]), -1.0f, 1.0f);
     places.u[i] = (static_cast<float>(column.index) + column.fraction) / static_cast<float>(width_);
   }
   find_directions(count, places.u, rotation_, directions.y, directions.x, directions.z, places.v);
-  look_up(count, places, found.data());
+  look_up(count, places, lights.data());
   for (int i = 0; i < count; ++i) {
     const auto index = static_cast<std::size_t>(i);
     samples[i] = {{directions.x[i], directions.y[i], directions.z[i]},
-                  // Not what rounding may have made of the pixel.
-                  {found[index].radiance, chosen[index]->w * density_per_weight_}};
+                  // The weight of the sampled pixel: rounding may move the look-up to a neighbour.
+                  {lights[index].radiance, chosen[index]->w * density_per_weight_}};
   }
 }
 
 void Environment::sample(std::span<const glm::vec2> u, std::span<Sample> samples) const {
-  for_each_some(u.size(), [&](std::size_t first, int count) {
-    sample_some(count, &u[first], &samples[first]);
+  for_each_batch(u.size(), [&](std::size_t first, int count) {
+    sample_batch(count, &u[first], &samples[first]);
   });
 }
 

@@ -1,4 +1,4 @@
-// Light from infinitely far away, sampled in proportion to its brightness.
+// Environment light from a latitude-longitude image, importance-sampled by luminance.
 #pragma once
 
 #include <algorithm>
@@ -12,20 +12,20 @@
 
 namespace solidtex::pathtracer {
 
-// Finds where a uniform number falls in a cumulative table.
+// A discrete distribution, sampled by its cumulative sums.
 class CumulativeTable {
  public:
-  explicit CumulativeTable(std::span<const double> shares);
+  explicit CumulativeTable(std::span<const double> weights);
 
   double total() const { return total_; }
 
-  // The interval that u falls into, and how far (0 to 1) into it.
+  // The sampled entry and the relative position (0 to 1) in its interval.
   struct Interval {
     int index;
     float fraction;
   };
-  Interval find(float u) const;
-  // Fetches the memory that find(u) will most probably need.
+  Interval sample(float u) const;
+  // Prefetches the memory that sample(u) most likely reads.
   void prefetch(float u) const { __builtin_prefetch(&entries_[step_of(u)]); }
 
  private:
@@ -34,10 +34,9 @@ class CumulativeTable {
     return std::min(step, entries_.size() - 1);
   }
 
-  // The share of all up to here (u itself has no more digits), and, among as many equal steps of u,
-  // the interval in which this one begins: mostly a near neighbour, so that a look-up stays in a
-  // line of memory or two, where bisection read four or five and two arrays of doubles took 8 % of
-  // a frame of a million triangles under a sky of 512 x 256 pixels.
+  // The normalized sum up to this entry (float, as u has no more digits), and the first interval of
+  // this entry's step of u, of as many equal steps as entries. The interval is mostly near its
+  // step, so a look-up reads one or two cache lines; bisection reads four or five.
   struct Entry {
     float sum;
     std::int32_t start;
@@ -46,49 +45,48 @@ class CumulativeTable {
   double total_ = 0;
 };
 
-// What is seen in a direction: radiance, and the density per solid angle with which sampling lights
-// chooses that direction.
-struct SeenLight {
+// Emission from a direction: radiance, and the density per solid angle with which light sampling
+// chooses the direction.
+struct EmittedLight {
   glm::vec3 radiance{0};
   float pdf = 0;
 };
 
-// Latitude-longitude image: +y is up, its centre looks along +z, x grows to the left edge
-// (OpenEXR's convention). Bilinear in the image.
+// Latitude-longitude image in OpenEXR's convention: +y is up, the centre is +z, +x is towards the
+// left edge. Bilinear in the image.
 class Environment {
  public:
   explicit Environment(const EnvironmentImage& description);
 
-  // From each direction.
-  void seen(std::span<const glm::vec3> directions, std::span<SeenLight> found) const;
+  // Sets lights[i] to the emission from directions[i].
+  void evaluate(std::span<const glm::vec3> directions, std::span<EmittedLight> lights) const;
 
   struct Sample {
     glm::vec3 direction;
-    SeenLight seen;
+    EmittedLight light;
   };
-  // For as many pairs of numbers from [0, 1).
+  // `u`: uniform pairs in [0, 1).
   void sample(std::span<const glm::vec2> u, std::span<Sample> samples) const;
 
-  // Of all directions together: luminance times solid angle.
-  double luminance_of_all() const;
+  // Integral of luminance over the sphere.
+  double total_luminance() const;
 
  private:
   struct Directions;
   struct Places;
-  void look_up(int count, Places& places, SeenLight* found) const;
-  void sample_some(int count, const glm::vec2* u, Sample* samples) const;
+  void look_up(int count, Places& places, EmittedLight* lights) const;
+  void sample_batch(int count, const glm::vec2* u, Sample* samples) const;
   void weigh_pixels();
 
-  // Radiance and, as w, the share with which the pixel is chosen: neighbours in memory, as they are
-  // needed together.
+  // Radiance and, in w, the sampling weight: read together.
   std::vector<glm::vec4> texels_;
   int width_, height_;
   float rotation_;  // in turns
-  // Cumulative power of rows, and of pixels within their row. The density is constant over the
-  // solid angle of a pixel.
+  // Distributions of rows, and of pixels within a row. The density is constant over the solid angle
+  // of a pixel.
   std::vector<CumulativeTable> pixels_;  // per row
   std::optional<CumulativeTable> rows_;
-  std::vector<float> heights_;  // of the rows' edges on the unit sphere, from above
+  std::vector<float> heights_;  // y of the rows' edges on the unit sphere, from the top
   float density_per_weight_ = 0;
 };
 

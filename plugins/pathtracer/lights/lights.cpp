@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/gtc/constants.hpp>
 #include <numeric>
 
 #include "plugins/pathtracer/sampling/sampling.h"
 #include "plugins/pathtracer/sampling/vectorized.h"
+#include "plugins/pathtracer/scene/color.h"
 
 namespace solidtex::pathtracer {
 namespace {
 
-// Of a point on a flat light that was chosen evenly over its area. `normal`: of the side that
-// shines.
+// A point sampled uniformly by area on a flat light. `normal`: of the emitting side.
 LightSample flat_light(const glm::vec3& direction, float distance, const glm::vec3& normal,
                        float area, const glm::vec3& radiance) {
   const float projected_area = -glm::dot(normal, direction) * area;
@@ -47,7 +48,7 @@ glm::vec3 normal_of(const std::array<glm::vec3, 3>& p) {
   return glm::normalize(glm::cross(p[1] - p[0], p[2] - p[0]));
 }
 
-// One minus the cosine of the angle under which a sphere's radius is seen; 0 from within.
+// One minus the cosine of the sphere's half angle; 0 from inside.
 float cone_of(const SphereLight& light, const glm::vec3& from) {
   const glm::vec3 to_center = light.center - from;
   const float sine2 = light.radius * light.radius / glm::dot(to_center, to_center);
@@ -56,23 +57,24 @@ float cone_of(const SphereLight& light, const glm::vec3& from) {
 
 float cone_pdf(float cone) { return cone > 0 ? 1 / (glm::two_pi<float>() * cone) : 0; }
 
-// Even over the solid angle.
+// Uniform over the solid angle.
 LightSample choose_on(const SphereLight& light, const glm::vec3& from, const glm::vec2& u) {
   const float cone = cone_of(light, from);
   if (cone <= 0) return {};
-  const float rest = u.x * cone, cosine = 1 - rest;  // the difference would lose small cones
+  const float rest = u.x * cone, cosine = 1 - rest;  // the difference would cancel for small cones
   const float sine = std::sqrt(rest * (1 + cosine));
   const glm::vec3 to_center = light.center - from;
   const float distance = glm::length(to_center);
   const Frame frame(to_center / distance);
   const float half_chord =
       std::sqrt(std::max(light.radius * light.radius - distance * distance * sine * sine, 0.0f));
-  // A little in front of the sphere: at its rim rounding moves the hit most.
+  // Ends slightly in front of the sphere: rounding moves hits at its rim most.
   return {frame.to_world(glm::vec3(sine * unit_circle(u.y), cosine)),
           distance * cosine - half_chord - 2e-3f * light.radius, light.radiance, cone_pdf(cone)};
 }
 
-// Where a uniform number falls among sums: which one, and how far (0 to 1) towards it.
+// The entry of cumulative sums at a uniform number, and the relative position (0 to 1) in its
+// interval.
 struct Interval {
   std::size_t index;
   float fraction;
@@ -95,17 +97,18 @@ LightSample choose_on(const MeshLight& light, const std::vector<double>& area_su
                        light.radiance);
 }
 
-// Of picks that do not depend on power: a dim light may be the only one that reaches a place.
-constexpr double kEvenShare = 0.25;
+// Fraction of samples spread evenly over lights: a dim light may be the only one that reaches a
+// point.
+constexpr double kEvenFraction = 0.25;
 
-// Luminance that leaves a surface of one color, in all directions together.
+// Luminous exitance of a diffuse emitter times its area.
 double flux(const glm::vec3& radiance, double area) {
   return static_cast<double>(luminance(radiance)) * glm::pi<double>() * area;
 }
 
 double squared_length(const glm::vec3& v) { return static_cast<double>(glm::dot(v, v)); }
 
-glm::vec3 middle_of(const Mesh& mesh) {
+glm::vec3 centroid(const Mesh& mesh) {
   glm::vec3 sum(0);
   for (const glm::vec3& position : mesh.positions) sum += position;
   return sum / static_cast<float>(mesh.positions.size());
@@ -123,19 +126,18 @@ Lights::Lights(const Scene& scene) : scene_(scene) {
     }
   }
   if (scene.environment) environment_.emplace(*scene.environment);
-  choose_shares(powers());
+  choose_probabilities(powers());
 }
 
-// Flux of every light. What the environment sends does not come from anywhere: it counts as a light
-// at the others' distance that is as bright where the camera looks at. A light of power P lights a
-// place at a distance d with up to P / (pi d^2), the environment on average with a quarter of all
-// its radiance.
+// Flux of every light. The environment counts as a light at the mean distance of the others with
+// the same irradiance at the look-at point: a light of power P gives up to P / (pi d^2) at a
+// distance d, the environment on average a quarter of its integrated radiance.
 std::vector<double> Lights::powers() const {
   std::vector<double> result;
   double weighted_distances = 0;
-  const auto add = [&](const glm::vec3& radiance, double area, const glm::vec3& middle) {
+  const auto add = [&](const glm::vec3& radiance, double area, const glm::vec3& center) {
     result.push_back(flux(radiance, area));
-    weighted_distances += result.back() * squared_length(middle - scene_.camera.look_at);
+    weighted_distances += result.back() * squared_length(center - scene_.camera.look_at);
   };
   for (const RectangleLight& light : scene_.lights) {
     add(light.radiance, plane_of(light).area,
@@ -147,60 +149,62 @@ std::vector<double> Lights::powers() const {
   }
   for (std::size_t i = 0; i < scene_.mesh_lights.size(); ++i) {
     const MeshLight& light = scene_.mesh_lights[i];
-    add(light.radiance, area_sums_[i].back(), middle_of(light.mesh));
+    add(light.radiance, area_sums_[i].back(), centroid(light.mesh));
   }
   if (environment_) {
     const double total = std::accumulate(result.begin(), result.end(), 0.0);
     const double squared_distance = total > 0 ? weighted_distances / total : 1;
-    result.push_back(environment_->luminance_of_all() * 0.25 * glm::pi<double>() *
-                     squared_distance);
+    result.push_back(environment_->total_luminance() * 0.25 * glm::pi<double>() * squared_distance);
   }
   return result;
 }
 
-void Lights::choose_shares(const std::vector<double>& powers) {
+void Lights::choose_probabilities(const std::vector<double>& powers) {
   const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
   const double even = 1 / static_cast<double>(powers.size());
-  // Lights without a sum, or with an infinite one, are equal.
-  const double even_share = total > 0 && std::isfinite(total) ? kEvenShare : 1;
+  // Without a finite positive total all lights are equally likely.
+  const double even_fraction = total > 0 && std::isfinite(total) ? kEvenFraction : 1;
   for (const double power : powers) {
-    double share = even_share * even;
-    if (even_share < 1) share += (1 - even_share) * power / total;
-    shares_.push_back(static_cast<float>(share));
-    share_sums_.push_back((share_sums_.empty() ? 0 : share_sums_.back()) + share);
+    double probability = even_fraction * even;
+    if (even_fraction < 1) probability += (1 - even_fraction) * power / total;
+    probabilities_.push_back(static_cast<float>(probability));
+    probability_sums_.push_back((probability_sums_.empty() ? 0 : probability_sums_.back()) +
+                                probability);
   }
 }
 
 void Lights::sample(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
                     std::span<LightSample> samples) const {
-  for_each_some(from.size(), [&](std::size_t first, int some) {
-    const auto count = static_cast<std::size_t>(some);
-    sample_some(from.subspan(first, count), u.subspan(first, count), samples.subspan(first, count));
+  for_each_batch(from.size(), [&](std::size_t first, int batch) {
+    const auto count = static_cast<std::size_t>(batch);
+    sample_batch(from.subspan(first, count), u.subspan(first, count),
+                 samples.subspan(first, count));
   });
 }
 
-void Lights::sample_some(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
-                         std::span<LightSample> samples) const {
-  std::array<std::uint32_t, kTogether> sky;  // those that chose the environment
-  std::array<glm::vec2, kTogether> sky_u;
+void Lights::sample_batch(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
+                          std::span<LightSample> samples) const {
+  std::array<std::uint32_t, kBatchSize> sky;  // samples of the environment
+  std::array<glm::vec2, kBatchSize> sky_u;
   std::size_t sky_count = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    const auto [light, rest] = find(share_sums_, u[i].x);
+    const auto [light, rest] = find(probability_sums_, u[i].x);
     const glm::vec2 own(std::clamp(rest, 0.0f, 0x1.fffffep-1f), u[i].y);
     if (light < shape_count()) {
       samples[i] = sample_shape(light, from[i], own);
-      samples[i].pdf *= shares_[light];
+      samples[i].pdf *= probabilities_[light];
     } else {
       sky[sky_count] = static_cast<std::uint32_t>(i);
       sky_u[sky_count++] = own;
     }
   }
   if (sky_count == 0) return;
-  std::array<Environment::Sample, kTogether> found;
-  environment_->sample(std::span(sky_u).first(sky_count), found);
+  std::array<Environment::Sample, kBatchSize> environment;
+  environment_->sample(std::span(sky_u).first(sky_count), environment);
   for (std::size_t i = 0; i < sky_count; ++i) {
-    samples[sky[i]] = {found[i].direction, std::numeric_limits<float>::infinity(),
-                       found[i].seen.radiance, found[i].seen.pdf * shares_.back()};
+    samples[sky[i]] = {environment[i].direction, std::numeric_limits<float>::infinity(),
+                       environment[i].light.radiance,
+                       environment[i].light.pdf * probabilities_.back()};
   }
 }
 
@@ -218,17 +222,17 @@ LightSample Lights::sample_shape(std::size_t light, const glm::vec3& from,
   return choose_on(scene_.mesh_lights[light], area_sums_[light], from, u);
 }
 
-void Lights::environment_seen(std::span<const glm::vec3> directions,
-                              std::span<SeenLight> found) const {
+void Lights::evaluate_environment(std::span<const glm::vec3> directions,
+                                  std::span<EmittedLight> lights) const {
   if (!environment_) {
-    std::fill(found.begin(), found.end(), SeenLight{});
+    std::fill(lights.begin(), lights.end(), EmittedLight{});
     return;
   }
-  environment_->seen(directions, found);
-  for (SeenLight& seen : found) seen.pdf *= shares_.back();
+  environment_->evaluate(directions, lights);
+  for (EmittedLight& light : lights) light.pdf *= probabilities_.back();
 }
 
-SeenLight Lights::light_seen(const LightHit& hit) const {
+EmittedLight Lights::evaluate(const LightHit& hit) const {
   LightSample result;
   std::size_t light = hit.light;
   if (light < scene_.lights.size()) {
@@ -244,7 +248,7 @@ SeenLight Lights::light_seen(const LightHit& hit) const {
     result = flat_light(hit.direction, hit.distance, normal_of(corners_of(mesh.mesh, hit.triangle)),
                         static_cast<float>(area_sums_[light].back()), mesh.radiance);
   }
-  return {result.radiance, result.pdf * shares_[hit.light]};
+  return {result.radiance, result.pdf * probabilities_[hit.light]};
 }
 
 }  // namespace solidtex::pathtracer

@@ -1,5 +1,5 @@
-// All that emits by design: the environment and the lights, the brighter ones picked more often.
-// Lights are numbered: rectangles, then spheres, then meshes, then the environment.
+// Samples the lights and the environment, roughly in proportion to their power. Light indices count
+// rectangles, then spheres, then meshes, then the environment.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ struct LightSample {
   glm::vec3 direction{0};
   float distance = std::numeric_limits<float>::infinity();
   glm::vec3 radiance{0};
-  float pdf = 0;  // per solid angle, the choice of the light included; 0: no light from here
+  float pdf = 0;  // per solid angle, times the probability of the light; 0: rejected
 };
 
-// Where a ray hit a light.
+// A ray that hit a light.
 struct LightHit {
   std::size_t light = 0;
   std::uint32_t triangle = 0;  // of a mesh
@@ -34,32 +34,34 @@ class Lights {
   // Keeps a reference to `scene`.
   explicit Lights(const Scene& scene);
 
-  bool empty() const { return shares_.empty(); }
-  // A light for each point. One pair of numbers chooses the light and the place on it: so each
-  // light's share of well distributed pairs is well distributed, too.
+  bool empty() const { return probabilities_.empty(); }
+
+  // Samples a light for each point. One pair u chooses the light and the position on it, so that
+  // each light gets a stratified subset of the pairs.
   void sample(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
               std::span<LightSample> samples) const;
 
-  // What rays find when they leave the scene, or hit a light.
-  void environment_seen(std::span<const glm::vec3> directions, std::span<SeenLight> found) const;
-  SeenLight light_seen(const LightHit& hit) const;
+  // Emission towards rays that leave the scene or hit a light.
+  void evaluate_environment(std::span<const glm::vec3> directions,
+                            std::span<EmittedLight> lights) const;
+  EmittedLight evaluate(const LightHit& hit) const;
 
  private:
   std::size_t shape_count() const {
     return scene_.lights.size() + scene_.sphere_lights.size() + scene_.mesh_lights.size();
   }
   LightSample sample_shape(std::size_t light, const glm::vec3& from, const glm::vec2& u) const;
-  void sample_some(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
-                   std::span<LightSample> samples) const;
+  void sample_batch(std::span<const glm::vec3> from, std::span<const glm::vec2> u,
+                    std::span<LightSample> samples) const;
   std::vector<double> powers() const;
-  void choose_shares(const std::vector<double>& powers);
+  void choose_probabilities(const std::vector<double>& powers);
 
   const Scene& scene_;
-  std::vector<std::vector<double>> area_sums_;  // per mesh: areas of the triangles up to each
+  std::vector<std::vector<double>> area_sums_;  // per mesh: cumulative triangle areas
   std::optional<Environment> environment_;
-  // With which probability each light is picked, and the sums of these up to each.
-  std::vector<float> shares_;
-  std::vector<double> share_sums_;
+  // Per light: selection probabilities and their cumulative sums.
+  std::vector<float> probabilities_;
+  std::vector<double> probability_sums_;
 };
 
 }  // namespace solidtex::pathtracer

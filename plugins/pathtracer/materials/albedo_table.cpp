@@ -5,12 +5,12 @@
 namespace solidtex::pathtracer {
 namespace {
 
-// Share of facets that both directions see, of those that `out` sees.
+// Fraction of the facets visible from `out` that `in` sees, too.
 float visible_to_both(const glm::vec3& out, const glm::vec3& in, float alpha) {
   return masking_shadowing(out, in, alpha) / masking(out, alpha);
 }
 
-// Mean over a regular grid of visible normals.
+// Mean over a stratified grid of visible normals.
 float integrate(const AlbedoTable::Scatter& scatter, float cosine, float alpha) {
   constexpr int kGrid = 24;
   const glm::vec3 out(std::sqrt(1 - cosine * cosine), 0, cosine);

@@ -1,6 +1,6 @@
-// What is left of a material at one point: how it scatters light. Directions are in the local
-// frame: z is the normal on the viewer's side, both point away from the surface. All BSDFs are
-// reciprocal (refraction up to the square of the index) and scatter no more than they receive.
+// BSDF of a material evaluated at a shading point. Directions are in the local frame, whose z is
+// the normal on the viewer's side, and point away from the surface. All BSDFs are reciprocal
+// (refraction up to the square of the index) and conserve energy.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -19,20 +19,20 @@ class Bsdf {
   template <class Kind>
   explicit Bsdf(Kind kind) : kind_(std::move(kind)) {}
 
-  // Times the cosine of `in`.
+  // Returns the BSDF times the cosine of `in`.
   glm::vec3 eval(const glm::vec3& out, const glm::vec3& in) const {
     return std::visit([&](const auto& bsdf) { return bsdf.eval(out, in); }, kind_);
   }
-  // Density, per solid angle, with which `sample` chooses `in`.
+  // Returns the density of sample() per solid angle.
   float pdf(const glm::vec3& out, const glm::vec3& in) const {
     return std::visit([&](const auto& bsdf) { return bsdf.pdf(out, in); }, kind_);
   }
-  // Whether `sample` takes its number for a lobe.
+  // Whether sample() uses its argument `lobe`.
   bool has_lobes() const {
     const auto* coated = std::get_if<CoatedBsdf>(&kind_);
     return !coated || coated->coat;
   }
-  // Chooses `in`, with random numbers from [0, 1).
+  // Samples `in`. `lobe` and `u` are uniform in [0, 1).
   BsdfSample sample(const glm::vec3& out, float lobe, const glm::vec2& u) const {
     return std::visit([&](const auto& bsdf) { return bsdf.sample(out, lobe, u); }, kind_);
   }

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/constants.hpp>
 
 #include "plugins/pathtracer/materials/microfacet.h"
 #include "plugins/pathtracer/sampling/sampling.h"
+#include "plugins/pathtracer/scene/color.h"
 
 namespace solidtex::pathtracer {
 namespace {
 
-// Reflected share for one direction, by a regular grid over the visible normals.
+// Reflected fraction for one direction, by a stratified grid of visible normals.
 float integrate_albedo(const glm::vec3& out, float alpha, float ior) {
   constexpr int kGrid = 32;
   float sum = 0;
@@ -62,7 +64,7 @@ float Coat::albedo(float cosine) const {
 }
 
 float Coat::internal_reflectance() const {
-  // Reciprocity: flux through the interface is the same both ways, but the solid angle inside is
+  // By reciprocity the flux through the interface is equal both ways; the solid angle inside is
   // smaller by the square of the index.
   return 1 - (1 - average_) / (ior_ * ior_);
 }
@@ -73,12 +75,12 @@ glm::vec3 CoatedBsdf::eval(const glm::vec3& out, const glm::vec3& in) const {
   const glm::vec3 h = glm::normalize(out + in);
   const float specular = fresnel_dielectric(glm::dot(out, h), coat->ior()) * ggx(h, coat->alpha()) *
                          masking_shadowing(out, in, coat->alpha()) / (4 * out.z);
-  // Light that entered bounces between base and coat: a geometric series.
+  // Interreflection between base and coat is a geometric series.
   const float r = coat->internal_reflectance();
   const glm::vec3 base = albedo * (1 - r) / (1.0f - albedo * r);
-  const float through = (1 - coat->albedo(out.z)) * (1 - coat->albedo(in.z)) /
-                        (glm::pi<float>() * (1 - coat->average_albedo()));
-  return base * (through * in.z) + glm::vec3(specular);
+  const float transmitted = (1 - coat->albedo(out.z)) * (1 - coat->albedo(in.z)) /
+                            (glm::pi<float>() * (1 - coat->average_albedo()));
+  return base * (transmitted * in.z) + glm::vec3(specular);
 }
 
 float CoatedBsdf::coat_probability(float cosine) const {

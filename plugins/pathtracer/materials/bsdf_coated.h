@@ -1,4 +1,4 @@
-// The materials "diffuse" and "coated".
+// BSDF of the materials "diffuse" and "coated".
 #pragma once
 
 #include <array>
@@ -8,20 +8,20 @@
 
 namespace solidtex::pathtracer {
 
-// A rough dielectric layer (GGX) over the diffuse base, with its directional albedo tabulated, so
-// that the base receives exactly what the coat lets through.
+// A rough dielectric layer (GGX) over a diffuse base. Its tabulated directional albedo gives the
+// base exactly the light that the coat transmits.
 class Coat {
  public:
   Coat(float roughness, float ior);
-  // Between two coats of the same index, whose tables it mixes: (1 - t) smoother + t rougher.
+  // Interpolates the tables of two coats of the same index: (1 - t) smoother + t rougher.
   Coat(const Coat& smoother, const Coat& rougher, float t, float roughness);
 
   float alpha() const { return alpha_; }
   float ior() const { return ior_; }
-  // Share of the light from a direction with this cosine that the coat reflects.
+  // Reflected fraction of light from a direction with this cosine.
   float albedo(float cosine) const;
   float average_albedo() const { return average_; }
-  // Share of the light coming up from the base that the coat sends back down.
+  // Fraction of light from the base that the coat reflects back down.
   float internal_reflectance() const;
 
  private:
@@ -30,12 +30,12 @@ class Coat {
   std::array<float, kEntries> table_{};
 };
 
-// `coat` is null for the diffuse one.
+// `coat` is null for "diffuse".
 struct CoatedBsdf {
   glm::vec3 albedo{0};
   const Coat* coat = nullptr;
 
-  glm::vec3 eval(const glm::vec3& out, const glm::vec3& in) const;  // times cosine of `in`
+  glm::vec3 eval(const glm::vec3& out, const glm::vec3& in) const;  // times the cosine of `in`
   float pdf(const glm::vec3& out, const glm::vec3& in) const;
   BsdfSample sample(const glm::vec3& out, float lobe, const glm::vec2& u) const;
 

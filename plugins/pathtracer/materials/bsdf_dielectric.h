@@ -1,4 +1,4 @@
-// The material "dielectric": a rough interface through which light is refracted (Walter et al.,
+// BSDF of the material "dielectric": a rough refracting interface (Walter et al.,
 // "Microfacet Models for Refraction through Rough Surfaces", 2007).
 #pragma once
 
@@ -9,9 +9,9 @@
 
 namespace solidtex::pathtracer {
 
-// Energy: what single scattering loses is given back by diffuse lobes on both sides (Kulla and
-// Conty 2017), so that a clear interface neither gains nor loses light. Radiance that is refracted
-// into the denser side grows by the square of the index.
+// Diffuse lobes on both sides compensate the energy that single scattering loses (Kulla and Conty
+// 2017), so that a clear interface conserves energy. Radiance refracted into the denser side grows
+// by the square of the index.
 class DielectricBsdf {
  public:
   class Tables {
@@ -19,18 +19,18 @@ class DielectricBsdf {
     explicit Tables(float ior);
 
     float ior() const { return ior_; }
-    // Seen from outside (0) or inside (1).
+    // Single-scattering albedo seen from outside or inside.
     const AlbedoTable& albedo(bool inside) const { return albedo_[inside ? 1 : 0]; }
-    // Share of light scattered more than once that ends on the other side.
-    float through(bool inside, float roughness) const;
+    // Transmitted fraction of multiply scattered light.
+    float transmitted(bool inside, float roughness) const;
 
    private:
     float ior_;
     AlbedoTable albedo_[2];
-    float open_[2];  // mean over the hemisphere of what a smooth interface lets through
+    float smooth_[2];  // cosine-weighted mean transmittance of a smooth interface
   };
 
-  // `color`: what is left of light that goes through. Keeps a reference to `tables`.
+  // `color`: transmittance. Keeps a reference to `tables`.
   DielectricBsdf(const glm::vec3& color, float roughness, bool inside, const Tables& tables);
 
   glm::vec3 eval(const glm::vec3& out, const glm::vec3& in) const;
@@ -40,13 +40,13 @@ class DielectricBsdf {
  private:
   glm::vec3 half_vector(const glm::vec3& out, const glm::vec3& in) const;
   float refraction_jacobian(const glm::vec3& out, const glm::vec3& in, const glm::vec3& h) const;
-  float lost(float cosine) const;  // by single scattering, from the viewer's side
+  float missing(float cosine) const;  // energy that single scattering loses, from the viewer's side
 
   glm::vec3 color_;
   float roughness_, alpha_;
   bool inside_;
-  float ior_;      // of the far side over the near side
-  float through_;  // as Tables::through
+  float ior_;          // far side over near side
+  float transmitted_;  // as Tables::transmitted
   const Tables* tables_;
 };
 

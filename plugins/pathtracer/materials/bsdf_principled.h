@@ -1,5 +1,5 @@
-// The material "principled": a metal or a diffuse body under a rough interface, mixed, under a
-// clear coat.
+// BSDF of the material "principled": a blend of a metal and of a diffuse body under a rough
+// interface, below a clear coat.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,13 +9,13 @@
 
 namespace solidtex::pathtracer {
 
-// Energy: what a rough interface does not reflect reaches the diffuse body, and what metal facets
-// lose by shadowing each other comes back as a diffuse lobe, so that white without a coat gives
-// back all light. Beneath a coat, light goes in and out by min(T(out), T(in)), T being what the
-// coat lets through: reciprocal, exact over a mirror, up to 5 % too dark over white.
+// The diffuse body receives the light that the rough interface transmits, and a diffuse lobe
+// compensates the energy that metal facets lose by shadowing each other, so that white without a
+// coat reflects all light. A coat of transmittance T attenuates the base by min(T(out), T(in)):
+// reciprocal, exact over a mirror, up to 5 % too dark over white.
 class PrincipledBsdf {
  public:
-  // Shares are from 0 to 1, and so is roughness, of which less than kMinRoughness is that.
+  // All from 0 to 1. Roughness is clamped to kMinRoughness.
   struct Parameters {
     glm::vec3 color{0};
     float roughness = 0.5f, metallic = 0, specular = 1, coat = 0, coat_roughness = 0;
@@ -36,10 +36,10 @@ class PrincipledBsdf {
  private:
   static constexpr float kCoatIor = 1.5f;
 
-  struct Shares {  // probabilities of the lobes
+  struct LobeProbabilities {
     float coat, interface, diffuse;
   };
-  Shares shares(float cosine) const;
+  LobeProbabilities lobe_probabilities(float cosine) const;
   float coat_albedo(float cosine) const;
   float interface_albedo(float cosine) const;
   glm::vec3 base(const glm::vec3& out, const glm::vec3& in, const glm::vec3& h) const;
@@ -48,7 +48,7 @@ class PrincipledBsdf {
   const Tables* tables_;
   float alpha_, coat_alpha_;
   float interface_average_, mirror_average_;
-  glm::vec3 many_{0};  // color of light that metal facets reflect more than once
+  glm::vec3 multiple_{0};  // color of multiple scattering between metal facets
 };
 
 }  // namespace solidtex::pathtracer

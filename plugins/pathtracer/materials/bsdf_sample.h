@@ -1,21 +1,21 @@
-// What sampling a BSDF gives.
+// Result of sampling a BSDF.
 #pragma once
 
 #include <glm/glm.hpp>
 
 namespace solidtex::pathtracer {
 
-constexpr float kDiffuseLobe = -1;  // in place of a width of GGX
+constexpr float kDiffuseLobe = -1;  // in place of a GGX alpha
 
 struct BsdfSample {
   glm::vec3 direction{0};
-  glm::vec3 weight{0};         // BSDF times cosine over pdf
-  float pdf = 0;               // 0: no light this way
-  float alpha = kDiffuseLobe;  // GGX width of the lobe that chose the direction
-  float ior = 1;               // of the far side over the near side, where the light was refracted
+  glm::vec3 weight{0};         // BSDF times cosine divided by pdf
+  float pdf = 0;               // 0: the sample is rejected
+  float alpha = kDiffuseLobe;  // GGX alpha of the sampled lobe
+  float ior = 1;               // far side over near side, if refracted
 };
 
-// A direction that one lobe chose, weighed by all lobes that could have.
+// Weights a direction sampled from one lobe by the density of all lobes (one-sample MIS).
 template <class AnyBsdf>
 BsdfSample weighed_sample(const AnyBsdf& bsdf, const glm::vec3& out, const glm::vec3& direction,
                           float alpha) {

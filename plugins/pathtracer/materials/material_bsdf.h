@@ -1,27 +1,40 @@
-// From what a material is at a point to how it scatters light there.
+// Creates the BSDF at a shading point from a material sample.
 #pragma once
 
 #include <memory>
 #include <optional>
+#include <vector>
 
-#include "plugins/pathtracer/materials/appearance.h"
 #include "plugins/pathtracer/materials/bsdf.h"
-#include "plugins/pathtracer/materials/coats.h"
+#include "plugins/pathtracer/materials/material_sample.h"
 
 namespace solidtex::pathtracer {
 
-// Holds the tables that one material needs.
+// The coats of a material: one, or a table by roughness where the roughness is textured.
+class CoatTable {
+ public:
+  explicit CoatTable(const Material& material);
+
+  // Returns the coat for a roughness, null for a diffuse material. A coat between two table entries
+  // is created in `storage`.
+  const Coat* at(float roughness, std::optional<Coat>& storage) const;
+
+ private:
+  std::vector<Coat> coats_;  // none, one, or by increasing roughness
+};
+
+// Holds the tables of one material.
 class MaterialBsdf {
  public:
   explicit MaterialBsdf(const Material& material);
 
-  // `inside`: seen from within a solid, for refraction. `made` keeps a coat that is not tabulated;
-  // the BSDF refers to it and to the tables.
-  Bsdf at(const Appearance& appearance, bool inside, std::optional<Coat>& made) const;
+  // `inside`: the viewer is inside the solid, for refraction. The BSDF refers to the tables and to
+  // `coat_storage`.
+  Bsdf at(const MaterialSample& sample, bool inside, std::optional<Coat>& coat_storage) const;
 
  private:
   MaterialType type_;
-  Coats coats_;
+  CoatTable coats_;
   std::shared_ptr<const PrincipledBsdf::Tables> principled_;
   std::shared_ptr<const DielectricBsdf::Tables> dielectric_;
 };

@@ -13,23 +13,24 @@ TexelSpace::TexelSpace(const SolidColor& color)
       origin_(color.to_texels[3]),
       scale_(std::cbrt(std::abs(glm::determinant(linear_)))) {}
 
-TexelSpace::Point TexelSpace::operator()(const Surface& surface) const {
-  const glm::vec3& p = world_space_ ? surface.position : surface.object_position;
-  const double units = world_space_ ? 1.0 : surface.object_scale;
+TexelSpace::Point TexelSpace::operator()(const SurfaceInteraction& interaction) const {
+  const glm::vec3& p = world_space_ ? interaction.position : interaction.object_position;
+  const double units = world_space_ ? 1.0 : interaction.object_scale;
   return {glm::vec3(linear_ * glm::dvec3(p)),
-          static_cast<float>(surface.footprint * units * scale_)};
+          static_cast<float>(interaction.footprint * units * scale_)};
 }
 
-std::array<glm::vec3, 2> footprint_axes(const Surface& surface, const glm::mat3& scene_to_texels) {
-  const glm::vec3& normal = surface.geometric_normal;
-  const float cosine = std::max(-glm::dot(normal, surface.view), kLeastCosine);
-  const float radius = surface.footprint * std::sqrt(cosine);  // of the cone
-  const glm::vec3 along = surface.view - glm::dot(normal, surface.view) * normal;
+std::array<glm::vec3, 2> footprint_axes(const SurfaceInteraction& interaction,
+                                        const glm::mat3& world_to_texels) {
+  const glm::vec3& normal = interaction.geometric_normal;
+  const float cosine = std::max(-glm::dot(normal, interaction.view), kMinCosine);
+  const float radius = interaction.footprint * std::sqrt(cosine);  // of the cone
+  const glm::vec3 along = interaction.view - glm::dot(normal, interaction.view) * normal;
   const float sine = glm::length(along);
-  // Seen from right above any direction will do.
-  const glm::vec3 slant = sine > 1e-4f ? along / sine : Frame(normal).x;
-  return {scene_to_texels * (radius / cosine * slant),
-          scene_to_texels * (radius * glm::cross(normal, slant))};
+  // At normal incidence any direction is valid.
+  const glm::vec3 major = sine > 1e-4f ? along / sine : Frame(normal).x;
+  return {world_to_texels * (radius / cosine * major),
+          world_to_texels * (radius * glm::cross(normal, major))};
 }
 
 const SolidColor* solid_texture_of(const Material& material) {

@@ -1,11 +1,11 @@
-// Where surface points are in a solid texture.
+// Maps surface interactions to the texel space of a solid texture.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 
-#include "plugins/pathtracer/geometry/embree_scene.h"
+#include "plugins/pathtracer/geometry/interaction.h"
 #include "plugins/pathtracer/scene/scene.h"
 
 namespace solidtex::pathtracer {
@@ -19,25 +19,26 @@ class TexelSpace {
 
   explicit TexelSpace(const SolidColor& color);
 
-  // In double precision: textures may be looked up far from their origin.
+  // In double precision: textures may be evaluated far from their origin.
   const glm::dvec3& origin() const { return origin_; }
-  Point operator()(const Surface& surface) const;
+  Point operator()(const SurfaceInteraction& interaction) const;
 
  private:
   bool world_space_;
   glm::dmat3 linear_;
   glm::dvec3 origin_;
-  double scale_;  // texels in one unit
+  double scale_;  // texels per unit
 };
 
-// Half the edges of what the cone of a surface's ray sees of it, in texels; the first one, in the
-// direction of the ray, is the longer one. `scene_to_texels`: of directions.
-std::array<glm::vec3, 2> footprint_axes(const Surface& surface, const glm::mat3& scene_to_texels);
+// Returns half the edges of the footprint of the ray's cone on the surface, in texels. The first
+// edge, along the ray, is the longer one. `world_to_texels` maps directions.
+std::array<glm::vec3, 2> footprint_axes(const SurfaceInteraction& interaction,
+                                        const glm::mat3& world_to_texels);
 
-// The solid texture that a material asks, or null: that of its color, or that of its channels.
+// Returns the solid texture of a material's color, else that of its channels, else null.
 const SolidColor* solid_texture_of(const Material& material);
 
-// How many of its points a surface with this material takes: with a bump those around it, too.
+// Solid texture points per interaction with this material, including a bump's neighbours.
 std::uint32_t texture_points_of(const Material& material);
 
 }  // namespace solidtex::pathtracer

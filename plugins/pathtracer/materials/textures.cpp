@@ -4,19 +4,6 @@
 #include <string>
 
 namespace solidtex::pathtracer {
-namespace {
-
-float decode(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
-
-float encode(float x) {
-  return x <= 0.0031308f ? x * 12.92f : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
-}
-
-}  // namespace
-
-glm::vec3 srgb_to_linear(const glm::vec3& c) { return {decode(c.x), decode(c.y), decode(c.z)}; }
-glm::vec3 linear_to_srgb(const glm::vec3& c) { return {encode(c.x), encode(c.y), encode(c.z)}; }
-
 glm::vec3 lookup_image(const ColorImage& image, const glm::vec2& uv) {
   const float x = (uv.x - std::floor(uv.x)) * static_cast<float>(image.width) - 0.5f;
   const float y = (1 - (uv.y - std::floor(uv.y))) * static_cast<float>(image.height) - 0.5f;

@@ -1,4 +1,4 @@
-// Images, channels of solid textures, encodings of colours.
+// Look-ups of images, and channels of solid textures.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,10 @@
 
 namespace solidtex::pathtracer {
 
-glm::vec3 srgb_to_linear(const glm::vec3& encoded);
-glm::vec3 linear_to_srgb(const glm::vec3& linear);
-
-// Bilinear, repeating; v = 0 is the bottom row's lower edge.
+// Bilinear, repeating. v = 0 is the lower edge of the bottom row.
 glm::vec3 lookup_image(const ColorImage& image, const glm::vec2& uv);
 
-// Index of a texture's channel. Throws SceneError, which names all channels, when there is none.
+// Returns the index of a channel. Throws SceneError, listing all channels, if there is none.
 std::size_t channel_index(const solidtex::texture& texture, const std::string& name);
 glm::uvec3 albedo_channels(const solidtex::texture& texture);  // albedo.r, albedo.g, albedo.b
 

@@ -6,7 +6,6 @@
 #include <solidtex/pathtracer.hpp>
 
 #include "plugins/pathtracer/reader/scene_file.h"
-#include "plugins/pathtracer/reader/scene_transform.h"
 #include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
@@ -14,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-using Keys = std::map<int, const json*>;  // in the order of the frames, which JSON's is not
+using Keys = std::map<int, const json*>;  // by frame; JSON orders them as text
 
 Keys keys_of(const json& track) {
   Keys keys;
@@ -22,17 +21,17 @@ Keys keys_of(const json& track) {
   return keys;
 }
 
-// Numbers, and arrays of them that are equally long.
-bool is_alike(const json& a, const json& b) {
+// Whether both are numbers, or arrays of the same shape.
+bool has_same_shape(const json& a, const json& b) {
   if (a.is_number() && b.is_number()) return true;
   if (!a.is_array() || !b.is_array() || a.size() != b.size()) return false;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    if (!is_alike(a[i], b[i])) return false;
+    if (!has_same_shape(a[i], b[i])) return false;
   }
   return true;
 }
 
-// What a track is for, or null.
+// Returns the value that a track animates, or null.
 const json* find_value(const json& document, const std::string& name) {
   try {
     return &document.at(Place(name));
@@ -41,7 +40,7 @@ const json* find_value(const json& document, const std::string& name) {
   }
 }
 
-// sum of weight times value, element by element
+// Sums weight times value, element by element.
 json weighted_sum(const std::vector<std::pair<double, const json*>>& terms) {
   if (terms.front().second->is_number()) {
     double sum = 0;
@@ -57,9 +56,9 @@ json weighted_sum(const std::vector<std::pair<double, const json*>>& terms) {
   return result;
 }
 
-// A cubic between two keys, with the slope of the neighbours' chord at each (Catmull and Rom, "A
-// class of local interpolating splines", 1974, for keys at any distance); at the ends of the track
-// that of the segment. Before and after the keys the value stands still.
+// Catmull-Rom interpolation of non-uniform keys (Catmull and Rom, "A class of local interpolating
+// splines", 1974): at each key the derivative is that of the neighbours' chord, at the ends of the
+// track that of the segment. The value is constant before the first and after the last key.
 json value_at(const Keys& keys, double frame) {
   const auto after = keys.lower_bound(static_cast<int>(std::ceil(frame)));
   if (after == keys.begin()) return *after->second;
@@ -71,7 +70,7 @@ json value_at(const Keys& keys, double frame) {
 
   const double length = after->first - before->first;
   const double t = (frame - before->first) / length;
-  // Hermite's weights of the slopes, times the length over that of each chord.
+  // Hermite weights of the derivatives, times segment length over chord length.
   const double start = t * (1 - t) * (1 - t) * length / (after->first - first->first);
   const double end = t * t * (t - 1) * length / (last->first - before->first);
   const double to_after = t * t * (3 - 2 * t);
@@ -99,7 +98,7 @@ void check_animation(const json& document, const std::string& file) {
         refuse_json(file, place / frame, "frame " + frame,
                     "one from 0 to " + std::to_string(frames - 1));
       }
-      if (!is_alike(value, *animated)) {
+      if (!has_same_shape(value, *animated)) {
         refuse_json(file, place / frame, quote_json(value),
                     "numbers in the form of " + quote_json(*animated));
       }

@@ -1,4 +1,4 @@
-// "animation" and turntables: what the scene file would say for one frame.
+// Evaluates "animation" and turntables: the scene document of a frame.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -6,13 +6,13 @@
 
 namespace solidtex::pathtracer {
 
-// Throws SceneError, naming `file` and the place, when a track cannot be followed.
+// Throws SceneError, naming `file` and the place, for an invalid track.
 void check_animation(const nlohmann::json& document, const std::string& file);
 
-// The document with the values of the tracks at this frame, which may be any number.
+// Returns the document with the values of all tracks at a frame, which may be fractional.
 nlohmann::json document_at(const nlohmann::json& document, double frame);
 
-// The document with its camera turned about the up direction through what it looks at,
+// Returns the document with its camera rotated about the up direction through the look-at point,
 // counter-clockwise seen from above.
 nlohmann::json with_turned_camera(const nlohmann::json& document, double degrees);
 

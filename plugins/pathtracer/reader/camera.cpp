@@ -1,6 +1,5 @@
-// "render" and "camera": what picture is wanted.
+// Reads "render" and "camera".
 #include "plugins/pathtracer/reader/parts.h"
-#include "plugins/pathtracer/reader/scene_transform.h"
 #include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
@@ -48,7 +47,8 @@ void read_camera(const SceneFile& file, Scene& scene) {
   result.aperture = camera.value("aperture", result.aperture);
   result.focus_distance = camera.value("focus_distance", result.focus_distance);
   if (camera.contains("focus_distance") && result.aperture == 0) {
-    file.refuse(place / "focus_distance", "a distance for a pinhole, which has all in focus",
+    file.refuse(place / "focus_distance",
+                "a distance for a pinhole camera, which has no focal plane",
                 "an \"aperture\" above 0 beside it");
   }
   const glm::vec3 forward = result.look_at - result.position;

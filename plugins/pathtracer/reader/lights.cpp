@@ -1,11 +1,10 @@
-// "environment" and "lights".
+// Reads "environment" and "lights".
 #include <algorithm>
 #include <cmath>
 
-#include "plugins/pathtracer/reader/image_io.h"
+#include "plugins/pathtracer/reader/image_reader.h"
 #include "plugins/pathtracer/reader/meshes.h"
 #include "plugins/pathtracer/reader/parts.h"
-#include "plugins/pathtracer/reader/scene_transform.h"
 #include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
@@ -13,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// Width is horizontal; a light that looks straight up or down has its width along x.
+// The width is horizontal; along x if the light faces straight up or down.
 RectangleLight make_rectangle(const glm::vec3& center, const glm::vec3& direction, float width,
                               float height, const glm::vec3& radiance) {
   const glm::vec3 horizontal = glm::cross(glm::vec3(0, 1, 0), direction);
@@ -55,7 +54,7 @@ MeshLight read_mesh(const SceneFile& file, MeshReader& meshes, const Place& plac
     area += glm::length(glm::cross(p[t.y] - p[t.x], p[t.z] - p[t.x])) / 2;
   }
   if (!(area > 0) || !std::isfinite(area)) {
-    file.refuse(place / "mesh", "a mesh whose area cannot be told from 0", "a surface that shines");
+    file.refuse(place / "mesh", "a mesh without area", "a surface that can emit light");
   }
   return result;
 }
@@ -70,7 +69,7 @@ void read_light(const SceneFile& file, Scene& scene, MeshReader& meshes, const P
     scene.lights.push_back(read_rectangle(file, place));
   }
   if (to_vec3(light["radiance"]) == glm::vec3(0)) {
-    file.refuse(place / "radiance", quote_json(light["radiance"]), "a light that shines");
+    file.refuse(place / "radiance", quote_json(light["radiance"]), "a radiance above 0");
   }
 }
 
@@ -83,21 +82,21 @@ void read_environment(const SceneFile& file, Scene& scene) {
   EnvironmentImage result;
   if (environment.contains("file")) {
     result.image = file.load(place / "file", [&] {
-      return read_image(file.beside(place / "file"), ImageEncoding::automatic);
+      return read_image(file.resolve(place / "file"), ImageEncoding::automatic);
     });
   } else {
     result.image = {"", 1, 1, {to_vec3(environment["color"])}};
   }
   result.rotation_degrees = environment.value("rotation", 0.0f);
   const float scale = environment.value("scale", 1.0f);
-  float brightest = 0;
+  float max_radiance = 0;
   for (glm::vec3& pixel : result.image.pixels) {
     pixel *= scale;
-    brightest = std::max({brightest, pixel.x, pixel.y, pixel.z});
+    max_radiance = std::max({max_radiance, pixel.x, pixel.y, pixel.z});
   }
-  if (!(brightest > 0) || !std::isfinite(brightest)) {
-    file.refuse(place, brightest > 0 ? "infinite light" : "no light at all",
-                "an environment that shines, or none");
+  if (!(max_radiance > 0) || !std::isfinite(max_radiance)) {
+    file.refuse(place, max_radiance > 0 ? "infinite radiance" : "no radiance above 0",
+                "finite radiance above 0, or no \"environment\"");
   }
   scene.environment = std::move(result);
 }

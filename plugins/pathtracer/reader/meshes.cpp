@@ -1,6 +1,5 @@
 #include "plugins/pathtracer/reader/meshes.h"
 
-#include "plugins/pathtracer/reader/scene_transform.h"
 #include "plugins/pathtracer/reader/schema.h"
 
 namespace solidtex::pathtracer {
@@ -19,7 +18,7 @@ std::size_t MeshReader::mesh_of(const Place& object) {
 
 Mesh MeshReader::read_mesh(const Place& place) {
   return file_.load(place, [&] {
-    Mesh mesh = load_mesh(file_.beside(place));
+    Mesh mesh = load_mesh(file_.resolve(place));
     const MeshReport report = repair_mesh(mesh);
     if (mesh.triangles.empty()) {
       throw SceneError(mesh.file + ": found only degenerate triangles, expected a surface");

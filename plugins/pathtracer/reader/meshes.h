@@ -1,24 +1,23 @@
-// Meshes that the objects of a scene file name, cut as they ask.
+// Loads and cuts the meshes of a scene file.
 #pragma once
 
 #include <map>
 
-#include "plugins/pathtracer/geometry/mesh_cut.h"
+#include "plugins/pathtracer/geometry/mesh.h"
 #include "plugins/pathtracer/reader/scene_file.h"
 #include "plugins/pathtracer/scene/scene.h"
 
 namespace solidtex::pathtracer {
 
-// Puts what it loads into the scene; a file that several objects name, cut in the same way, is
-// loaded once and instanced.
+// Loads meshes into the scene. Objects with the same file and cuts share one mesh.
 class MeshReader {
  public:
   MeshReader(const SceneFile& file, Scene& scene) : file_(file), scene_(scene) {}
 
-  // Index of the mesh of the object at this place.
+  // Returns the index of the mesh of the object at this place.
   std::size_t mesh_of(const Place& object);
 
-  // The mesh in the file that is named at this place, repaired; not put into the scene.
+  // Loads and repairs the mesh file named at this place, without adding it to the scene.
   Mesh read_mesh(const Place& place);
 
  private:

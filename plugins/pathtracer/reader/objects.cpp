@@ -1,4 +1,4 @@
-// "objects".
+// Reads "objects".
 #include <algorithm>
 
 #include "plugins/pathtracer/reader/meshes.h"

@@ -1,5 +1,5 @@
-// The parts of a scene file, each read into the Scene by a file of its own. All throw SceneError,
-// naming the place, for what the schema cannot express. Order: materials before objects.
+// Readers of the parts of a scene file. All throw SceneError, naming the place, for errors that the
+// schema cannot express. Materials must be read before objects.
 #pragma once
 
 #include "plugins/pathtracer/reader/scene_file.h"

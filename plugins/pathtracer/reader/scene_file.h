@@ -1,5 +1,5 @@
-// A scene file as the readers of its parts see it: JSON that the schema has accepted, places in it,
-// and messages that name them.
+// A scene file as JSON that satisfies the schema, with accessors and errors that name a place in
+// it.
 #pragma once
 
 #include <filesystem>
@@ -13,12 +13,17 @@ namespace solidtex::pathtracer {
 
 using Place = nlohmann::json::json_pointer;
 
+glm::dvec3 to_dvec3(const nlohmann::json& value);
+glm::vec3 to_vec3(const nlohmann::json& value);
+
+// One factor for all axes, or three.
+glm::dvec3 to_scale(const nlohmann::json& value);
+
 class SceneFile {
  public:
-  // Throws SceneError for what is not readable, not JSON, or breaks the schema.
+  // Throws SceneError if the file is not readable, not JSON, or violates the schema.
   explicit SceneFile(const std::filesystem::path& file);
-  // What the file would say: another document, checked too, in the file's place. `label` stands
-  // for it in messages.
+  // Replaces the file's content by another document, which is checked, too. Errors call it `label`.
   SceneFile(const std::filesystem::path& file, nlohmann::json document, std::string label);
 
   const nlohmann::json& document() const { return document_; }
@@ -27,14 +32,15 @@ class SceneFile {
   const nlohmann::json& at(const Place& place) const { return document_.at(place); }
   bool has(const char* key) const { return document_.contains(key); }
 
-  // The file that is named at this place, relative to the scene's folder.
-  std::filesystem::path beside(const Place& place) const;
+  // Resolves the file name at this place relative to the scene's folder.
+  std::filesystem::path resolve(const Place& place) const;
 
-  // The steps of a transform at this place. Throws SceneError as read_transform.
+  // Composes the transform steps at this place, in order. Throws SceneError for a singular
+  // transform and for a rotation axis of length zero.
   glm::dmat4 transform(const Place& place) const;
 
-  // Throws SceneError when the object at this place, described by `owner`, has not all of the keys
-  // `required`, or one that is neither among them nor `optional`.
+  // Throws SceneError if the object at this place, described by `owner`, lacks a required key or
+  // has a key that is neither required nor optional.
   using Keys = std::vector<std::string>;
   void check_keys(const Place& place, const std::string& owner, const Keys& required,
                   const Keys& optional) const;
@@ -42,7 +48,7 @@ class SceneFile {
   [[noreturn]] void refuse(const Place& place, const std::string& found,
                            const std::string& expected) const;
 
-  // Loading errors name the file they are about; this adds who asked for it.
+  // Calls load_file(). Adds the scene file and the place to its errors, which name the loaded file.
   template <class Load>
   auto load(const Place& place, Load load_file) const {
     try {

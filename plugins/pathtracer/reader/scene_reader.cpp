@@ -1,4 +1,4 @@
-// From a scene file to Scenes, part by part, frame by frame.
+// Reads a scene file into a Scene, frame by frame.
 #include <utility>
 
 #include "plugins/pathtracer/reader/animation.h"
@@ -9,8 +9,8 @@ namespace {
 
 using nlohmann::json;
 
-// Reads what is not as it was `before`, which is null for the first frame: a camera that moves
-// needs no mesh to be loaded, a cut no texture, whose bricks are worth keeping.
+// Reads the parts that differ from the document `before`, which is null for the first frame. An
+// animated camera then reloads no mesh, an animated cut keeps the bricks of textures.
 void read_changes(const SceneFile& file, const json& before, Scene& scene) {
   const json& now = file.document();
   const auto changed = [&](const char* key) {
@@ -51,7 +51,7 @@ void read_changes(const SceneFile& file, const json& before, Scene& scene) {
   }
   if (scene.objects.empty() && scene.lights.empty() && scene.sphere_lights.empty() &&
       scene.mesh_lights.empty() && !scene.environment) {
-    file.refuse(Place(), "nothing to see", "objects, lights or an environment");
+    file.refuse(Place(), "an empty scene", "objects, lights or an environment");
   }
   scene.source = now.dump();
 }
@@ -64,14 +64,15 @@ struct Sequence::State {
   }
 
   json document_of(int frame) const {
-    json document = document_at(file.document(), turns > 0 ? 0 : frame);
-    if (turns > 0) document = with_turned_camera(document, 360.0 * frame / turns);
+    json document = document_at(file.document(), turntable_frames > 0 ? 0 : frame);
+    if (turntable_frames > 0)
+      document = with_turned_camera(document, 360.0 * frame / turntable_frames);
     return document;
   }
 
   SceneFile file;
-  int turns = 0;  // frames of a turntable
-  json read;      // what `scene` was read from
+  int turntable_frames = 0;  // 0: no turntable
+  json read;                 // the document of `scene`
   Scene scene;
 };
 
@@ -80,19 +81,19 @@ Sequence::Sequence(const std::filesystem::path& file) : state_(std::make_unique<
 Sequence::~Sequence() = default;
 
 int Sequence::frame_count() const {
-  if (state_->turns > 0) return state_->turns;
+  if (state_->turntable_frames > 0) return state_->turntable_frames;
   const json& document = state_->file.document();
   return document.contains("animation") ? document["animation"]["frames"].get<int>() : 1;
 }
 
-void Sequence::turn(int frames) { state_->turns = frames; }
+void Sequence::set_turntable(int frames) { state_->turntable_frames = frames; }
 
 const Scene& Sequence::frame(int number) {
   const std::filesystem::path& path = state_->file.path();
   const std::string label =
       path.string() + (frame_count() > 1 ? " (frame " + std::to_string(number) + ")" : "");
   const SceneFile file(path, state_->document_of(number), label);
-  const json before = std::exchange(state_->read, json());  // null if what follows throws
+  const json before = std::exchange(state_->read, json());  // stays null if reading throws
   read_changes(file, before, state_->scene);
   state_->read = file.document();
   return state_->scene;

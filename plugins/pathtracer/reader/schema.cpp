@@ -26,7 +26,7 @@ const json& follow(const json& schema) {
   return follow(schema_document().at(Pointer(reference->get<std::string>().substr(1))));
 }
 
-// The part of the schema that describes one member of a value, or null.
+// Returns the schema of a member of a value, or null.
 const json* member_schema(const json& schema, const std::string& token, bool in_array) {
   if (in_array) return schema.contains("items") ? &follow(schema["items"]) : nullptr;
   if (schema.contains("properties") && schema["properties"].contains(token)) {
@@ -42,7 +42,7 @@ struct Place {
   const json* schema;
 };
 
-// valijson names a place as "<root>", "[objects]", "[2]" ...
+// valijson writes a place as "<root>", "[objects]", "[2]" ...
 Place find_place(const json& document, const std::vector<std::string>& context) {
   Place place{Pointer(), &document, &schema_document()};
   for (std::size_t i = 1; i < context.size(); ++i) {
@@ -67,7 +67,7 @@ std::string description(const json& schema) {
   return schema.value("description", std::string("another value"));
 }
 
-// A known kind of object with a key missing, one too many, or one in the wrong company.
+// Refuses a missing key, an unknown key, or a key without one that it depends on.
 void refuse_keys(const std::string& file, const Place& place) {
   const json& value = *place.value;
   const json& schema = *place.schema;
@@ -87,7 +87,7 @@ void refuse_keys(const std::string& file, const Place& place) {
   for (const auto& [key, needed] : dependencies.items()) {
     for (const json& other : needed) {
       if (value.contains(key) && !value.contains(other)) {
-        refuse_json(file, place.pointer / key, "a key that goes with " + other.dump(),
+        refuse_json(file, place.pointer / key, "a key that requires " + other.dump(),
                     other.dump() + " beside it");
       }
     }
@@ -118,7 +118,7 @@ void check_scene_schema(const json& document, const std::string& file) {
                                      &results)) {
     return;
   }
-  // Enclosing values are reported too; the deepest place is the cause.
+  // Reports the deepest place: valijson also lists all enclosing values.
   const std::vector<std::string>* deepest = nullptr;
   for (const auto& error : results) {
     if (!deepest || error.context.size() > deepest->size()) deepest = &error.context;

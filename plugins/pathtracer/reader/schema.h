@@ -1,4 +1,4 @@
-// The scene file's JSON schema, enforced.
+// Validates scene files against the JSON schema.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -6,14 +6,14 @@
 
 namespace solidtex::pathtracer {
 
-// The text of scene.schema.json, built into the library.
+// The text of scene.schema.json, compiled into the library.
 const char* scene_schema_text();
 
-// Throws SceneError "file: /json/path: found ..., expected ..." for the first place that breaks the
-// schema. What was expected is the schema's own description of that place.
+// Throws SceneError "file: /json/path: found ..., expected ..." for a violation of the schema. The
+// expectation is the schema's description of the place.
 void check_scene_schema(const nlohmann::json& document, const std::string& file);
 
-// How a value appears in a message: its JSON text, shortened.
+// Returns the JSON text of a value, shortened for messages.
 std::string quote_json(const nlohmann::json& value);
 
 [[noreturn]] void refuse_json(const std::string& file, const nlohmann::json::json_pointer& place,

@@ -1,6 +1,6 @@
-// Angles in turns, by polynomials: without branches, so that loops over many become vector code,
-// and several times as fast as the functions of libm. Coefficients, lowest power first, are printed
-// by tests/battery/fit_polynomials.py; errors are before rounding.
+// Trigonometry in turns by branch-free polynomials, which vectorize and are several times as fast
+// as libm. tests/battery/fit_polynomials.py prints the coefficients. Stated errors exclude
+// rounding.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace solidtex::pathtracer {
 
-// Lowest coefficient first, Horner's rule.
+// Horner's rule. Coefficients start with the lowest power.
 template <int kCount>
 inline float polynomial(const float (&coefficients)[kCount], float x) {
   float sum = coefficients[kCount - 1];
@@ -29,7 +29,7 @@ inline constexpr float kSine[] = {6.283185005187988f, -41.34162902832031f, 81.58
 inline constexpr float kCosine[] = {1.0f, -19.739208221435547f, 64.93931579589844f,
                                     -85.44285583496094f, 59.2204704284668f};
 
-// (cosine, sine) of an angle of less than 2^20 turns.
+// Returns (cosine, sine). The angle must be below 2^20 turns.
 inline glm::vec2 unit_circle(float turns) {
   const int quarters = static_cast<int>(4 * turns + std::copysign(0.5f, turns));
   const float rest = turns - 0.25f * static_cast<float>(quarters);
@@ -40,12 +40,12 @@ inline glm::vec2 unit_circle(float turns) {
   return {(quarters + 1) & 2 ? -x : x, quarters & 2 ? -y : y};
 }
 
-// The angle of (x, y), from -1/2 to 1/2; of (0, 0) 0.
+// Returns the angle of (x, y) from -1/2 to 1/2; 0 for (0, 0).
 inline float turns_of(float x, float y) {
   constexpr float kEighth = 0.41421356f;  // tan(pi / 8)
   const float a = std::abs(x), b = std::abs(y);
   const float large = a > b ? a : b, small = a > b ? b : a;
-  const bool beyond = small > kEighth * large;  // nearer to the diagonal, where large = small
+  const bool beyond = small > kEighth * large;  // closer to the diagonal than to the axis
   const float top = beyond ? small - large : small, bottom = beyond ? small + large : large;
   const float ratio = top / (bottom > 0 ? bottom : 1);
   const float near = ratio * polynomial(kArcTangent, ratio * ratio);

@@ -1,7 +1,6 @@
-// The first two dimensions of Sobol's sequence with Owen's scrambling by hashing: Burley,
-// "Practical Hash-based Owen Scrambling", 2020, with the hash of Laine and Karras as improved by
-// Vegdahl. Any 2^k points that start at a multiple of 2^k fall one by one into all intervals of
-// that area.
+// The first two dimensions of Sobol's sequence with hash-based Owen scrambling (Burley, "Practical
+// Hash-based Owen Scrambling", 2020; hash of Laine and Karras as improved by Vegdahl). 2^k points
+// that start at a multiple of 2^k are stratified over all elementary intervals of area 2^-k.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +15,8 @@ inline std::uint32_t reverse_bits(std::uint32_t x) {
   return ((x & 0xaaaaaaaau) >> 1) | ((x & 0x55555555u) << 1);
 }
 
-// Owen's scrambling, of numbers with their bits in reverse order: flips each bit by a function of
-// the seed and the bits below it.
+// Owen scrambling of bit-reversed numbers: flips each bit by a function of the seed and the lower
+// bits.
 inline std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -26,14 +25,14 @@ inline std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   return x ^ (x * 0x53a22864u);
 }
 
-// Moves a place in the sequence, keeping aligned blocks of 2^k together.
+// Permutes indices of the sequence. Aligned blocks of 2^k stay together.
 inline std::uint32_t shuffle(std::uint32_t index, std::uint32_t seed) {
   return reverse_bits(scramble_reversed(reverse_bits(index), seed));
 }
 
-// Both dimensions with their bits in reverse order: the first is the index itself; the matrix of
-// the second is Pascal's triangle modulo 2, bit k being the sum over all bits j of the index that
-// contain k (Lucas), which takes five steps.
+// The second dimension, bit-reversed; the first, bit-reversed, is the index itself. The generator
+// matrix is Pascal's triangle modulo 2. Bit k is the sum over all bits j of the index that contain
+// k (Lucas), computed in five steps.
 inline std::uint32_t reversed_sobol_1(std::uint32_t index) {
   index ^= (index & 0xaaaaaaaau) >> 1;
   index ^= (index & 0xccccccccu) >> 2;
@@ -42,7 +41,7 @@ inline std::uint32_t reversed_sobol_1(std::uint32_t index) {
   return index ^ ((index & 0xffff0000u) >> 16);
 }
 
-// As fractions of 2^32.
+// In units of 2^-32.
 inline std::uint32_t scrambled_sobol_0(std::uint32_t index, std::uint32_t seed) {
   return reverse_bits(scramble_reversed(index, seed));
 }

@@ -1,4 +1,4 @@
-// A scene as plain data: everything is loaded, checked and in linear light. No behaviour here.
+// A scene as plain data: loaded, checked, in linear light.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace solidtex::pathtracer {
 
-// A pixel grid with linear colours; row 0 is the top.
+// Linear colors. Row 0 is the top.
 struct ColorImage {
   std::string file;
   int width = 0, height = 0;
@@ -29,23 +29,23 @@ struct ColorImage {
 struct Camera {
   glm::vec3 position{0, 0, 5}, look_at{0}, up{0, 1, 0};
   float fov_degrees = 40;    // vertical
-  float aperture = 0;        // radius of the lens; 0: a pinhole
-  float focus_distance = 0;  // of the plane that is sharp, along the view; 0: through look_at
+  float aperture = 0;        // lens radius; 0: pinhole
+  float focus_distance = 0;  // of the focal plane, along the view; 0: distance of look_at
 };
 
-// Colour of a material: a constant, an image looked up by the mesh's UV, or a solid texture.
+// Color of a material: a constant, an image mapped by the mesh's UVs, or a solid texture.
 struct ImageColor {
   std::size_t image = 0;
 };
 struct SolidColor {
   std::size_t texture = 0;
   bool world_space = false;
-  glm::dmat4 to_texels{1};  // from object (or world) space to the texture's texels
+  glm::dmat4 to_texels{1};  // from object (or world) space to texels
 };
 using Color = std::variant<glm::vec3, ImageColor, SolidColor>;
 
-// A share from 0 to 1: a constant, a channel of an image (0: red), or one of the solid texture that
-// the material has.
+// A number from 0 to 1: a constant, a channel of an image (0: red), or a channel of the material's
+// solid texture.
 struct ImageChannel {
   std::size_t image = 0;
   int channel = 0;
@@ -57,8 +57,8 @@ using Input = std::variant<float, ImageChannel, SolidChannel>;
 
 enum class MaterialType { diffuse, coated, principled, dielectric };
 
-// The surface lies higher along its normal by `depth` (of the scene's units) times a channel of the
-// material's solid texture; only its normal changes.
+// Bump map: the height along the normal is `depth` (in world units) times a channel of the
+// material's solid texture. Changes the shading normal only.
 struct Bump {
   std::size_t channel = 0;
   float depth = 0;
@@ -68,12 +68,12 @@ struct Material {
   std::string name;
   MaterialType type = MaterialType::diffuse;
   Color color = glm::vec3(0.5f);
-  std::optional<SolidColor> channels_of;  // the solid texture, where the color is none
-  Input roughness = 0.2f;  // GGX alpha is its square; of the coat of a coated material
-  float ior = 1.5f;        // of the coat of a coated material
+  std::optional<SolidColor> channels_of;  // solid texture of the channels, if the color has none
+  Input roughness = 0.2f;                 // square root of GGX alpha; of a coated material's coat
+  float ior = 1.5f;                       // of a coated material's coat
   Input metallic = 0.0f, specular = 1.0f, coat = 0.0f, coat_roughness = 0.05f;  // principled
   std::optional<Bump> bump;
-  glm::vec3 emission{0};  // radiance; found by chance only, never sampled as a light
+  glm::vec3 emission{0};  // radiance; not sampled as a light
 };
 
 inline constexpr Input Material::*kInputs[] = {&Material::roughness, &Material::metallic,
@@ -85,7 +85,7 @@ struct Object {
   glm::mat4 to_world{1};
 };
 
-// Emits `radiance` from the side that edge_u x edge_v points to; the other side is black.
+// Emits on the side that edge_u x edge_v points to.
 struct RectangleLight {
   glm::vec3 corner{0}, edge_u{1, 0, 0}, edge_v{0, 1, 0};
   glm::vec3 radiance{1};
@@ -98,13 +98,13 @@ struct SphereLight {
   glm::vec3 radiance{1};
 };
 
-// Emits from the side that its faces look to; in the scene's coordinates.
+// Emits on the front of its faces. Vertices are in world space.
 struct MeshLight {
   Mesh mesh;
   glm::vec3 radiance{1};
 };
 
-// Light from infinitely far away; a constant colour is an image of one pixel.
+// Latitude-longitude image of infinitely distant light. A constant color is an image of one pixel.
 struct EnvironmentImage {
   ColorImage image;
   float rotation_degrees = 0;  // about the y axis
@@ -123,8 +123,8 @@ struct Scene {
   std::vector<SphereLight> sphere_lights;
   std::vector<MeshLight> mesh_lights;
   std::optional<EnvironmentImage> environment;
-  std::string source;              // the text it was read from
-  std::vector<std::string> notes;  // what loading found worth saying, one line each
+  std::string source;              // text of the scene file
+  std::vector<std::string> notes;  // messages of loading, one line each
 };
 
 }  // namespace solidtex::pathtracer

@@ -1,4 +1,4 @@
-// The path tracer as a library: read a scene, render it. Pictures are in solidtex/picture.hpp.
+// The path tracer as a library: reads scenes and renders them. Images are in solidtex/image.hpp.
 #pragma once
 
 #include <cstddef>
@@ -7,70 +7,75 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <solidtex/picture.hpp>
+#include <solidtex/image.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace solidtex::pathtracer {
 
-// A scene or a file it refers to is wrong. what() names the file, the place in it, what was found
-// and what was expected.
+// A scene file, or a file it refers to, is invalid. what() names the file, the place in it, what
+// was found and what was expected.
 struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Thrown by render when Hooks::should_stop asks for it.
-struct Stopped : std::runtime_error {
-  Stopped() : std::runtime_error("rendering was stopped") {}
+// Thrown by render() when Callbacks::should_stop returns true.
+struct RenderStopped : std::runtime_error {
+  RenderStopped() : std::runtime_error("rendering was stopped") {}
 };
 
-// How direct light is found. All three converge to the same picture.
-enum class LightSampling { mis, lights, bsdf };
+// Estimator of direct light. All three converge to the same image.
+enum class LightSampling {
+  mis,     // light and BSDF sampling, combined by multiple importance sampling
+  lights,  // light sampling only
+  bsdf     // BSDF sampling only
+};
 
-// What a sample takes of a solid texture: the mean over a cube as large as what it sees of the
-// surface, one point of that by chance, the point that the ray hits, or the mean over what it sees,
-// long where it looks at a slant. The pixel converges to the same colour where samples are many.
-enum class TextureFilter { footprint, stochastic, none, anisotropic };
+// Filter of solid texture look-ups. With many samples a pixel converges to the same color.
+enum class TextureFilter {
+  footprint,   // mean over a cube of the footprint's size
+  stochastic,  // one random point of that cube
+  none,        // the hit point
+  anisotropic  // mean over the footprint, elongated at grazing angles
+};
 
-// Their names in scene files and options.
-const std::map<std::string, TextureFilter>& texture_filters();
+const std::map<std::string, TextureFilter>& texture_filters();  // by name
 
 struct RenderSettings {
   int width = 960, height = 540;
-  int samples = 64;        // per pixel; with a noise target at most
-  std::uint64_t seed = 0;  // same seed, same bits, whatever the number of threads
-  int threads = 0;         // 0: as many as the machine has
-  int max_depth = 12;      // longest path, in segments
+  int samples = 64;        // per pixel; with a noise target the maximum
+  std::uint64_t seed = 0;  // same seed, same bits, for any number of threads
+  int threads = 0;         // 0: one per processor
+  int max_depth = 12;      // segments of the longest path
   LightSampling light_sampling = LightSampling::mis;
   TextureFilter texture_filter = TextureFilter::footprint;
 
-  LayerSet layers{Layer::beauty};  // what is not asked for costs nothing
-  Window crop;       // the part of the picture to render, with the values of the whole; empty: all
-  double noise = 0;  // relative error at which a part has samples enough; 0: all get `samples`
-  // The whole picture gets its first samples before any part gets its last. Same bits, but bricks
-  // of solid textures are met several times.
+  AovSet aovs{Aov::beauty};  // AOVs that are not listed cost nothing
+  Window crop;               // pixels to render, with the values of the full image; empty: all
+  double noise = 0;  // relative error at which a block is finished; 0: all pixels get `samples`
+  // Renders the first samples of all tiles before the last samples of any. The bits are the same;
+  // bricks of solid textures are looked up several times.
   bool progressive = false;
 };
 
 struct RenderStatistics {
   std::uint64_t ray_count = 0;
-  std::uint64_t texture_point_count = 0;   // points asked of solid textures
+  std::uint64_t texture_point_count = 0;   // solid texture points evaluated
   std::uint64_t invalid_sample_count = 0;  // samples that were not finite, counted as black
-  // Processor time of the threads that render, all together. What other threads help with when a
-  // texture is asked for much at once is not in it.
+  // Processor time, summed over render threads. Threads that join a large texture query are not
+  // counted.
   double intersection_seconds = 0, texture_seconds = 0, shading_seconds = 0;
 };
 
 struct Scene;
 
-// Reads and checks a scene file (docs/scene-format.md) and all it refers to. Of an animated one
-// this is the first frame.
+// Reads and checks a scene file (docs/scene-format.md) and all files it refers to. Returns the
+// first frame of an animated scene.
 std::shared_ptr<const Scene> load_scene(const std::filesystem::path& file);
 
-// What the bricks of the scene's solid textures have cost since it was loaded (zeros for those of
-// the point family). Bricks are computed when a visible point needs one, so that `needed` is what
-// the visible surface takes; more were computed if the cache had to forget some.
+// Bricks of the scene's solid textures since it was loaded; zeros for textures of the sampler
+// family. `computed` exceeds `needed` if the cache evicted bricks.
 struct BrickStatistics {
   std::uint64_t needed = 0, computed = 0, peak_bytes = 0;
 };
@@ -84,14 +89,14 @@ class Sequence {
   Sequence(const Sequence&) = delete;
   Sequence& operator=(const Sequence&) = delete;
 
-  int frame_count() const;  // 1 for a scene that is not animated
+  int frame_count() const;  // 1 for a scene without animation
 
-  // From now on the frames are those of a turntable: the first one's camera goes round what it
-  // looks at, once in so many frames.
-  void turn(int frames);
+  // Replaces the animation by a turntable: the first frame's camera orbits the look-at point once
+  // in `frames` frames.
+  void set_turntable(int frames);
 
-  // The scene at a frame, counted from 0; good until the next call. What does not change between
-  // frames is not loaded again.
+  // Returns the scene at a frame, counted from 0. Valid until the next call. Loads only what
+  // differs from the previous frame.
   const Scene& frame(int number);
 
  private:
@@ -99,41 +104,41 @@ class Sequence {
   std::unique_ptr<State> state_;
 };
 
-// What the scene file asks for.
+// Settings in the scene file.
 RenderSettings settings_of(const Scene& scene);
 Display display_of(const Scene& scene);
 
-// What loading found worth saying (repaired meshes, for example), one line each.
+// Messages of loading, one line each: mesh repairs, converted images.
 std::vector<std::string> notes_of(const Scene& scene);
 
-// How a host watches a render. Both may be called from any thread, and from several at once.
-struct Hooks {
-  // So many more samples are finished, or need not be taken.
+// Called on any render thread, also on several at once.
+struct Callbacks {
+  // Reports samples as finished or skipped, counted since the last call.
   std::function<void(std::uint64_t)> on_samples;
+  // Stops the render when it returns true.
   std::function<bool()> should_stop;
 };
 
-// A picture under way. It can be stopped and looked at, and goes on as if nothing had happened:
-// every pixel's samples are added in their order, so that neither threads nor stops show.
-class Rendering {
+// Renders one image. The bits depend neither on the number of threads nor on stops.
+class Renderer {
  public:
-  // Keeps a reference to the scene. Throws std::invalid_argument for impossible settings.
-  Rendering(const Scene& scene, const RenderSettings& settings);
-  ~Rendering();
-  Rendering(const Rendering&) = delete;
-  Rendering& operator=(const Rendering&) = delete;
+  // Keeps a reference to the scene. Throws std::invalid_argument for invalid settings.
+  Renderer(const Scene& scene, const RenderSettings& settings);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
 
-  // True when the picture is finished, false when it was told to stop.
-  bool go_on(const Hooks& hooks = {});
+  // Returns true when the image is finished, false when a callback stopped it. Call it again to
+  // continue.
+  bool render(const Callbacks& callbacks = {});
 
-  std::uint64_t samples_left() const;
-  Picture picture() const;  // of the samples so far
+  std::uint64_t remaining_samples() const;
+  AovImage image() const;  // of the samples so far
   RenderStatistics statistics() const;
 
-  // Between calls of go_on: writes all there is to a file, and goes on from there, with the bits of
-  // a render that was never interrupted. Both throw std::runtime_error, naming the file, when it
-  // cannot be written, is no checkpoint, or belongs to another scene or to other settings (threads
-  // and `progressive` may change).
+  // Call these between calls of render(). A resumed render gives the bits of an uninterrupted one.
+  // Both throw std::runtime_error, naming the file, if it cannot be written, is not a checkpoint,
+  // or belongs to another scene or other settings (threads and `progressive` may differ).
   void save(const std::filesystem::path& checkpoint) const;
   void resume(const std::filesystem::path& checkpoint);
 
@@ -142,8 +147,8 @@ class Rendering {
   std::unique_ptr<State> state_;
 };
 
-// The beauty in one go.
-Image render(const Scene& scene, const RenderSettings& settings, const Hooks& hooks = {},
+// Renders the beauty.
+Image render(const Scene& scene, const RenderSettings& settings, const Callbacks& callbacks = {},
              RenderStatistics* statistics = nullptr);
 
 }  // namespace solidtex::pathtracer

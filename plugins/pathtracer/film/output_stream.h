@@ -1,4 +1,4 @@
-// The end of writing a file.
+// Checked end of writing a file.
 #pragma once
 
 #include <cerrno>
@@ -9,8 +9,8 @@
 
 namespace solidtex::pathtracer {
 
-// Throws, naming the file, when not all of it could be written: a full disk may show only here.
-inline void close_written(std::ofstream& stream, const std::filesystem::path& file) {
+// Throws, naming the file, if it was not written completely. A full disk may show only here.
+inline void close_or_throw(std::ofstream& stream, const std::filesystem::path& file) {
   stream.close();
   if (!stream) {
     throw std::runtime_error(file.string() + ": cannot be written (" + std::strerror(errno) + ")");

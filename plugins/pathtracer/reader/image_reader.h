@@ -1,4 +1,4 @@
-// Reading images as linear colours. Writing is declared in solidtex/picture.hpp.
+// Reads image files as linear colors. solidtex/image.hpp declares the writers.
 #pragma once
 
 #include <filesystem>

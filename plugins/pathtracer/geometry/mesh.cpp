@@ -1,14 +1,15 @@
+#include "plugins/pathtracer/geometry/mesh.h"
+
 #include <cmath>
+#include <filesystem>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_inverse.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "plugins/pathtracer/geometry/mesh_cut.h"
-
 namespace solidtex::pathtracer {
 namespace {
 
-// Rings of a sphere, and facets of a ring: fine enough that smooth normals hide them.
+// Resolution of a sphere: with smooth normals no facet is visible.
 constexpr unsigned kRings = 48, kFacets = 96;
 
 struct Bounds {
@@ -26,6 +27,24 @@ Bounds bounds_of(const Mesh& mesh) {
 }
 
 }  // namespace
+
+std::string describe(const Mesh& mesh, const MeshReport& report) {
+  std::string text = std::filesystem::path(mesh.file).filename().string() + ": " +
+                     std::to_string(mesh.triangles.size()) + " triangles";
+  if (!can_repair_meshes()) return text + " (not checked: built without CGAL)";
+  text += ", " + std::to_string(report.component_count) +
+          (report.component_count == 1 ? " component" : " components");
+  text += report.closed ? ", closed"
+                        : ", open with " + std::to_string(report.hole_count) +
+                              (report.hole_count == 1 ? " hole" : " holes");
+  if (report.removed_faces > 0) {
+    text += "; removed " + std::to_string(report.removed_faces) + " duplicate or degenerate faces";
+  }
+  if (report.flipped_faces > 0) {
+    text += "; reversed " + std::to_string(report.flipped_faces) + " faces";
+  }
+  return text;
+}
 
 Mesh make_box(const glm::vec3& size) {
   Mesh box;
@@ -93,11 +112,11 @@ Mesh make_half_space(const glm::vec3& point, const glm::vec3& normal, const Mesh
   return box;
 }
 
-void transform_mesh(Mesh& mesh, const glm::dmat4& map) {
-  for (glm::vec3& p : mesh.positions) p = glm::vec3(map * glm::dvec4(p, 1));
-  const glm::dmat3 normals = glm::inverseTranspose(glm::dmat3(map));
+void transform_mesh(Mesh& mesh, const glm::dmat4& transform) {
+  for (glm::vec3& p : mesh.positions) p = glm::vec3(transform * glm::dvec4(p, 1));
+  const glm::dmat3 normals = glm::inverseTranspose(glm::dmat3(transform));
   for (glm::vec3& n : mesh.normals) n = glm::vec3(glm::normalize(normals * glm::dvec3(n)));
-  if (glm::determinant(glm::dmat3(map)) > 0) return;
+  if (glm::determinant(glm::dmat3(transform)) > 0) return;
   for (glm::uvec3& t : mesh.triangles) std::swap(t.y, t.z);
 }
 

@@ -1,10 +1,10 @@
-#include "plugins/pathtracer/reader/image_io.h"
+#include "plugins/pathtracer/reader/image_reader.h"
 
 #include <OpenImageIO/imageio.h>
 
 #include <cmath>
 
-#include "plugins/pathtracer/materials/textures.h"
+#include "plugins/pathtracer/scene/color.h"
 
 namespace solidtex::pathtracer {
 namespace {

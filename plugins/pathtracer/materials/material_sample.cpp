@@ -1,0 +1,201 @@
+#include "plugins/pathtracer/materials/material_sample.h"
+
+#include <array>
+#include <iterator>
+
+#include "plugins/pathtracer/materials/texel_space.h"
+#include "plugins/pathtracer/materials/textures.h"
+#include "plugins/pathtracer/sampling/sampling.h"
+#include "plugins/pathtracer/scene/color.h"
+
+namespace solidtex::pathtracer {
+namespace {
+
+constexpr float kMinRadius = 0.25f, kMinAxis = 0.5f;  // texels
+constexpr float kMinStep = 0.5f;  // texels to a bump's neighbours; voxels are one texel wide
+
+constexpr float MaterialSample::*kOutputs[] = {
+    &MaterialSample::roughness, &MaterialSample::metallic, &MaterialSample::specular,
+    &MaterialSample::coat, &MaterialSample::coat_roughness};
+static_assert(std::size(kOutputs) == std::size(kInputs));  // in the same order
+
+glm::vec3 clamp_albedo(const glm::vec3& color) {
+  return glm::clamp(color, 0.0f, kMaxTextureAlbedo);
+}
+
+// Maps directions.
+glm::mat3 world_to_texels(const SolidColor& solid, const Object& object) {
+  const glm::mat3 to_texels(solid.to_texels);
+  return solid.world_space ? to_texels : to_texels * glm::inverse(glm::mat3(object.to_world));
+}
+
+}  // namespace
+
+glm::vec3 bumped_normal(const glm::vec3& normal, const glm::vec2& height_gradient,
+                        const glm::vec3& view) {
+  if (height_gradient == glm::vec2(0)) return normal;
+  constexpr float kMinCosine = 0.01f;
+  const glm::vec3 bumped =
+      glm::normalize(Frame(normal).to_world({-height_gradient.x, -height_gradient.y, 1}));
+  const float cosine = glm::dot(bumped, view);
+  if (cosine >= kMinCosine) return bumped;
+  return glm::normalize(bumped + (kMinCosine - cosine) * view);
+}
+
+MaterialEvaluator::Source::Source(const Scene& scene, const Material& material) {
+  solid = std::get_if<SolidColor>(&material.color);
+  solid_color = solid != nullptr;
+  if (const auto* color = std::get_if<glm::vec3>(&material.color)) constant.color = *color;
+  if (const auto* image = std::get_if<ImageColor>(&material.color)) {
+    color_image = &scene.images[image->image];
+  }
+  for (std::size_t i = 0; i < std::size(kInputs); ++i) {
+    const Input& input = material.*kInputs[i];
+    const auto target = kOutputs[i];
+    if (const auto* number = std::get_if<float>(&input)) constant.*target = *number;
+    if (const auto* image = std::get_if<ImageChannel>(&input)) images.emplace_back(target, *image);
+    if (const auto* channel = std::get_if<SolidChannel>(&input)) {
+      channels.emplace_back(target, channel->channel);
+    }
+  }
+  bump = material.bump;
+  if (!solid && (bump || !channels.empty())) solid = &*material.channels_of;
+  if (!solid) return;
+  texture = &scene.textures[solid->texture];
+  encoded = texture->color_space() == "srgb";
+  if (solid_color) albedo = albedo_channels(*texture);
+}
+
+MaterialEvaluator::MaterialEvaluator(const Scene& scene, TextureFilter filter)
+    : scene_(scene), filter_(filter) {
+  for (const Material& material : scene.materials) sources_.emplace_back(scene, material);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    const Source& source = sources_[object.material];
+    const bool has_axes = source.solid && filter == TextureFilter::anisotropic;
+    if (!source.bump && !has_axes) continue;
+    world_to_texels_.resize(scene.objects.size());
+    world_to_texels_[i] = world_to_texels(*source.solid, object);
+  }
+}
+
+std::size_t MaterialEvaluator::operator()(std::span<const SurfaceInteraction> interactions,
+                                          std::span<MaterialSample> samples) {
+  for (std::size_t i = 0; i < interactions.size(); ++i) {
+    Source& source = sources_[interactions[i].material];
+    samples[i] = source.constant;
+    look_up_images(source, interactions[i], samples[i]);
+    if (source.solid) source.pending.push_back(static_cast<std::uint32_t>(i));
+  }
+  std::size_t point_count = 0;
+  for (Source& source : sources_) {
+    if (source.pending.empty()) continue;
+    query(source, interactions, samples);
+    point_count += radii_.size();
+    source.pending.clear();
+  }
+  return point_count;
+}
+
+void MaterialEvaluator::look_up_images(const Source& source, const SurfaceInteraction& interaction,
+                                       MaterialSample& sample) const {
+  if (source.color_image)
+    sample.color = clamp_albedo(lookup_image(*source.color_image, interaction.uv));
+  for (const auto& [target, image] : source.images) {
+    sample.*target = lookup_image(scene_.images[image.image], interaction.uv)[image.channel];
+  }
+}
+
+// In texels. A footprint far smaller than a texel becomes a point, which is cheaper to evaluate.
+float MaterialEvaluator::filter_radius(float footprint) const {
+  return filter_ == TextureFilter::none || footprint < kMinRadius ? 0 : footprint;
+}
+
+// Points are relative to the origin of the texel space.
+void MaterialEvaluator::place_points(const Source& source,
+                                     std::span<const SurfaceInteraction> interactions) {
+  const TexelSpace space(*source.solid);
+  points_.clear();
+  radii_.clear();
+  axes_.clear();
+  steps_.clear();
+  for (const std::uint32_t i : source.pending) {
+    const SurfaceInteraction& interaction = interactions[i];
+    TexelSpace::Point point = space(interaction);
+    const float radius = filter_radius(point.radius);
+    if (filter_ == TextureFilter::stochastic) point.offset += radius * interaction.jitter;
+    points_.insert(points_.end(), {point.offset.x, point.offset.y, point.offset.z});
+    radii_.push_back(radius);
+    if (source.bump) place_neighbours(interaction, point.offset, radius);
+    if (filter_ == TextureFilter::anisotropic) append_axes(source, interaction);
+  }
+}
+
+// Appends the axes of a point and of its bump's neighbours.
+void MaterialEvaluator::append_axes(const Source& source, const SurfaceInteraction& interaction) {
+  auto [a, b] = footprint_axes(interaction, world_to_texels_[interaction.object]);
+  if (glm::length(a) < kMinAxis) a = b = glm::vec3(0);
+  for (int point = 0; point < (source.bump ? 5 : 1); ++point)
+    axes_.insert(axes_.end(), {a.x, a.y, a.z, b.x, b.y, b.z, 0, 0, 0});
+}
+
+// Central differences along x and y of the normal's frame, a footprint apart. Differences along the
+// normal do not change the gradient.
+void MaterialEvaluator::place_neighbours(const SurfaceInteraction& interaction,
+                                         const glm::vec3& texels, float radius) {
+  const glm::mat3& to_texels = world_to_texels_[interaction.object];
+  const Frame frame(interaction.normal);
+  for (const glm::vec3& axis : {frame.x, frame.y}) {
+    const glm::vec3 texels_per_unit = to_texels * axis;
+    const float step = std::max(radius, kMinStep) / glm::length(texels_per_unit);
+    steps_.push_back(step);
+    for (const float side : {-step, step}) {
+      const glm::vec3 point = texels + side * texels_per_unit;
+      points_.insert(points_.end(), {point.x, point.y, point.z});
+      radii_.push_back(radius);
+    }
+  }
+}
+
+void MaterialEvaluator::query(const Source& source,
+                              std::span<const SurfaceInteraction> interactions,
+                              std::span<MaterialSample> samples) {
+  place_points(source, interactions);
+  const std::size_t channel_count = source.texture->channel_count();
+  values_.resize(radii_.size() * channel_count);
+  const glm::dvec3 place = TexelSpace(*source.solid).origin();
+  const std::array<double, 3> origin = {place.x, place.y, place.z};
+  switch (filter_) {
+    case TextureFilter::footprint:
+      source.texture->eval_filtered(origin, points_, radii_, values_);
+      break;
+    case TextureFilter::anisotropic:
+      source.texture->eval_footprints(origin, points_, axes_, values_);
+      break;
+    case TextureFilter::stochastic:
+    case TextureFilter::none:
+      source.texture->eval_points(origin, points_, values_);
+      break;
+  }
+
+  const float* value = values_.data();
+  const float* step = steps_.data();
+  for (const std::uint32_t i : source.pending) {
+    if (source.solid_color) {
+      const glm::uvec3 c = source.albedo;
+      const glm::vec3 albedo =
+          glm::clamp(glm::vec3(value[c.x], value[c.y], value[c.z]), 0.0f, 1.0f);
+      samples[i].color = clamp_albedo(source.encoded ? srgb_to_linear(albedo) : albedo);
+    }
+    for (const auto& [target, channel] : source.channels) samples[i].*target = value[channel];
+    value += channel_count;
+    if (!source.bump) continue;
+    for (int axis = 0; axis < 2; ++axis, value += 2 * channel_count, ++step) {
+      const std::size_t height = source.bump->channel;
+      samples[i].height_gradient[axis] =
+          source.bump->depth * (value[channel_count + height] - value[height]) / (2 * *step);
+    }
+  }
+}
+
+}  // namespace solidtex::pathtracer

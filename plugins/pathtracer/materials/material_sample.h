@@ -1,0 +1,82 @@
+// Evaluates materials at surface interactions, in batches, so that a solid texture gets one query
+// for many points.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "plugins/pathtracer/geometry/interaction.h"
+#include "plugins/pathtracer/scene/scene.h"
+
+namespace solidtex::pathtracer {
+
+// Texture albedo is clamped below one, so that every path ends.
+inline constexpr float kMaxTextureAlbedo = 0.999f;
+
+// Inputs of a material evaluated at one point, not clamped.
+struct MaterialSample {
+  glm::vec3 color{0};
+  float roughness = 0;
+  float metallic = 0, specular = 1, coat = 0, coat_roughness = 0;
+  glm::vec2 height_gradient{0};  // of the bump, along x and y of the shading normal's frame
+};
+
+// Returns the normal of a surface whose height has this gradient along x and y of the frame of
+// `normal`. Bends it back if it faces away from the viewer. All vectors have unit length.
+glm::vec3 bumped_normal(const glm::vec3& normal, const glm::vec2& height_gradient,
+                        const glm::vec3& view);
+
+class MaterialEvaluator {
+ public:
+  // Keeps a reference to `scene`.
+  MaterialEvaluator(const Scene& scene, TextureFilter filter);
+
+  // Sets samples[i] to the material of interactions[i]. Makes one engine query per solid material,
+  // for all channels it needs; a bump takes five points. Returns the number of engine points.
+  std::size_t operator()(std::span<const SurfaceInteraction> interactions,
+                         std::span<MaterialSample> samples);
+
+ private:
+  // Inputs of a material by kind: constants, images, channels of a solid texture.
+  struct Source {
+    Source(const Scene& scene, const Material& material);
+
+    MaterialSample constant;
+    const ColorImage* color_image = nullptr;
+    std::vector<std::pair<float MaterialSample::*, ImageChannel>> images;
+    const SolidColor* solid = nullptr;
+    const solidtex::texture* texture = nullptr;
+    bool solid_color = false, encoded = false;
+    glm::uvec3 albedo{0};  // channels
+    std::vector<std::pair<float MaterialSample::*, std::size_t>> channels;
+    std::optional<Bump> bump;
+    std::vector<std::uint32_t> pending;  // interactions of the current batch
+  };
+
+  void look_up_images(const Source& source, const SurfaceInteraction& interaction,
+                      MaterialSample& sample) const;
+  void query(const Source& source, std::span<const SurfaceInteraction> interactions,
+             std::span<MaterialSample> samples);
+  void place_points(const Source& source, std::span<const SurfaceInteraction> interactions);
+  void place_neighbours(const SurfaceInteraction& interaction, const glm::vec3& texels,
+                        float radius);
+  void append_axes(const Source& source, const SurfaceInteraction& interaction);
+  float filter_radius(float footprint) const;
+
+  const Scene& scene_;
+  TextureFilter filter_;
+  std::vector<Source> sources_;  // per material
+  // Arguments and result of a query, kept to save allocations.
+  std::vector<float> points_, radii_, values_;
+  std::vector<float> axes_;   // of anisotropic footprints
+  std::vector<float> steps_;  // to a bump's neighbours, in world units
+  // Per object: maps directions from world space to texels, for bumps and footprint axes. Empty if
+  // no object needs it.
+  std::vector<glm::mat3> world_to_texels_;
+};
+
+}  // namespace solidtex::pathtracer
