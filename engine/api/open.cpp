@@ -3,12 +3,7 @@
 
 #include "engine/api/handle.h"
 
-using solidtex::engine::Error;
-using solidtex::engine::guarded;
-using solidtex::engine::Model;
-using solidtex::engine::Parameters;
-using solidtex::engine::Precision;
-using solidtex::engine::require;
+using namespace solidtex::engine;
 
 namespace {
 
@@ -105,9 +100,9 @@ solidtex_status solidtex_set_progress_callback(solidtex_texture* texture,
 solidtex_status solidtex_open(solidtex_texture* texture, const char* model) {
   return change(texture, [&] {
     require(model, "model is null");
-    solidtex::engine::limit_target();
-    const auto path = solidtex::engine::find_model(model);
-    open(*texture, solidtex::engine::read_model(path), path.string());
+    limit_target();
+    const auto path = find_model(model);
+    open(*texture, read_model(path), path.string());
   });
 }
 
@@ -115,8 +110,8 @@ solidtex_status solidtex_open_memory(solidtex_texture* texture, const void* byte
                                      size_t byte_size) {
   return change(texture, [&] {
     require(bytes, "bytes is null");
-    solidtex::engine::limit_target();
+    limit_target();
     const std::span data(static_cast<const std::byte*>(bytes), byte_size);
-    open(*texture, solidtex::engine::parse_model(data, "model in memory"), "");
+    open(*texture, parse_model(data, "model in memory"), "");
   });
 }

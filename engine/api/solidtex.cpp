@@ -7,12 +7,7 @@
 
 #include "engine/api/handle.h"
 
-using solidtex::engine::Error;
-using solidtex::engine::Footprints;
-using solidtex::engine::guarded;
-using solidtex::engine::ProgressScope;
-using solidtex::engine::require;
-using solidtex::engine::Texture;
+using namespace solidtex::engine;
 
 namespace {
 
@@ -82,17 +77,16 @@ const char* solidtex_version(void) { return SOLIDTEX_VERSION_STRING; }
 const char* solidtex_target(void) {
   const char* name = nullptr;
   guarded(nullptr, [&] {
-    solidtex::engine::limit_target();
-    name = solidtex::engine::target_name();
+    limit_target();
+    name = target_name();
   });
   return name;
 }
 
 solidtex_family solidtex_get_family(const solidtex_texture* texture) {
   return fact(texture, SOLIDTEX_FAMILY_LATTICE, [](const Texture& t) {
-    return std::holds_alternative<solidtex::engine::LatticeModel>(t.model().architecture)
-               ? SOLIDTEX_FAMILY_LATTICE
-               : SOLIDTEX_FAMILY_SAMPLER;
+    return std::holds_alternative<LatticeModel>(t.model().architecture) ? SOLIDTEX_FAMILY_LATTICE
+                                                                        : SOLIDTEX_FAMILY_SAMPLER;
   });
 }
 

@@ -1,34 +1,21 @@
-#include "engine/api/handle.h"
+// The environment variable SOLIDTEX_TARGET: keeps the kernels off better instruction sets.
 #include "engine/kernels/targets.h"
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "engine/api/target.cpp"
-#include <hwy/foreach_target.h>
-#include <hwy/highway.h>
+// After the choice of targets.
+#include <hwy/targets.h>
 
 #include <cstdlib>
 #include <string>
 #include <string_view>
 
-#include "engine/common/error.h"
+#include "engine/api/handle.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace solidtex::engine::HWY_NAMESPACE {
-
-const char* Name() { return hwy::TargetName(HWY_TARGET); }
-
-}  // namespace solidtex::engine::HWY_NAMESPACE
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
 namespace solidtex::engine {
 namespace {
 
-HWY_EXPORT(Name);
-
-// Highway gives better targets lower bits. Not by DisableTargets: SupportedTargets, whoever calls
-// it later, then chooses among all that the processor has, whatever is disabled.
-void keep_to(std::int64_t targets) {
-  hwy::SetSupportedTargetsForTest(targets);
+// Highway's SupportedTargets makes all targets of the processor available again, whatever is
+// disabled: so they are limited after it has been called, and nothing else in the engine calls it.
+void disable(std::int64_t targets) {
+  hwy::DisableTargets(targets);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
@@ -37,7 +24,7 @@ bool limit_to(std::string_view wanted) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     const char* name = hwy::TargetName(target);
     if (name == wanted) {
-      keep_to(hwy::SupportedTargets() & ~(target - 1));
+      disable(target - 1);  // better targets have lower bits
       return true;
     }
     known += (known.empty() ? "" : ", ") + std::string(name);
@@ -57,7 +44,6 @@ void limit_target() {
   }();
 }
 
-const char* target_name() { return HWY_DYNAMIC_DISPATCH(Name)(); }
+const char* target_name() { return hwy::TargetName(kernels::active_target()); }
 
 }  // namespace solidtex::engine
-#endif

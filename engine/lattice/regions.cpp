@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+#include "engine/model/operations.h"
+
 namespace solidtex::engine {
 
 namespace {
-
-// Floor division by two, also below zero.
-std::int64_t half(std::int64_t i) { return i >> 1; }
 
 Box unite(const Box& a, const Box& b) {
   if (a.empty()) return b;
@@ -19,28 +18,6 @@ Box unite(const Box& a, const Box& b) {
   }
   return hull;
 }
-
-// The box of its inputs that one operation needs for a box of its output; one axis at a time.
-struct InputRange {
-  std::int64_t& lo;
-  std::int64_t& hi;
-
-  void operator()(const Conv3dOp& op) const {
-    lo -= op.kernel / 2;
-    hi += op.kernel / 2;
-  }
-  // o = 2 i + t - padding, 0 <= t < kernel: i from ceil((lo + padding - kernel + 1) / 2).
-  void operator()(const ConvTranspose3dOp& op) const {
-    lo = half(lo + op.padding - op.kernel + 2);
-    hi = half(hi - 1 + op.padding) + 1;
-  }
-  void operator()(const UpsampleOp&) const {
-    lo = half(lo);
-    hi = half(hi - 1) + 1;
-  }
-  template <class ElementWise>
-  void operator()(const ElementWise&) const {}
-};
 
 }  // namespace
 
@@ -63,8 +40,12 @@ std::vector<Box> required_regions(const LatticeModel& model, const Box& output,
 }
 
 Box required_input(const Op& op, const Box& output) {
-  Box needed = output;
-  for (int axis = 0; axis < 3; ++axis) std::visit(InputRange{needed.lo[axis], needed.hi[axis]}, op);
+  Box needed;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Range range = required_input(op, Range{output.lo[axis], output.hi[axis]});
+    needed.lo[axis] = range.lo;
+    needed.hi[axis] = range.hi;
+  }
   return needed;
 }
 

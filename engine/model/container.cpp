@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <string_view>
@@ -13,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t max_rank = 5;
+constexpr std::size_t max_rank = 5, kMaxBeginning = 256;
 constexpr std::int64_t max_elements = max_data_bytes / sizeof(float);
 
 struct Extent {
@@ -21,7 +22,38 @@ struct Extent {
   std::string name;
 };
 
+struct OtherContent {
+  std::string_view beginning;  // in small letters
+  const char* what;
+};
+
+// Contents that people have in place of a model, and what to do.
+constexpr OtherContent kOtherContents[] = {
+    {"version https://git-lfs.github.com/spec/",
+     "a Git LFS pointer, not the model: run git lfs pull"},
+    {"<!doctype", "an HTML page, not the model: download the file itself, not its page"},
+    {"<html", "an HTML page, not the model: download the file itself, not its page"},
+    {"<?xml", "an XML document, not the model: download the file itself"},
+    {"pk\3\4", "a ZIP archive or PyTorch checkpoint, not the model: unpack or export it first"},
+};
+
+// Throws for a file that is something else. None of these beginnings is a valid header length.
+void refuse_other_content(std::span<const std::byte> bytes, const std::string& label) {
+  if (bytes.empty())
+    throw invalid(label, "header length", "an empty file of 0 bytes",
+                  "a model: copy or download the file again");
+  std::string begin(reinterpret_cast<const char*>(bytes.data()),
+                    std::min<std::size_t>(bytes.size(), kMaxBeginning));
+  std::ranges::transform(begin, begin.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (begin.starts_with("\xEF\xBB\xBF")) begin.erase(0, 3);  // byte order mark
+  begin.erase(0, begin.find_first_not_of(" \t\r\n"));
+  for (const auto& [beginning, what] : kOtherContents)
+    if (begin.starts_with(beginning))
+      throw Error(SOLIDTEX_INVALID_MODEL, label + ": this is " + what);
+}
+
 std::uint64_t header_size(std::span<const std::byte> bytes, const std::string& label) {
+  refuse_other_content(bytes, label);
   if (bytes.size() < 8)
     throw invalid(label, "header length", "a file of " + std::to_string(bytes.size()) + " bytes",
                   "at least 8 bytes");

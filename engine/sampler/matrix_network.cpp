@@ -1,5 +1,7 @@
 #include "engine/sampler/matrix_network.h"
 
+#include "engine/kernels/targets.h"
+// After the choice of targets.
 #include <hwy/targets.h>
 
 #include <algorithm>
@@ -212,7 +214,7 @@ SOLIDTEX_MATRIX_UNIT void store_values(const Sums& sums, const float* bias, __m5
 
 bool MatrixNetwork::supported() {
   static const bool available = request_tiles();
-  return available && (hwy::SupportedTargets() & HWY_AVX3) != 0;
+  return available && kernels::active_target() <= HWY_AVX3;  // better ones have lower numbers
 }
 
 SOLIDTEX_MATRIX_UNIT void MatrixNetwork::run_layer(const Layer& layer, int point_tiles, int pitch,

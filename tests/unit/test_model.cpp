@@ -158,6 +158,27 @@ TEST_CASE("A file that cannot be read says why", "[model]") {
   }
 }
 
+TEST_CASE("What people have in place of a model is named, with the remedy", "[model]") {
+  const auto error_of_text = [](const std::string& text) {
+    const auto* first = reinterpret_cast<const std::byte*>(text.data());
+    return error_of(std::vector<std::byte>(first, first + text.size()));
+  };
+  CHECK(error_of_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a21\nsize 1\n") ==
+        "file: this is a Git LFS pointer, not the model: run git lfs pull");
+  for (const char* page : {"<!DOCTYPE html>\n<html>", "\r\n\t <HTML><head>", "<html lang=\"en\">",
+                           "\xEF\xBB\xBF<!doctype HTML PUBLIC"})
+    CHECK(error_of_text(page) ==
+          "file: this is an HTML page, not the model: download the file itself, not its page");
+  CHECK_THAT(error_of_text("<?xml version=\"1.0\"?><Error><Code>AccessDenied</Code></Error>"),
+             ContainsSubstring("an XML document, not the model"));
+  CHECK_THAT(error_of_text("PK\3\4\x14"), ContainsSubstring("a ZIP archive or PyTorch checkpoint"));
+  CHECK(error_of_text("") ==
+        "file: header length: found an empty file of 0 bytes, expected a model: copy or download "
+        "the file again");
+  CHECK_THAT(error_of_text("version 2 of something"), ContainsSubstring("header length: found "));
+  CHECK_THAT(error_of_text(std::string(300, ' ')), ContainsSubstring("header length: found "));
+}
+
 TEST_CASE("Every truncation of a file is refused", "[model]") {
   for (const ModelBytes& valid : {lattice_bytes(), sampler_bytes()}) {
     std::vector<std::byte> bytes = valid.encode();
