@@ -99,7 +99,7 @@ TEST_CASE("solidtex-render refuses invalid commands without leaving files") {
   CHECK(run_render("--version", folder) == 0);
 }
 
-TEST_CASE("--noise overrides the scene's noise target") {
+TEST_CASE("The option --noise overrides the scene's noise target") {
   const TemporaryFolder folder;
   write_scene(folder);
   json scene = json::parse(read_text(folder / "scene.json"));
