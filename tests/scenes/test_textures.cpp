@@ -29,6 +29,13 @@ glm::vec3 pixel(const pt::Image& image, int x, int y) {
   return {image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]};
 }
 
+pt::ColorImage read_image(const std::filesystem::path& file, pt::ImageEncoding encoding) {
+  std::vector<std::string> notes;
+  const pt::ColorImage image = pt::read_image(file, encoding, pt::ImageRange::unit, notes);
+  CHECK(notes.empty());
+  return image;
+}
+
 bool near(const glm::vec3& a, const glm::vec3& b, float tolerance) {
   return glm::all(glm::lessThan(glm::abs(a - b), glm::vec3(tolerance)));
 }
@@ -47,7 +54,7 @@ TEST_CASE("An image is mapped by UV, the first row on top") {
   const TemporaryFolder folder;
   pt::write_exr(four_colors(), folder / "colors.exr");
   pt::Scene scene = seen_from_above(pt::ImageColor{0});
-  scene.images.push_back(pt::read_image(folder / "colors.exr", pt::ImageEncoding::automatic));
+  scene.images.push_back(read_image(folder / "colors.exr", pt::ImageEncoding::automatic));
   const pt::Image image = pt::render(scene, small_settings(32, 400));
   // The image's pixel centres are at a quarter and three quarters of the render.
   const int low = 8, high = 23;
@@ -63,9 +70,9 @@ TEST_CASE("PNG files are sRGB, EXR files linear, in both directions") {
   pt::Image picture{3, 1, {0, 0.25f, 0.5f, 1, 0.02f, 0.003f, 0.7f, 0.18f, 1}};
   pt::write_png(pt::to_display(picture, {}), folder / "a.png");
   pt::write_exr(picture, folder / "a.exr");
-  const auto from_png = pt::read_image(folder / "a.png", pt::ImageEncoding::automatic);
-  const auto from_exr = pt::read_image(folder / "a.exr", pt::ImageEncoding::automatic);
-  const auto undecoded = pt::read_image(folder / "a.png", pt::ImageEncoding::linear);
+  const auto from_png = read_image(folder / "a.png", pt::ImageEncoding::automatic);
+  const auto from_exr = read_image(folder / "a.exr", pt::ImageEncoding::automatic);
+  const auto undecoded = read_image(folder / "a.png", pt::ImageEncoding::linear);
   for (std::size_t i = 0; i < 3; ++i) {
     const glm::vec3 expected(picture.rgb[3 * i], picture.rgb[3 * i + 1], picture.rgb[3 * i + 2]);
     CHECK(near(from_png.pixels[i], expected, 0.006f));
@@ -74,7 +81,7 @@ TEST_CASE("PNG files are sRGB, EXR files linear, in both directions") {
   }
   // Exposure +1 stop, clamped.
   pt::write_png(pt::to_display(picture, {.exposure = 1}), folder / "b.png");
-  const auto brighter = pt::read_image(folder / "b.png", pt::ImageEncoding::automatic);
+  const auto brighter = read_image(folder / "b.png", pt::ImageEncoding::automatic);
   CHECK(near(brighter.pixels[0], {0, 0.5f, 1}, 0.006f));
 }
 

@@ -82,7 +82,8 @@ void read_environment(const SceneFile& file, Scene& scene) {
   EnvironmentImage result;
   if (environment.contains("file")) {
     result.image = file.load(place / "file", [&] {
-      return read_image(file.resolve(place / "file"), ImageEncoding::automatic);
+      return read_image(file.resolve(place / "file"), ImageEncoding::automatic,
+                        ImageRange::radiance, scene.notes);
     });
   } else {
     result.image = {"", 1, 1, {to_vec3(environment["color"])}};

@@ -87,7 +87,8 @@ std::size_t TextureReader::load_image(const Place& place, ImageEncoding encoding
   const std::filesystem::path file = file_.resolve(place);
   const auto key = std::make_pair(file.string(), encoding);
   if (const auto known = images_.find(key); known != images_.end()) return known->second;
-  scene_.images.push_back(file_.load(place, [&] { return read_image(file, encoding); }));
+  scene_.images.push_back(file_.load(
+      place, [&] { return read_image(file, encoding, ImageRange::unit, scene_.notes); }));
   return images_[key] = scene_.images.size() - 1;
 }
 

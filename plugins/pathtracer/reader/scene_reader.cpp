@@ -13,6 +13,7 @@ using nlohmann::json;
 // animated camera then reloads no mesh, an animated cut keeps the bricks of textures.
 void read_changes(const SceneFile& file, const json& before, Scene& scene) {
   const json& now = file.document();
+  scene.notes.clear();
   const auto changed = [&](const char* key) {
     return before.is_null() || before.value(key, json()) != now.value(key, json());
   };
@@ -36,7 +37,6 @@ void read_changes(const SceneFile& file, const json& before, Scene& scene) {
   if (objects) {
     scene.objects.clear();
     scene.meshes.clear();
-    scene.notes.clear();
     read_objects(file, scene);
   }
   if (changed("environment")) {
