@@ -1,6 +1,8 @@
 // Image files as people have them: parts, layers, data windows, values out of range.
 #include <OpenImageIO/imageio.h>
 
+#include <array>
+#include <cstdint>
 #include <limits>
 
 #include "catch.hpp"
@@ -252,6 +254,43 @@ TEST_CASE("Integers that use a small part of their range get a note") {
              make_part(kRgb, std::vector<float>(3, twelve_bits), OIIO::TypeDesc::UINT16));
   CHECK_THAT(load(folder / "a.tif", pt::ImageRange::unit).notes,
              Contains("the largest value is 4095 of 65535, nearly black"));
+}
+
+namespace {
+
+// A grey TIFF of one pixel, whose white is zero, with an 8- or 16-bit value.
+template <class Value>
+void write_white_is_zero(const fs::path& file, Value value) {
+  constexpr std::uint16_t kShort = 3;
+  constexpr std::uint32_t kStrip = 8 + 2 + 8 * 12 + 4;  // after header and directory
+  const std::array<std::uint32_t, 2> tags[] = {
+      {256, 1},      {257, 1}, {258, 8 * sizeof(Value)}, {259, 1}, {262, 0},
+      {273, kStrip}, {278, 1}, {279, sizeof(Value)}};
+  std::string bytes("II*\0\10\0\0\0\10\0", 10);
+  const auto append = [&](const auto& number) {
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+  };
+  for (const auto& [tag, content] : tags) {
+    append(static_cast<std::uint16_t>(tag));
+    append(kShort);
+    append(std::uint32_t{1});
+    append(content);
+  }
+  append(std::uint32_t{0});
+  append(value);
+  write_text(file, bytes);
+}
+
+}  // namespace
+
+TEST_CASE("A TIFF whose white is zero is inverted at any depth") {
+  const TemporaryFolder folder;
+  write_white_is_zero(folder / "8.tif", std::uint8_t{51});
+  write_white_is_zero(folder / "16.tif", std::uint16_t{51 * 257});
+  for (const std::string name : {"8.tif", "16.tif"}) {
+    const Loaded loaded = load(folder / name, pt::ImageRange::unit, pt::ImageEncoding::linear);
+    CHECK(loaded.image.pixels[0].x == Approx(0.8));
+  }
 }
 
 TEST_CASE("Of several pages the largest is read") {

@@ -103,7 +103,18 @@ class Reader {
       is_opaque = is_opaque && (last != alpha || pixel[last - first] >= 1);
     }
     if (!is_opaque) note("alpha is ignored");
+    if (is_white_zero()) invert(pixels);
     return pixels;
+  }
+
+  // OpenImageIO inverts TIFF files whose white is zero at 8 bits only.
+  bool is_white_zero() const {
+    return layer_.spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0 &&
+           layer_.spec.format != OIIO::TypeDesc::UINT8;
+  }
+  void invert(std::vector<glm::vec3>& pixels) {
+    for (glm::vec3& pixel : pixels) pixel = 1.0f - pixel;
+    note("white is zero in this file; the values are inverted");
   }
 
   std::string position(std::size_t index) const {
