@@ -1,4 +1,4 @@
-// The errors of each thread.
+// Errors of each thread.
 #include "engine/api/handle.h"
 
 namespace {
@@ -15,7 +15,7 @@ void keep(solidtex_status status, const char* message) noexcept {
   try {
     thread_error.message = message;
   } catch (const std::bad_alloc&) {
-    thread_error.message = "no memory";  // short enough to need none
+    thread_error.message = "no memory";  // fits without allocation
   }
 }
 

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr char kExtension[] = ".solidtex";
 
-// Folder of the library (or the program it is linked into) that this code was loaded from.
+// Returns the folder of the library or program that contains this code.
 fs::path library_folder() {
   Dl_info info{};
   if (dladdr(reinterpret_cast<const void*>(&find_model), &info) == 0 || !info.dli_fname) return {};
@@ -37,8 +37,8 @@ std::vector<fs::path> model_folders() {
       if (!path.empty()) add(path);
     }
   }
-  // Relative to the library first, so that an installation can be moved. The build tree has the
-  // layout of an installation, with models/ linked into it.
+  // Folders relative to the library come first, so that an installation can be moved. The build
+  // tree has the layout of an installation.
   if (const fs::path library = library_folder(); !library.empty()) {
     add((library / SOLIDTEX_MODELS_FROM_LIBRARY).lexically_normal());
     add((library / "../share/solidtex/models").lexically_normal());

@@ -1,5 +1,5 @@
-// What solidtex_texture is, and how calls with it fail: exceptions become codes, each thread keeps
-// its first error, and the host is told.
+// The C handle and its errors: exceptions become statuses, each thread keeps its first error, and
+// the error callback runs.
 #pragma once
 
 #include <solidtex/solidtex.h>
@@ -17,14 +17,14 @@
 
 namespace solidtex::engine {
 
-// Parameters of a texture that is not open yet.
+// Parameters of a texture.
 struct Parameters {
   std::uint64_t seed = 0, cache_limit_bytes = std::uint64_t{256} << 20, threads = 0;
   std::string precision = "full";
 };
 
-// All throw Error for a name that is not there, and list those that are; setting also for a value
-// that is out of range.
+// Access by name. An unknown name throws Error that lists the known ones; so does a value out of
+// range.
 void set_integer(Parameters& parameters, std::string_view name, std::uint64_t value);
 void set_string(Parameters& parameters, std::string_view name, std::string_view value);
 std::uint64_t get_integer(const Parameters& parameters, std::string_view name);
@@ -44,8 +44,7 @@ struct solidtex_texture {
 
 namespace solidtex::engine {
 
-// Keeps the first error of the thread and tells the texture's host, if there is one; returns the
-// status.
+// Keeps the first error of the thread and calls the texture's error callback. Returns the status.
 solidtex_status fail(const solidtex_texture* texture, solidtex_status status,
                      const char* message) noexcept;
 
@@ -69,15 +68,16 @@ inline void require(const void* pointer, const char* message) {
   if (!pointer) throw Error(SOLIDTEX_INVALID_ARGUMENT, message);
 }
 
-// `model` is a path (it has a slash or ends in ".solidtex") or the bare name of a model in one of
-// the model folders. Throws Error that lists the names there are and the folders searched.
+// Returns the path of a model. `model` is a path if it has a slash or ends in ".solidtex",
+// otherwise a bare name in one of the model folders. Throws Error that lists the known names and
+// the folders.
 std::filesystem::path find_model(const std::string& model);
 
-// Keeps the kernels off all instruction sets better than the one that SOLIDTEX_TARGET names, if it
-// is set. The first call reads it; throws where it names none that this machine has.
+// Restricts kernels to the instruction set that SOLIDTEX_TARGET names. The first call reads the
+// variable. Throws if the machine lacks that instruction set.
 void limit_target();
 
-// As Highway calls it: "AVX2".
+// Returns Highway's name of the instruction set in use, such as "AVX2".
 const char* target_name();
 
 }  // namespace solidtex::engine

@@ -1,4 +1,4 @@
-// A texture from its making to its end: references, parameters, opening.
+// Life of a texture: references, parameters, opening.
 #include <span>
 
 #include "engine/api/handle.h"

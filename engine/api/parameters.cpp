@@ -10,7 +10,7 @@ namespace {
 struct IntegerParameter {
   std::string_view name;
   std::uint64_t Parameters::*value;
-  std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t max = std::numeric_limits<std::uint64_t>::max();
 };
 constexpr IntegerParameter kIntegers[] = {{"cache_limit_bytes", &Parameters::cache_limit_bytes},
                                           {"seed", &Parameters::seed},
@@ -54,9 +54,9 @@ auto find(const List& parameters, std::string_view name) {
 
 void set_integer(Parameters& parameters, std::string_view name, std::uint64_t value) {
   const auto parameter = find(kIntegers, name);
-  if (value > parameter->most)
+  if (value > parameter->max)
     refuse("parameter " + quoted(name) + " is " + std::to_string(value) + ", expected 0 to " +
-           std::to_string(parameter->most));
+           std::to_string(parameter->max));
   parameters.*(parameter->value) = value;
 }
 

@@ -1,4 +1,4 @@
-// The C boundary of facts and queries: check the handle and the pointers, forward. No logic.
+// C boundary of facts and queries: checks the handle and the pointers, then forwards.
 #include <solidtex/solidtex.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ using namespace solidtex::engine;
 namespace {
 
 constexpr double kZero[3] = {0, 0, 0};
-constexpr std::size_t kMaxStructSize = 1024;  // no later version has larger ones
+constexpr std::size_t kMaxStructSize = 1024;  // larger ones are garbage
 
 const Texture& opened(const solidtex_texture* texture) {
   require(texture, "texture is null");
@@ -20,7 +20,7 @@ const Texture& opened(const solidtex_texture* texture) {
   return *texture->open;
 }
 
-// A fact of the texture, or `otherwise` and an error when it is null or not open.
+// Returns a fact of an open texture. Otherwise sets an error and returns `otherwise`.
 template <class Value, class Read>
 Value fact(const solidtex_texture* texture, Value otherwise, const Read& read) {
   Value value = otherwise;
@@ -38,8 +38,8 @@ solidtex_status query(const solidtex_texture* texture, const Run& run) {
   });
 }
 
-// Reads a struct of a host that was compiled against any version of the header: members that the
-// host lacks are zero, members that this library lacks must be zero.
+// Reads a struct of a host that was compiled with any version of the header. Members that the host
+// lacks are zero. Members that this library lacks must be zero.
 template <class Struct>
 Struct read_struct(const Struct& given, const std::string& name) {
   constexpr std::size_t known = sizeof(Struct), word = sizeof(std::size_t);
@@ -172,7 +172,7 @@ solidtex_status solidtex_get_statistics(const solidtex_texture* texture,
   });
 }
 
-// Exported for hosts that were compiled when these were functions: inline in the header today.
+// Symbols for hosts that were compiled when these were no inline functions.
 extern "C" {
 
 SOLIDTEX_API solidtex_status solidtex_eval_points(const solidtex_texture* texture,

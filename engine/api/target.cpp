@@ -1,4 +1,4 @@
-// The environment variable SOLIDTEX_TARGET: keeps the kernels off better instruction sets.
+// The environment variable SOLIDTEX_TARGET.
 #include "engine/kernels/targets.h"
 // After the choice of targets.
 #include <hwy/targets.h>
@@ -12,8 +12,8 @@
 namespace solidtex::engine {
 namespace {
 
-// Highway's SupportedTargets makes all targets of the processor available again, whatever is
-// disabled: so they are limited after it has been called, and nothing else in the engine calls it.
+// Highway's SupportedTargets makes all targets available again. So it is called before they are
+// restricted, and nowhere else in the engine.
 void disable(std::int64_t targets) {
   hwy::DisableTargets(targets);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
@@ -37,7 +37,7 @@ bool limit_to(std::string_view wanted) {
 }  // namespace
 
 void limit_target() {
-  // Read once; again only after it was refused.
+  // Read once, and again after a refusal.
   [[maybe_unused]] static const bool limited = [] {
     const char* wanted = std::getenv("SOLIDTEX_TARGET");
     return wanted != nullptr && *wanted != '\0' && limit_to(wanted);

@@ -28,15 +28,14 @@ struct KeyHash {
   }
 };
 
-// Few shards under a small limit, so that each holds enough bricks for "least recent" to mean
-// something.
+// A small limit has few shards, so that each holds enough bricks for an order of recent use.
 std::size_t shard_count(std::uint64_t limit_bricks) {
   return std::clamp<std::uint64_t>(limit_bricks / kMinBricksPerShard, 1, kMaxShards);
 }
 
 }  // namespace
 
-// Made by the first thread that asks; the others wait on `state`.
+// Created by the first thread that requests it. Other threads wait on `state`.
 struct BrickCache::Brick {
   enum State : int { building, ready, failed };
 
@@ -59,13 +58,13 @@ struct BrickCache::Shard {
   using Order = std::list<BrickKey>;
   struct Entry {
     std::shared_ptr<Brick> brick;
-    Order::iterator place;  // in `recent`, or its end while the brick is being built
+    Order::iterator place;  // in `recent`, or its end while the brick is being computed
   };
 
   mutable std::mutex mutex;
   std::unordered_map<BrickKey, Entry, KeyHash> entries;
-  Order recent;                                   // finished bricks, the most recently used first
-  std::unordered_set<BrickKey, KeyHash> dropped;  // 12 bytes for a brick of some ten thousand
+  Order recent;                                   // finished bricks, most recently used first
+  std::unordered_set<BrickKey, KeyHash> dropped;  // 12 bytes for a brick of tens of thousands
   std::uint64_t hit_count = 0, miss_count = 0, repeated_count = 0;
 
   void drop(const BrickKey& key) {
@@ -96,7 +95,7 @@ BrickCache::BrickCache(std::size_t brick_values, std::uint64_t limit_bytes, Buil
 BrickCache::~BrickCache() = default;
 
 BrickCache::Shard& BrickCache::shard_of(const BrickKey& key) {
-  // The map inside a shard uses the low bits of the same hash, so the shard takes the high ones.
+  // The map inside a shard uses the low bits of the hash, the choice of a shard the high ones.
   return shards_[(KeyHash{}(key) >> 40) % shards_.size()];
 }
 
@@ -128,11 +127,10 @@ std::shared_ptr<const float> BrickCache::get(const BrickKey& key) {
   return {brick, brick->values.get()};
 }
 
-// Blocking in wait() cannot deadlock, because a thread that builds never waits for a brick: build_
-// asks for none, and isolate() keeps the thread, should build_ ever use TBB and wait for its own
-// subtasks, from picking up an unrelated task that does ask for one (and might then wait, further
-// up the same stack, for the very brick that is being built below). So every wait leads to a thread
-// that runs. For the same reason no lock is held while building.
+// Waiting cannot deadlock. A thread that computes a brick never waits for another one: build_
+// requests none. isolate() keeps the thread, while it waits for subtasks of build_, from running an
+// unrelated task that requests a brick, perhaps the one under construction below on the same stack.
+// For the same reason no lock is held while computing.
 void BrickCache::build(Shard& shard, const BrickKey& key, Brick& brick) {
   try {
     brick.values = std::make_unique_for_overwrite<float[]>(brick_values_);
@@ -145,7 +143,7 @@ void BrickCache::build(Shard& shard, const BrickKey& key, Brick& brick) {
     brick.failure = std::current_exception();
     {
       const std::lock_guard lock(shard.mutex);
-      shard.drop(key);  // the next one who asks tries again
+      shard.drop(key);  // the next request tries again
     }
     brick.finish(Brick::failed);
     throw;
@@ -153,7 +151,7 @@ void BrickCache::build(Shard& shard, const BrickKey& key, Brick& brick) {
   brick.finish(Brick::ready);
 }
 
-// Makes a finished brick resident and drops the least recent ones beyond the limit.
+// Adds a finished brick and evicts the least recently used ones beyond the limit.
 void BrickCache::keep(Shard& shard, const BrickKey& key) {
   const std::lock_guard lock(shard.mutex);
   if (bricks_per_shard_ == 0) {

@@ -1,5 +1,5 @@
-// Bounded cache of computed bricks, sharded by hash; each brick is computed once however many
-// threads ask for it at the same time.
+// Bounded cache of bricks, sharded by hash. Each brick is computed once, however many threads
+// request it at the same time.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace solidtex::engine {
 
 struct CacheStats {
   std::uint64_t hit_count = 0, miss_count = 0, resident_bytes = 0, peak_bytes = 0;
-  std::uint64_t brick_count = 0;        // different ones; less than missed, where some were dropped
-  std::uint64_t brick_nanoseconds = 0;  // that threads spent computing them, added up
+  std::uint64_t brick_count = 0;        // distinct bricks; fewer than misses after evictions
+  std::uint64_t brick_nanoseconds = 0;  // time spent computing, summed over threads
 
   CacheStats& operator+=(const CacheStats& other) {
     hit_count += other.hit_count, miss_count += other.miss_count;
@@ -32,16 +32,16 @@ struct BrickKey {
 
 class BrickCache {
  public:
-  // Fills a brick's values. Called without any lock held.
+  // Computes a brick. Called without any lock held.
   using Build = std::function<void(const BrickKey& key, std::span<float> values)>;
 
-  // Keeps at most limit_bytes of finished bricks. Bricks in use by callers or still being built
-  // are not counted: they are as many as there are threads at work.
+  // Keeps at most limit_bytes of finished bricks. Bricks in use or under construction are not
+  // counted; there is at most one per thread.
   BrickCache(std::size_t brick_values, std::uint64_t limit_bytes, Build build);
   ~BrickCache();
 
-  // The brick's values, computed now if need be; they live as long as the pointer does, even when
-  // the cache drops the brick meanwhile.
+  // Returns a brick, computed now if necessary. The values live as long as the pointer, even if the
+  // cache evicts the brick.
   std::shared_ptr<const float> get(const BrickKey& key);
 
   CacheStats stats() const;

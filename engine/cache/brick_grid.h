@@ -1,4 +1,4 @@
-// The lattice of bricks of one level: which voxels a brick holds, and where a point lies in it.
+// Grid of bricks of one level: the voxels of a brick and the cell of a point.
 #pragma once
 
 #include <cmath>
@@ -11,30 +11,28 @@
 
 namespace solidtex::engine {
 
-// Bricks of voxels of one size, 2^level texels wide. A brick answers for the points whose first
-// voxels are its first edge^3, and holds those that they take part of as well: every point needs
-// exactly one brick. Brick corners are multiples of the edge, where the network's tiles begin: from
-// one voxel earlier on 19^3 voxels take 1.3 times as long.
+// Bricks of one level, whose voxels are 2^level texels wide. A point belongs to the brick that
+// holds the first voxel of its cell; a brick also stores the margin that those cells reach. So
+// every point needs exactly one brick. Brick corners are multiples of the edge, where tiles of the
+// network begin.
 //
-// Coarse levels are interpolated linearly: a cubic margin of their voxels is wide. Processor time
-// of scenes/carved.json at a small size, beside linear interpolation of all levels: all cubic 1.6,
-// the first two 1.16, the first alone 1.05, but then contrast drops where the second takes over
-// (tests/scenes/test_zoom.cpp). Footprints miss true means by as much either way.
+// Levels 0 and 1 use cubic reconstruction. Coarser levels are linear, because a cubic margin of
+// their voxels is wide. docs/experiments/engine-constants.md compares the costs.
 struct BrickGrid {
   int level = 0;
-  int log_edge = 4;  // edges are powers of two, so that points are placed without divisions
+  int log_edge = 4;  // a power of two: points are placed by shifts
   double voxels_per_texel = 1 / static_cast<double>(1 << level);
 
   std::int64_t edge() const { return std::int64_t{1} << log_edge; }
   bool is_cubic() const { return level <= 1; }
-  // Voxels of an axis that a point takes part of.
+  // Voxels along one axis of a cell.
   std::int64_t taps() const { return is_cubic() ? Cubic::kTaps : Linear::kTaps; }
   std::int64_t voxels() const { return edge() + taps() - 1; }
   std::size_t voxel_count() const {
     const auto side = static_cast<std::size_t>(voxels());
     return side * side * side;
   }
-  // The texels that a brick's voxels cover.
+  // Returns the texels that a brick covers with its margin.
   Box box(const BrickKey& key) const {
     Box box;
     box.lo = {std::int64_t{key.x} << log_edge << level, std::int64_t{key.y} << log_edge << level,
@@ -44,10 +42,10 @@ struct BrickGrid {
   }
 };
 
-// Where a coordinate lies among the voxel centres of its axis: between the middle two of those that
-// it takes part of, of which `voxel` is the first, after the lower one by `fraction`.
+// Cell of a coordinate on one axis: its brick, its first voxel, and the position between the middle
+// two voxel centres.
 struct AxisCell {
-  std::int32_t brick, voxel;  // voxel relative to the brick
+  std::int32_t brick, voxel;  // the voxel is relative to the brick
   float fraction;
 
   AxisCell(double coordinate, const BrickGrid& grid) {

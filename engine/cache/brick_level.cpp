@@ -22,7 +22,7 @@ std::vector<PlacedPoint> sorted_by_brick(const Batch& batch, std::span<const std
   return placed;
 }
 
-// Where each run of points in one brick begins, and the end of the last.
+// Returns where each run of points in one brick begins, and the end of the last run.
 std::vector<std::size_t> run_starts(const std::vector<PlacedPoint>& placed) {
   std::vector<std::size_t> starts;
   for (std::size_t i = 0; i < placed.size(); ++i) {

@@ -1,4 +1,4 @@
-// One level of the lattice family's prefiltered pyramid, in cached bricks.
+// One level of the prefiltered pyramid of a lattice, in cached bricks.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +14,16 @@
 
 namespace solidtex::engine {
 
-// Voxels of level 0 are the texture's as stored. Those of the others are means in light: each of
-// level k + 1 is that of eight of level k, so that it depends on its position only, whatever brick
-// it is computed in.
+// Voxels of level 0 are values as stored. Voxels of level k + 1 are means of 2^3 voxels of level k
+// in linear light. A voxel depends only on its position, not on its brick.
 class BrickLevel {
  public:
   // Keeps references to `lattice` and `light`.
   BrickLevel(const Lattice& lattice, const LightChannels& light, BrickGrid grid,
              std::uint64_t cache_limit_bytes);
 
-  // The points `which` of a batch (PointBatch or PositionBatch), interpolated between voxels:
-  // answer i belongs to which[i].
+  // Evaluates the points `which` of a batch (PointBatch or PositionBatch). Output i belongs to
+  // which[i].
   template <class Batch>
   void evaluate(const Batch& batch, std::span<const std::uint32_t> which,
                 const OutputView& output) const;

@@ -1,5 +1,4 @@
-// Compiled for each target, so that a fused multiply-add is an instruction and not a call: cached
-// points take 0.7 of the time.
+// Compiled for each target: a fused multiply-add is an instruction here, not a call.
 #include "engine/kernels/targets.h"
 // foreach_target.h includes this file once per target.
 #undef HWY_TARGET_INCLUDE
@@ -12,7 +11,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-// kChannels at a time. Inlined, so that where those are all, the compiler knows.
+// Evaluates kChannels channels at a time. Inlined, so that `channels` is a constant where it can
+// be.
 template <class Kernel, std::size_t kChannels, class Batch>
 HWY_INLINE void LookUpOn(const Brick& brick, const std::size_t channels, const Batch& batch,
                          std::span<const std::uint32_t> which, std::span<const PlacedPoint> points,
@@ -22,22 +22,21 @@ HWY_INLINE void LookUpOn(const Brick& brick, const std::size_t channels, const B
   const auto per_texel = static_cast<float>(brick.grid.voxels_per_texel);
   for (const PlacedPoint& point : points) {
     const auto at = cells_of(batch, which[point.place], brick.grid);
-    const Fractions fractions = {at[0].fraction, at[1].fraction, at[2].fraction};
     const float* corner = brick.values + at[0].voxel * x + at[1].voxel * y + at[2].voxel * z;
     for (std::size_t c = 0; c < channels; c += kChannels) {
       const Cell<Kernel, kChannels> cell{corner + c, x, y, z};
       const OutputView point_output = output.from(point.place * channels + c);
       if (point_output.jacobians) {
-        cell.interpolate_with_derivatives(fractions, per_texel, point_output.values,
+        cell.interpolate_with_derivatives(at, per_texel, point_output.values,
                                           point_output.jacobians);
       } else {
-        cell.interpolate(fractions, point_output.values);
+        cell.interpolate(at, point_output.values);
       }
     }
   }
 }
 
-// A colour, and one with one or two maps: all channels together take a third of the time.
+// Colors with up to two further maps are evaluated in one pass over all channels.
 template <class Kernel, class Batch>
 HWY_INLINE void LookUpBy(const Brick& brick, const Batch& batch,
                          std::span<const std::uint32_t> which, std::span<const PlacedPoint> points,

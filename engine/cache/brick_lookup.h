@@ -1,6 +1,7 @@
-// Points looked up in one brick.
+// Reconstruction of points inside one brick.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -11,10 +12,10 @@
 
 namespace solidtex::engine {
 
-// A point and the brick that answers for it.
+// Point and the brick that it needs.
 struct PlacedPoint {
   BrickKey brick;
-  std::uint32_t place;  // in `which`
+  std::uint32_t place;  // index into `which`
   friend auto operator<=>(const PlacedPoint&, const PlacedPoint&) = default;
 };
 
@@ -32,8 +33,7 @@ struct Brick {
   std::size_t channels;
 };
 
-// OutputView for points of a batch that lie in the brick; batch[which[place]] has the answer
-// `place`.
+// Evaluates points of a batch that lie in the brick: batch[which[place]] into output `place`.
 void look_up(const Brick& brick, const PointBatch& batch, std::span<const std::uint32_t> which,
              std::span<const PlacedPoint> points, const OutputView& output);
 void look_up(const Brick& brick, const PositionBatch& batch, std::span<const std::uint32_t> which,

@@ -1,4 +1,4 @@
-// A half-open box of lattice coordinates: lo <= i < hi on each axis.
+// Half-open box of lattice coordinates: lo <= i < hi on each axis.
 #pragma once
 
 #include <array>

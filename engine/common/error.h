@@ -1,4 +1,4 @@
-// The one exception type of the engine; api/ turns it into a status and a message.
+// The exception type of the engine. api/ turns it into a status and a message.
 #pragma once
 
 #include <solidtex/solidtex.h>

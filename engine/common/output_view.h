@@ -1,4 +1,4 @@
-// Where the answers to a query go: values, and how they change with the position.
+// Output of a query: values and their derivatives with respect to the position.
 #pragma once
 
 #include <cstddef>
@@ -6,16 +6,16 @@
 
 namespace solidtex::engine {
 
-// Somebody else's memory. Derivatives are by x, y and z, in values a texel.
+// Non-owning view of the output.
 struct OutputView {
   OutputView(float* values_, float* gradients_ = nullptr)
       : values(values_), jacobians(gradients_) {}
 
-  // Those from a value on.
+  // Returns the view that begins at a value.
   OutputView from(std::size_t value) const {
     return {values + value, jacobians ? jacobians + 3 * value : nullptr};
   }
-  // Calls use(array, width) for either, so many numbers for each value.
+  // Calls use(array, width) for values and, if there are any, jacobians; width is floats per value.
   template <class Use>
   void for_both(const Use& use) const {
     use(&OutputView::values, std::size_t{1});
@@ -23,10 +23,10 @@ struct OutputView {
   }
 
   float* values;     // [point][channel]
-  float* jacobians;  // [point][channel][3], null where nobody asks
+  float* jacobians;  // [point][channel][3] per texel, or null
 };
 
-// Memory for some.
+// Owner of an output.
 class OutputBuffer {
  public:
   OutputBuffer(std::size_t values, bool with_gradients)

@@ -1,4 +1,4 @@
-// How a query uses the calling thread's oneTBB arena.
+// Parallel loops in the calling thread's oneTBB arena.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -14,8 +14,8 @@
 
 namespace solidtex::engine {
 
-// The default floating-point environment for one scope. Hosts switch denormals off (Embree advises
-// it) or change the rounding; our bits must not depend on that.
+// Default floating-point environment for one scope. Hosts flush denormals (Embree advises it) or
+// change the rounding; values must not depend on that.
 class DefaultFloatMode {
  public:
   DefaultFloatMode() {
@@ -30,23 +30,26 @@ class DefaultFloatMode {
   std::fenv_t saved_;
 };
 
-// How finely a loop is cut: `least` is worth a thread, and where the host hears of the progress, it
-// is told each time that `strip` are done.
+// Grain of a loop: `min_size` items are worth a thread. With a progress callback, a thread reports
+// after every `strip` items.
 struct Grain {
-  constexpr Grain(std::size_t least_, std::size_t strip_ = 1) : least(least_), strip(strip_) {}
-  std::size_t least, strip;
+  constexpr Grain(std::size_t min_size_, std::size_t strip_ = 1)
+      : min_size(min_size_), strip(strip_) {}
+  std::size_t min_size, strip;
 };
 
-// Runs work(begin, end) over parts of [0, count) of about `grain.least` or more, in parallel.
-// Isolated, so that a thread that waits here for the rest of a query never picks up one of the
-// host's own tasks, whose locks and scratch memory it may hold. The context of its own keeps a
-// cancelled host task from leaving values unwritten, and hands this thread's float mode on.
+// Runs work(begin, end) over parts of [0, count), in parallel. A part has about `grain.min_size`
+// items or more.
+//
+// The loop is isolated: a thread that waits here never runs one of the host's own tasks, whose
+// locks and scratch memory it may hold. The loop has a context of its own: a cancelled host task
+// leaves no value unwritten, and workers inherit this thread's floating-point mode.
 template <class Work>
 void for_each_part(std::size_t count, Grain grain, const Work& work) {
   if (count == 0) return;
-  if (count <= grain.least) return work(std::size_t{0}, count);
+  if (count <= grain.min_size) return work(std::size_t{0}, count);
   LoopProgress progress(count);
-  progress.check();  // before a worker may have done a part
+  progress.check();  // before a worker may have finished a part
   const auto work_on = [&](const tbb::blocked_range<std::size_t>& part) {
     if (!progress.has_callback()) return work(part.begin(), part.end());
     for (std::size_t begin = part.begin(); begin < part.end(); begin += grain.strip) {
@@ -60,7 +63,7 @@ void for_each_part(std::size_t count, Grain grain, const Work& work) {
       tbb::task_group_context::isolated,
       tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings);
   tbb::this_task_arena::isolate([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain.least), work_on,
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain.min_size), work_on,
                       tbb::auto_partitioner(), context);
   });
 }

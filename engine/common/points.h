@@ -1,4 +1,4 @@
-// The points of a query: as the caller gave them, or as positions in texels.
+// Points of a query, as the caller gave them or as positions in texels.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 
 namespace solidtex::engine {
 
-// The points of one query, as the caller gave them.
+// Points of one query, as the caller gave them.
 struct PointBatch {
   std::array<double, 3> origin{};
   const float* points = nullptr;
@@ -17,7 +17,7 @@ struct PointBatch {
   }
 };
 
-// Footprints of the points of one query: a radius or three axes for each, or neither.
+// Footprints of the points of one query: a radius per point, three axes per point, or neither.
 struct Footprints {
   const float* radii = nullptr;  // [point]
   const float* axes = nullptr;   // [point][3][3]

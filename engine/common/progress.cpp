@@ -9,10 +9,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Short for a person who waits, long beside what telling costs.
+// Time between two reports: short for a waiting user, long compared with the cost of a call.
 constexpr std::chrono::milliseconds kPause{50};
 
-// When a thread last told whom.
+// Last report of a thread.
 struct LastReport {
   ProgressListener listener;
   Clock::time_point when{};
@@ -46,15 +46,15 @@ ProgressScope::~ProgressScope() { range_of_this_thread() = before_; }
 
 void LoopProgress::check() {
   thread_local LastReport last;
-  if (has_callback() && std::this_thread::get_id() == caller_ && !stopped_ &&
+  if (has_callback() && std::this_thread::get_id() == caller_ && !cancelled_ &&
       last.is_due(range_.listener)) {
     const double done = static_cast<double>(done_.load(std::memory_order_relaxed));
     last.listener = range_.listener;
-    stopped_ = range_.listener.callback(range_.listener.user,
-                                        range_.at(done / static_cast<double>(count_))) != 0;
+    cancelled_ = range_.listener.callback(range_.listener.user,
+                                          range_.at(done / static_cast<double>(count_))) != 0;
     last.when = Clock::now();
   }
-  if (stopped_) throw Error(SOLIDTEX_CANCELLED, "the host has stopped the query");
+  if (cancelled_) throw Error(SOLIDTEX_CANCELLED, "the progress callback stopped the query");
 }
 
 }  // namespace solidtex::engine

@@ -1,4 +1,4 @@
-// How a host hears of a query between parts of the work, and stops it.
+// Progress of a query: reports to the host's callback and cancellation by it.
 #pragma once
 
 #include <solidtex/solidtex.h>
@@ -14,14 +14,13 @@ struct ProgressListener {
   void* user = nullptr;
 };
 
-// A query of this thread, or a part of it, while this lives: from where to where it takes what is
-// done.
+// While this object lives, the progress of this thread's work is mapped to a range of its query.
 class ProgressScope {
  public:
   explicit ProgressScope(const ProgressListener& listener) { enter({listener, 0, 1}); }
-  // A part of the one around it, from and to in [0, 1].
+  // Maps to the part from `from` to `to` of the enclosing range.
   ProgressScope(double from, double to);
-  // One of some parts of equal size.
+  // Maps to one of `parts` equal parts.
   ProgressScope(std::size_t part, std::size_t parts)
       : ProgressScope(static_cast<double>(part) / static_cast<double>(parts),
                       static_cast<double>(part + 1) / static_cast<double>(parts)) {}
@@ -36,7 +35,7 @@ class ProgressScope {
     double at(double part) const { return from + part * (to - from); }
   };
   static const Range& of_this_thread();
-  // The same on another thread.
+  // Continues a range on another thread.
   explicit ProgressScope(const Range& range) { enter(range); }
 
  private:
@@ -44,7 +43,7 @@ class ProgressScope {
   Range before_;
 };
 
-// For one loop over parts, made by the thread that queries and shared with the workers.
+// Progress of one loop. The querying thread creates it; the workers share it.
 class LoopProgress {
  public:
   explicit LoopProgress(std::size_t count)
@@ -55,7 +54,8 @@ class LoopProgress {
   bool has_callback() const { return range_.listener.callback != nullptr; }
   void add(std::size_t done) { done_.fetch_add(done, std::memory_order_relaxed); }
 
-  // Throws Error when the host has said stop, to any thread; tells it on the querying one.
+  // Reports progress if this is the querying thread. Throws Error on any thread once the callback
+  // has cancelled the query.
   void check();
 
  private:
@@ -63,7 +63,7 @@ class LoopProgress {
   std::thread::id caller_;
   std::size_t count_;
   std::atomic<std::size_t> done_ = 0;
-  std::atomic<bool> stopped_ = false;
+  std::atomic<bool> cancelled_ = false;
 };
 
 }  // namespace solidtex::engine

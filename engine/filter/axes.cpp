@@ -6,10 +6,10 @@
 namespace solidtex::engine {
 namespace {
 
-// Parts may be so much longer than wide: nearly a cube is not cut either.
+// Ratio of the longest to the shortest edge up to which a footprint is a cube.
 constexpr double kStretch = 1.5;
-// More parts are worth their lookups if each becomes so much shorter. Of several equal axes the
-// first cuts gain nothing before the last one is cut, too.
+// More parts must reduce the reach by this factor. The cut of one of several equal axes gains
+// nothing until all of them are cut.
 constexpr double kWorthwhile = 0.95;
 
 double length(const Axes::Axis& axis) {
@@ -41,17 +41,17 @@ float Axes::cube_radius() const {
   return axis == cube(radius).axis ? radius : 0;
 }
 
-Parts cut(const Axes& axes, int most, double least) {
+Parts cut(const Axes& axes, int max_parts, double min_reach) {
   std::array<double, 3> whole;
   for (std::size_t i = 0; i < 3; ++i) whole[i] = length(axes.axis[i]);
   Parts best{.axes = axes, .reach = *std::ranges::max_element(whole)};
   if (axes.is_endless()) return best;
-  const double enough = std::max(kStretch * *std::ranges::min_element(whole), least);
+  const double enough = std::max(kStretch * *std::ranges::min_element(whole), min_reach);
   std::array<double, 3> part = whole;
   for (Parts next = best; best.reach > enough;) {
     const auto longest = static_cast<std::size_t>(std::ranges::max_element(part) - part.begin());
     ++next.count[longest];
-    if (next.total() > most) break;
+    if (next.total() > max_parts) break;
     part[longest] = whole[longest] / next.count[longest];
     next.reach = *std::ranges::max_element(part);
     if (next.reach < kWorthwhile * best.reach) best = next;

@@ -81,7 +81,7 @@ FadeStep fit_fade(const std::vector<float>& values, const std::vector<float>& tr
       covariance += value * (truths[i] - truth_mean);
       variance += value * value;
     }
-    // A gain above one would sharpen; below zero is chance.
+    // A gain above 1 would sharpen. A gain below 0 is noise.
     const double gain = variance > 0 ? std::fmin(std::fmax(covariance / variance, 0.0), 1.0) : 0.0;
     step.gain[c] = static_cast<float>(gain);
     step.offset[c] = static_cast<float>(truth_mean - gain * value_mean);

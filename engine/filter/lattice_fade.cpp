@@ -37,7 +37,7 @@ Cube box_of(const Lattice& lattice, const LightChannels& light, std::size_t numb
   return cube;
 }
 
-// For each voxel of `fine`, the one of `coarse` that it is a part of.
+// Appends, for each voxel of `fine`, the voxel of `coarse` that contains it.
 void append_parents(const Cube& fine, const Cube& coarse, std::vector<float>& parents) {
   const std::int64_t ratio = fine.edge / coarse.edge;
   for (std::int64_t x = 0; x < fine.edge; ++x)

@@ -1,4 +1,4 @@
-// What the lattice family's footprints see above the coarsest level of the pyramid.
+// Footprints of the lattice family beyond the coarsest level of the pyramid.
 #pragma once
 
 #include <array>
@@ -11,21 +11,18 @@
 
 namespace solidtex::engine {
 
-// Means of 2^3 voxels each, in place; `size` and values are [x][y][z][channel], all even.
+// Averages 2^3 voxels each, in place. `size` and values are [x][y][z][channel], all sizes even.
 void halve(std::array<std::int64_t, 3>& size, std::size_t channels, float* values);
 
-// From one step to the next footprints double.
+// Steps beyond the coarsest level; footprints double from one to the next.
 inline constexpr int kFadeSteps = 2;
 
-// Predicts averages in light over edges of 2^level, 2^(level + 1) and 2^(level + 2) texels from a
-// voxel of `level`: as it is, by a line that is fitted to boxes of the texture far from each other,
-// and by the mean of all.
+// Returns the steps that predict means over edges of 2^level, 2^(level + 1) and 2^(level + 2)
+// texels from a voxel of `level`, in linear light: unchanged, by a line fitted to distant boxes of
+// the texture, and by the mean of all boxes.
 //
-// Computing coarser voxels instead would cost eight times as much from one level to the next, and
-// predicting one step more gained nothing: averages over 32^3 texels of granite and stone deviate
-// from the mean by less than a tenth of the texture's deviation. Features of the network's own
-// coarse levels were tried as predictors: they explain 2 to 23 % of the variance of averages over
-// 8^3 texels of granite, rust and rock, 35 % of paint.
+// A coarser level costs eight times as much as the one before it.
+// docs/experiments/engine-constants.md says how much a prediction misses.
 std::vector<FadeStep> fade_steps_of(const Lattice& lattice, const LightChannels& light, int level);
 
 }  // namespace solidtex::engine

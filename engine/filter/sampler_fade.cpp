@@ -11,16 +11,16 @@ namespace solidtex::engine {
 namespace {
 
 constexpr std::size_t kCubes = 240, kPointsInCube = 96;  // multiples of a block of points
-constexpr double kDistance = 4099;                       // texels: no lattice's cells divide it
+constexpr double kDistance = 4099;  // in texels; a multiple of no lattice's cells
 
-// Every sequence of std::mt19937 is prescribed, but not what distributions make of it.
+// The sequence of std::mt19937 is standard; the results of distributions are not.
 double uniform(std::mt19937& random) { return random() * 0x1p-32; }
 
 std::array<double, 3> middle_of(std::size_t cube) {
   return {kDistance * static_cast<double>(cube) + 0.5, 0.5, 0.5};
 }
 
-// The mean over each cube, [cube][channel].
+// Returns the mean over each cube, [cube][channel].
 std::vector<float> means(const Sampler& sampler, const LightChannels& light, float edge) {
   const auto channels = static_cast<std::size_t>(sampler.channels());
   std::vector<float> result(kCubes * channels);
@@ -40,7 +40,7 @@ std::vector<float> means(const Sampler& sampler, const LightChannels& light, flo
   return result;
 }
 
-// With faded octaves, in the middle of each cube.
+// Returns the values at the centres of the cubes with faded octaves.
 std::vector<float> faded_values(const Sampler& sampler, const LightChannels& light, float edge) {
   std::vector<double> positions;
   for (std::size_t cube = 0; cube < kCubes; ++cube)
@@ -54,7 +54,8 @@ std::vector<float> faded_values(const Sampler& sampler, const LightChannels& lig
 
 constexpr std::size_t kRadiiPerOctave = 8;
 
-// Radii of none, then evenly from one power of two to the next, up to that of the largest edge.
+// Returns radius i of a table: evenly spaced from 0, then from each power of two to the next, up to
+// the largest edge.
 float radius_at(std::size_t i) {
   if (i <= kRadiiPerOctave) return 0.5f * static_cast<float>(i) / kRadiiPerOctave;
   const std::size_t octave = (i - 1) / kRadiiPerOctave, step = (i - 1) % kRadiiPerOctave + 1;

@@ -5,19 +5,19 @@
 namespace solidtex::engine {
 namespace {
 
-// Each part is an evaluation of the network. Octaves that fade along its axes cost nothing more and
-// make up for some parts: cubes would need more of them for the same error.
+// Each part is one evaluation of the network. Octaves fade along the axes of a part at no extra
+// cost.
 constexpr int kMaxParts = 8;
-constexpr double kMinReach = 0.5;  // texels: less is as good as a point
+constexpr double kMinReach = 0.5;  // in texels: less is as good as a point
 
 }  // namespace
 
-// Evaluations, those of a footprint behind each other.
+// Parts to evaluate, those of one footprint in a row.
 struct SamplerFilter::PartList {
   std::vector<double> positions;
   std::vector<Spread> spreads;
-  std::vector<float> radii;  // of the cubes whose corrections they take
-  std::vector<int> counts;   // per footprint
+  std::vector<float> radii;  // radii of the cubes that select fade steps
+  std::vector<int> counts;   // parts per footprint
 };
 
 void SamplerFilter::prepare() const {
@@ -41,7 +41,7 @@ void SamplerFilter::append_parts(const Axes& axes, const Axes::Axis& middle,
   parts.counts.push_back(cuts.total());
 }
 
-// In light.
+// Evaluates parts in linear light.
 void SamplerFilter::evaluate(const PartList& parts, const OutputView& output) const {
   const std::size_t count = parts.radii.size();
   sampler_.evaluate_faded(parts.positions.data(), parts.spreads.data(), count, output.values,

@@ -1,4 +1,4 @@
-// Filtered values of the point family: means over footprints.
+// Means of the sampler family over footprints.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,12 @@
 
 namespace solidtex::engine {
 
-// For points without a footprint and for edges of 1, 2, 4 ... 2^kCoarsest texels: the line that
-// predicts the mean over a cube, in light, best from the value with faded octaves in its middle.
-// Fitted to cubes far from each other, whose means are those of points at random inside.
+// Returns fade steps for points without a footprint and for cubes with edges of 1, 2, 4 ...
+// 2^kCoarsest texels. A step predicts the mean over a cube, in linear light, from the value at its
+// centre with faded octaves. It is fitted to distant cubes, whose means come from random points.
 std::vector<FadeStep> fade_steps_of(const Sampler& sampler, const LightChannels& light);
 
-// Which cube leaves as much of the octaves as a footprint does: the correction is that of its edge.
+// Finds the cube that fades octaves as much as a footprint does. Its edge selects the fade step.
 class EqualCube {
  public:
   explicit EqualCube(const Sampler& sampler);
@@ -26,12 +26,12 @@ class EqualCube {
   float radius(float kept) const;
 
  private:
-  std::vector<float> kept_;  // of cubes with the radii radius_at(i), descending
+  std::vector<float> kept_;  // for cubes with the radii radius_at(i), descending
 };
 
-// A footprint of any number of them.
+// Footprint of one point of a list.
 struct PlacedFootprint {
-  std::size_t point;  // which
+  std::size_t point;  // index of the point
   Axes::Axis middle;
   Axes axes;
 };
@@ -42,12 +42,12 @@ class SamplerFilter {
   SamplerFilter(const Sampler& sampler, const LightChannels& light)
       : sampler_(sampler), light_(light) {}
 
-  // Measures the material, once, in tenths of a second. Before the first evaluation.
+  // Measures the material once. Call it before the first evaluation.
   void prepare() const;
 
-  // The answer of each footprint's point becomes the mean of its parts, with octaves faded. Those
-  // alone would shift the tones, since the network is not linear: what they give is corrected by
-  // what was measured. None of them may be a point.
+  // Writes the mean over each footprint to the output of its point: the mean of its parts,
+  // evaluated with faded octaves and corrected by a fade step, since the network is not linear. No
+  // footprint may be a point.
   void evaluate(std::span<const PlacedFootprint> footprints, const OutputView& output) const;
 
  private:

@@ -1,4 +1,4 @@
-// Dense layers over the channels of a strip of neighbouring values. Included once per target.
+// Dense layers over the channels of a strip of values. Included once per target.
 #include <hwy/highway.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 #define SOLIDTEX_CHANNELS_ONCE
 namespace solidtex::engine {
 
-inline constexpr std::ptrdiff_t kStrip = 32;  // values in a strip: pairs of vectors on every target
+inline constexpr std::ptrdiff_t kStrip = 32;  // values per strip: pairs of vectors on every target
 
 }  // namespace solidtex::engine
 #endif
@@ -31,10 +31,10 @@ HWY_INLINE Floats Activate(Floats v, Floats negative_slope) {
 
 #if HWY_NATIVE_FMA
 
-// Sums of two vectors fill most of the registers: 24 of 32, or 12 of 16.
+// Sums of two vectors fill most registers: 24 of 32, or 12 of 16.
 inline constexpr int kMaxChannels = HWY_TARGET == HWY_AVX2 ? 6 : 12;
 
-// `kOutputs` outputs of some vectors, from output `first` on.
+// Computes kOutputs outputs of some vectors, from output `first` on.
 template <int kOutputs, int kVectors>
 HWY_INLINE void ChannelTile(const ChannelLayer& layer, int first, const float* HWY_RESTRICT in,
                             std::ptrdiff_t pitch, float* HWY_RESTRICT out,
@@ -67,7 +67,7 @@ HWY_INLINE void ChannelTile(const ChannelLayer& layer, int first, const float* H
       hn::Store(Activate(sum[o][v], negative_slope), d, out + v * kLanes);
 }
 
-// The widest tile that fits what is left, from kOutputs down; gives the output behind it.
+// Computes the widest tile that fits, up to kOutputs. Returns the next output.
 template <int kOutputs, int kVectors>
 HWY_INLINE int WidestChannelTile(const ChannelLayer& layer, int first, const float* in,
                                  std::ptrdiff_t pitch, float* out, std::ptrdiff_t out_pitch) {
@@ -86,7 +86,7 @@ void ChannelTiles(const ChannelLayer& layer, const float* in, std::ptrdiff_t pit
     first = WidestChannelTile<kMaxChannels, kVectors>(layer, first, in, pitch, out, out_pitch);
 }
 
-// All padded outputs of `count` values, whole vectors. Channels are `pitch` apart.
+// Computes all padded outputs of `count` values in whole vectors. Channels are `pitch` apart.
 void Channels(const ChannelLayer& layer, const float* in, std::ptrdiff_t pitch,
               std::ptrdiff_t count, float* out, std::ptrdiff_t out_pitch) {
   const std::ptrdiff_t lanes = FloatLanes();
@@ -98,7 +98,7 @@ void Channels(const ChannelLayer& layer, const float* in, std::ptrdiff_t pitch,
 
 #else
 
-// Without fused multiply-add in the instruction set, the same sums one by one.
+// Without fused multiply-add instructions: the same sums one by one.
 void Channels(const ChannelLayer& layer, const float* in, std::ptrdiff_t pitch,
               std::ptrdiff_t count, float* out, std::ptrdiff_t out_pitch) {
   for (int o = 0; o < layer.outputs; ++o)

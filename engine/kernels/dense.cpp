@@ -1,5 +1,4 @@
-// Dense layers on the machine's best target: over a block of points, and for one point. See
-// kernels.h.
+// Dense layers on the active target: over a block of points, and for one point. See kernels.h.
 #include "engine/kernels/targets.h"
 // foreach_target.h includes this file once per target.
 #undef HWY_TARGET_INCLUDE
@@ -17,7 +16,7 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 #if HWY_NATIVE_FMA
 
-// Two instructions do where 0 < negative_slope <= 1: 2 % of the time of a sampler.
+// Two instructions suffice for 0 < negative_slope <= 1.
 template <bool kUsualSlope>
 HWY_INLINE Floats Activate(Floats sum, Floats negative_slope) {
   if (kUsualSlope) return hn::Max(hn::Mul(negative_slope, sum), sum);
@@ -26,8 +25,8 @@ HWY_INLINE Floats Activate(Floats sum, Floats negative_slope) {
 
 HWY_INLINE bool IsUsual(float negative_slope) { return 0 < negative_slope && negative_slope <= 1; }
 
-// Vectors hold neighbouring points, weights are broadcast. Whole vectors are stored, straight from
-// the registers: by way of a buffer the end of a tile cost a tenth of its time.
+// Vectors hold neighbouring points; weights are broadcast. Whole vectors are stored directly from
+// registers.
 struct PointBlock {
   const LinearLayer& layer;
   const float* in;
@@ -35,7 +34,7 @@ struct PointBlock {
   float* out;
 };
 
-// One register tile: kPacks x 4 outputs from `first` on, kVectors vectors of points.
+// Computes one register tile: kPacks x 4 outputs from `first` on, kVectors vectors of points.
 template <bool kUsualSlope, int kPacks, int kVectors>
 HWY_INLINE void DenseTile(const PointBlock& block, int first, std::ptrdiff_t point) {
   constexpr int kPack = LinearLayer::kPack, kOutputs = kPacks * kPack;
@@ -78,7 +77,7 @@ HWY_INLINE void DenseOutputs(const PointBlock& block, std::ptrdiff_t point) {
 
 template <bool kUsualSlope>
 HWY_INLINE void DensePoints(const PointBlock& block, int count) {
-  // AVX2 has 16 registers, the other targets 32: three quarters of them hold sums.
+  // Sums fill three quarters of the registers: AVX2 has 16, other targets 32.
   constexpr int kPacks = HWY_TARGET == HWY_AVX2 ? 1 : 2;
   const std::ptrdiff_t lanes = FloatLanes();
   std::ptrdiff_t point = 0;
@@ -100,7 +99,7 @@ void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t 
   }
 }
 
-// Vectors hold neighbouring outputs, inputs are broadcast: the sums are those of Dense.
+// Vectors hold neighbouring outputs; inputs are broadcast. The sums are those of Dense.
 template <bool kUsualSlope, int kVectors>
 HWY_INLINE void PointTile(const PointLayer& layer, int first, const float* in, float* out) {
   const Float d;
@@ -120,7 +119,7 @@ HWY_INLINE void PointTile(const PointLayer& layer, int first, const float* in, f
 
 template <bool kUsualSlope>
 HWY_INLINE void PointOutputs(const PointLayer& layer, const float* in, float* out) {
-  constexpr int kVectors = 8;  // as many chains as hide the latency of an addition
+  constexpr int kVectors = 8;  // enough chains to hide the latency of an addition
   const auto lanes = static_cast<int>(FloatLanes());
   int first = 0;
   for (; first + kVectors * lanes <= layer.pitch; first += kVectors * lanes)

@@ -20,7 +20,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-// Where the voxels of a vector of tiles go: voxel p of output o to at[o * output + voxels[p]].
+// Output of a vector of tiles: voxel p of output o goes to at[o * output + voxels[p]].
 struct TapTarget {
   float* at;
   std::ptrdiff_t output;
@@ -29,7 +29,7 @@ struct TapTarget {
 
 #if HWY_NATIVE_FMA
 
-// Both z of some outputs of two vectors of tiles: 16 sums of 32 registers, or 8 of 16.
+// Both z of some outputs of two vectors of tiles: 16 sums in 32 registers, or 8 in 16.
 inline constexpr int kTapOutputs = HWY_TARGET == HWY_AVX2 ? 2 : 4;
 inline constexpr int kTapVectors = 2;
 
@@ -60,7 +60,7 @@ HWY_INLINE void AddRow(const Planes* tiles, int x, std::ptrdiff_t at,
     }
 }
 
-// Outputs `first` and the following ones at one y of the tiles and both z.
+// Computes some outputs from `first` on, at one y of the tiles and both z.
 template <int kVectors, class Planes>
 HWY_INLINE void TapTile(const LinearLayer& layer, const ConstPlanes& source, const Planes* tiles,
                         int y, int first, const TapTarget* targets) {
@@ -101,7 +101,7 @@ void TapTiles(const LinearLayer& layer, const ConstPlanes& source, const TileVec
   }
 }
 
-// The four voxels of some vectors of tiles, for all outputs, padded to kTapOutputs.
+// Computes the four voxels of some vectors of tiles for all outputs, padded to kTapOutputs.
 template <bool kJoined>
 void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
              std::span<const TileVector> vectors, int origin, const TapTarget* targets) {
@@ -113,7 +113,7 @@ void SumTaps(const LinearLayer& layer, const ConstPlanes& source,
 
 #else
 
-// Without fused multiply-add in the instruction set, the same sums one by one.
+// Without fused multiply-add instructions: the same sums one by one.
 inline constexpr int kTapOutputs = 1;
 
 template <bool kJoined>

@@ -1,4 +1,4 @@
-// Element-wise kernels on the machine's best target. See kernels.h.
+// Element-wise kernels on the active target. See kernels.h.
 #include "engine/kernels/targets.h"
 // foreach_target.h includes this file once per target.
 #undef HWY_TARGET_INCLUDE
@@ -15,7 +15,7 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 #if HWY_NATIVE_FMA
 
-// out = function(channel, in), a row at a time.
+// out = function(channel, in), row by row.
 template <class Function>
 HWY_INLINE void Map(const ConstVolume& in, const Volume& out, Function function) {
   for (int c = 0; c < out.channels; ++c)

@@ -1,24 +1,23 @@
-// The kernels that evaluation uses: Highway bodies, dispatched per call to the machine's best
-// target. Bit for bit the loops of reference.h, which also serve targets without fused
-// multiply-add.
+// Highway kernels, dispatched per call to the active target. They have the bits of reference.h,
+// which also serves targets without fused multiply-add.
 #pragma once
 
 #include "engine/kernels/reference.h"
 
 namespace solidtex::engine::kernels {
 
-// Inputs must be readable kReadSlack floats past their end.
+// Inputs are readable kReadSlack floats beyond their end.
 void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const Volume& out);
 void conv_transpose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,
                       const Volume& out);
 
-// Inputs are read and outputs written to a multiple of kPointStep points and LinearLayer::kPack
-// outputs: what lies behind `count` and `outputs` is no result.
+// Inputs are read and outputs written up to multiples of kPointStep points and LinearLayer::kPack
+// outputs; values beyond `count` and `outputs` are undefined.
 inline constexpr int kPointStep = 16;
 void dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t pitch, float* out);
-// One point, the same bits; writes layer.pitch values.
+// Evaluates one point with the bits of dense. Writes layer.pitch values.
 void dense_point(const PointLayer& layer, const float* in, float* out);
-// In place; the pitches are multiples of kPointStep.
+// Works in place. The pitches are multiples of kPointStep.
 void activate_derivatives(const LinearLayer& layer, const float* units, std::ptrdiff_t unit_pitch,
                           std::ptrdiff_t pitch, float* derivatives);
 

@@ -1,5 +1,4 @@
-// The inner loop of every convolution: weighted sums of shifted runs.
-// Included once per Highway target.
+// Inner loop of convolutions: weighted sums of shifted runs. Included once per target.
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -19,19 +18,19 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 #if HWY_NATIVE_FMA
 
-// A run of outputs: out[o * pitch + j] = layer of in[offsets[t] + j], for 0 <= j < count. Reads up
-// to one vector past the end of the input.
+// A run of outputs: out[o * pitch + j] = layer of in[offsets[t] + j] for 0 <= j < count. Reads up
+// to one vector beyond the input.
 struct Run {
   const LinearLayer& layer;
   const std::ptrdiff_t* offsets;
   std::ptrdiff_t pitch;
 };
 
-// Half the registers of the target hold sums: packs x 4 outputs times kVectors vectors.
+// Sums fill half the registers: packs x 4 outputs x kVectors vectors.
 inline constexpr int kTilePacks = HWY_TARGET == HWY_AVX2 ? 1 : 2;
 inline constexpr int kTileVectors = 3;
 
-// One register tile: kPacks x 4 outputs from `first` on, kVectors vectors of the run.
+// Computes one register tile: kPacks x 4 outputs from `first` on, kVectors vectors of the run.
 template <int kPacks, int kVectors>
 HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
                      float* HWY_RESTRICT out, std::ptrdiff_t count) {
@@ -55,7 +54,7 @@ HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
     }
   }
 
-  // By way of memory, so that every index of `sum` is a constant: it must stay in registers.
+  // Through memory, so that every index of `sum` is a constant and `sum` stays in registers.
   const Floats negative_slope = hn::Set(d, layer.negative_slope), zero = hn::Zero(d);
   HWY_ALIGN float results[kOutputs][kVectors * hn::MaxLanes(d)];
   for (int o = 0; o < kOutputs; ++o)

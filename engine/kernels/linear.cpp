@@ -1,4 +1,4 @@
-// Convolutions on the machine's best target. See kernels.h.
+// Convolutions on the active target. See kernels.h.
 #include "engine/kernels/targets.h"
 // foreach_target.h includes this file once per target.
 #undef HWY_TARGET_INCLUDE
@@ -16,8 +16,8 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 #if HWY_NATIVE_FMA
 
-// Calls visit(x, y, count) for runs along z that cover the output. Where in and out have the same
-// row pitch a run is a whole plane: what it computes between the rows is never read as a result.
+// Calls visit(x, y, count) for runs along z that cover the output. If in and out have the same row
+// pitch a run is a whole plane; what it writes between rows is undefined.
 template <class Visit>
 void ForEachRun(const ConstVolume& in, const Volume& out, Visit visit) {
   const bool planes = in.row_pitch == out.row_pitch;

@@ -11,9 +11,9 @@
 
 namespace solidtex::engine {
 
-// out[o] = phi(bias[o] + sum over t of weight(o, t) * in[t]), terms in ascending order, each one a
-// fused multiply-add; phi(v) = v > 0 ? v : negative_slope * v, so negative_slope 1 is the identity.
-// The terms of a convolution are (input channel, kx, ky, kz), kz fastest.
+// out[o] = phi(bias[o] + sum over t of weight(o, t) * in[t]): terms in ascending order, each a
+// fused multiply-add. phi(v) = v > 0 ? v : negative_slope * v; a negative_slope of 1 is the
+// identity. The terms of a convolution are (input channel, kx, ky, kz), kz fastest.
 struct LinearLayer {
   static constexpr int kPack = 4;
 
@@ -24,7 +24,7 @@ struct LinearLayer {
 
   LinearLayer() = default;
 
-  // weight_of(o, t) gives each weight once.
+  // Calls weight_of(o, t) once per weight.
   template <class WeightOf>
   LinearLayer(int output_count, int term_count, std::vector<float> biases, WeightOf weight_of)
       : outputs(output_count), terms(term_count), bias(std::move(biases)) {
@@ -42,13 +42,13 @@ struct LinearLayer {
   float activate(float v) const { return v > 0 ? v : negative_slope * v; }
 };
 
-// The same layer for one point: neighbouring outputs lie side by side.
+// The layer for one point: neighbouring outputs are contiguous.
 struct PointLayer {
   static constexpr std::ptrdiff_t kStep = 16;  // whole vectors on every target
 
   int terms = 0;
   std::ptrdiff_t pitch = 0;  // outputs, rounded up to kStep
-  // [term][pitch], zeros behind the last output; aligned, as they are read once a point.
+  // [term][pitch], padded with zeros, aligned.
   hwy::AlignedFreeUniquePtr<float[]> weights;
   std::vector<float> bias;  // [pitch]
   float negative_slope = 1;

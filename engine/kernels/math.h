@@ -1,5 +1,5 @@
-// The scalar definition of the activations: our own polynomials, the same bits everywhere.
-// Errors are measured in docs/numerics.md.
+// Scalar definition of the activations by polynomials with the same bits everywhere.
+// docs/numerics.md states their errors.
 #pragma once
 
 #include <bit>
@@ -11,13 +11,13 @@
 namespace solidtex::engine {
 
 inline constexpr float kLog2E = 1.44269504088896341f;
-// log(2) in two parts: the first has so few bits that its products with small integers are exact.
+// log(2) in two parts. The first has few bits: its products with small integers are exact.
 inline constexpr float kLog2High = 0.693359375f, kLog2Low = -2.12194440e-4f;
 inline constexpr float kRoundingShift = 0x1.8p23f;  // adding it rounds to an integer
 inline constexpr float kExpLimit = 87.0f;           // exp(-87) is the smallest result
-inline constexpr float kTanhSwitch = 0.625f;        // below: the odd polynomial
+inline constexpr float kTanhSwitch = 0.625f;        // below it: the odd polynomial
 
-// exp(-v) for v >= 0.
+// Returns exp(-v) for v >= 0.
 inline float exp_negative(float v) {
   const float x = v < kExpLimit ? -v : -kExpLimit;
   const float shifted = std::fma(x, kLog2E, kRoundingShift);

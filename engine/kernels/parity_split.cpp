@@ -4,8 +4,8 @@ namespace solidtex::engine {
 
 namespace {
 
-// On one axis: output `first` is reached by the taps first_tap, first_tap + 2 ..., and tap
-// first_tap reads input index `base` of the volume, the next one base - 1.
+// One axis of a class: output `first` is reached by the taps first_tap, first_tap + 2 ...; tap
+// first_tap reads input index `base`, the next tap base - 1.
 struct AxisParity {
   std::int64_t first, count, base;
   int first_tap;

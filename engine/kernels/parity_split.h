@@ -1,4 +1,5 @@
-// A transposed convolution of stride 2 is eight plain ones, one for each parity of the output.
+// Parity split of a transposed convolution: stride 2 makes eight plain convolutions, one for each
+// parity of the output.
 #pragma once
 
 #include <array>
@@ -9,7 +10,7 @@
 
 namespace solidtex::engine {
 
-// The outputs first + 2 (i, j, k), with the taps that reach them. Term t of output (i, j, k) reads
+// The outputs first + 2 (i, j, k) and the taps that reach them. Term t of output (i, j, k) reads
 // input[i * plane_pitch + j * row_pitch + k + offsets[t]].
 struct ParityClass {
   std::array<std::int64_t, 3> first{}, count{};
@@ -18,7 +19,7 @@ struct ParityClass {
   std::vector<std::ptrdiff_t> offsets;
 };
 
-// The classes that have any output.
+// Returns the classes that have outputs.
 std::vector<ParityClass> split_by_parity(const LinearLayer& layer, const TransposedShape& shape,
                                          const ConstVolume& in, const Volume& out);
 

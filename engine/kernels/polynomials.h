@@ -1,5 +1,5 @@
-// Coefficients of the engine's polynomials, lowest power first. Printed by
-// tests/battery/fit_polynomials.py, which says how they are fitted; errors are before rounding.
+// Coefficients of polynomials, lowest power first, fitted by tests/battery/fit_polynomials.py.
+// Errors are before rounding.
 #pragma once
 
 namespace solidtex::engine {

@@ -40,7 +40,7 @@ void conv3d(const LinearLayer& layer, int kernel, const ConstVolume& in, const V
 
 void conv_transpose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,
                       const Volume& out) {
-  // Twice the input index (relative to in_lo) that tap t of output index o falls on.
+  // Returns twice the input index, relative to in_lo, that tap t of output index o reads.
   const auto doubled = [&](int axis, std::int64_t o, int t) {
     return shape.out_lo[axis] + o + shape.padding - t - 2 * shape.in_lo[axis];
   };

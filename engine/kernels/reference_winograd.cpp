@@ -14,7 +14,7 @@ void transform_input_2(float* d) {
   d[0] = d0 - d2, d[1] = d1 + d2, d[2] = d2 - d1, d[3] = d1 - d3;
 }
 
-// The same of an upsampled input, pairs of equal values. See WinogradLayer.
+// B^T d of an upsampled input: pairs of equal values. See WinogradLayer.
 void transform_upsampled(float* d) {
   const float a = d[1], b = d[2];
   d[0] = a - b, d[1] = a + b, d[2] = 0, d[3] = a - b;
@@ -44,7 +44,7 @@ float output_4(const float* m, int i) {
   return ((m[1] - m[2]) + 8 * (m[3] - m[4])) + m[5];
 }
 
-// Values of a tile: (tile + 2) x 4 x 4 of them.
+// Values of a tile: (tile + 2) x 4 x 4.
 struct Tile {
   explicit Tile(int tile_size, bool is_upsampled = false)
       : tile(tile_size),
@@ -69,8 +69,8 @@ struct Tile {
   std::vector<float> values;
 };
 
-// The inputs of a tile, transformed along z, then y, then x. `corner` is the place of its first
-// input relative to the volume; what lies outside is needed by none of the volume's outputs.
+// Returns the inputs of a tile, transformed along z, then y, then x. `corner` is the position of
+// its first input in the volume. No output of the volume needs what lies outside.
 Tile transformed_input(const ConstVolume& in, int channel, Tile d,
                        const std::array<std::int64_t, 3>& corner) {
   const int n = d.positions;
@@ -91,7 +91,7 @@ Tile transformed_input(const ConstVolume& in, int channel, Tile d,
   return d;
 }
 
-// One output of a tile from its products, transformed along z, then y, then x.
+// Returns one output of a tile from its products, transformed along z, then y, then x.
 float transformed_output(Tile& m, const std::array<int, 3>& voxel) {
   float along_x[6], along_y[4];
   for (int x = 0; x < m.positions; ++x) {

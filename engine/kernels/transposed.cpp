@@ -1,4 +1,4 @@
-// Transposed convolutions on the machine's best target. See kernels.h.
+// Transposed convolutions on the active target. See kernels.h.
 #include "engine/kernels/targets.h"
 // foreach_target.h includes this file once per target.
 #undef HWY_TARGET_INCLUDE
@@ -17,7 +17,7 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 #if HWY_NATIVE_FMA
 
-// A plain convolution for each parity of the output; its rows are written with stride 2.
+// Evaluates a plain convolution for each parity of the output and writes its rows with stride 2.
 void ConvTranspose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,
                      const Volume& out) {
   for (const ParityClass& parity : split_by_parity(layer, shape, in, out)) {

@@ -1,4 +1,4 @@
-// A view of planar channels on a dense grid: what every kernel reads and writes.
+// View of planar channels on a dense grid: input and output of kernels.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 namespace solidtex::engine {
 
 // Value (c, x, y, z) is data[c * channel_pitch + x * plane_pitch + y * row_pitch + z]. Rows may be
-// longer than size[2]: what lies between is never a result, but vector kernels may write there.
+// longer than size[2]; vector kernels may write between them.
 template <class Value>
 struct BasicVolume {
   Value* data = nullptr;
@@ -29,7 +29,7 @@ struct ConstVolume : BasicVolume<const float> {
       : BasicVolume{v.data, v.channels, v.size, v.channel_pitch, v.plane_pitch, v.row_pitch} {}
 };
 
-// Vector kernels may read this many floats past the end of their input.
+// Vector kernels may read this many floats beyond their input.
 inline constexpr std::size_t kReadSlack = 64;
 
 }  // namespace solidtex::engine

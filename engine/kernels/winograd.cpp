@@ -1,4 +1,4 @@
-// Winograd convolutions on the machine's best target. See winograd.h.
+// Winograd convolutions on the active target. See winograd.h.
 #include "engine/kernels/winograd.h"
 
 #include "engine/kernels/targets.h"
@@ -46,9 +46,9 @@ class Convolution {
     if constexpr (kTile > 1) FindTerms();
   }
 
-  // Runs of tiles either keep to their rows or go on from one to the next, whichever takes fewer
-  // vectors; the second needs one row pitch for all sources, and also computes what lies between
-  // the rows. Short runs, those of small regions, share vectors.
+  // Runs of tiles keep to their rows or continue across rows, whichever needs fewer vectors. Runs
+  // across rows need equal row pitches of all sources and also compute what lies between rows.
+  // Short runs of small regions share vectors.
   void Run() {
     const std::ptrdiff_t width = range_.z_hi - range_.z_lo, rows = range_.y_hi - range_.y_lo;
     const std::ptrdiff_t pitch = sources_[0].planes.row_pitch, lanes = FloatLanes();
@@ -74,11 +74,11 @@ class Convolution {
   static constexpr int kShift = kTile / 2;  // from voxels to tiles along x
   static constexpr int kGroups = 4 * (kTile + 2);
   static constexpr int kVoxels = 4 * kTile;
-  // Runs share vectors where more than one lane in so many would be idle: sharing ones are loaded
+  // Runs share vectors if more than one lane in kIdleShare would be idle: shared vectors are loaded
   // twice or more.
   static constexpr std::ptrdiff_t kIdleShare = 16;
 
-  // Tiles that are neighbours in memory, from the beginning of row y on.
+  // Adds contiguous tiles from the beginning of row y on.
   void AddRun(std::int64_t x, std::int64_t y, std::ptrdiff_t count) {
     for (std::ptrdiff_t t = 0; t < count;) {
       TileVector& vector = VectorWithRoom();
@@ -119,7 +119,7 @@ class Convolution {
     return static_cast<std::ptrdiff_t>(vectors.size()) * FloatLanes();
   }
 
-  // The 3^3 convolution of a strip.
+  // Evaluates the 3^3 convolution of a strip.
   template <bool kJoined>
   void RunFirst(std::span<const TileVector> vectors) {
     if constexpr (kTile == 1) {
@@ -142,14 +142,14 @@ class Convolution {
             {0, kStrip, 2 * kStrip, 3 * kStrip}};
   }
 
-  // Sums of taps that fill a vector of the result need not be copied there.
+  // Returns whether sums of taps can be stored straight into the result.
   bool IsStoredInPlace(const TileVector& vector) const {
     return kTile == 1 && chain_.rest.empty() && out_.channels % kTapOutputs == 0 &&
            vector.size == 1 && vector.first().count == FloatLanes() && RowsFollow();
   }
 
-  // Tiles that begin at odd coordinates leave the even values before their rows and the odd ones
-  // behind them free: for the tile between two rows.
+  // Returns whether runs across rows may be stored as they are. Tiles at odd coordinates leave room
+  // for the tile between two rows: even values before a row and odd ones after it.
   bool RowsFollow() const {
     return wrap_ == out_.row_pitch && wrap_ - (range_.z_hi - range_.z_lo) <= chain_.origin;
   }
@@ -173,7 +173,7 @@ class Convolution {
     OutputAlongX<kTile>(layer, count, slots_);
   }
 
-  // The 1^3 convolutions of one voxel of each tile.
+  // Evaluates the 1^3 convolutions of one voxel of each tile.
   void RunRest(int voxel, std::ptrdiff_t count) {
     const float* from = slots_ + voxel * kStrip;
     std::ptrdiff_t pitch = kSlots<kTile> * kStrip;
@@ -201,7 +201,8 @@ class Convolution {
     return Voxel(run, x) >= range_.x_lo && Voxel(run, x) < range_.x_hi;
   }
 
-  // Both y and z of some tiles at one x, row by row unless the result's rows follow each other too.
+  // Stores both y and z of some tiles at one x, row by row unless the rows of the result are
+  // contiguous too.
   void StorePlane(const TileRun& run, const float* from, float* plane) {
     if (RowsFollow()) return StoreRun(from, plane + out_.offset(run.y, run.z), run.count);
     const std::ptrdiff_t width = range_.z_hi - range_.z_lo;
@@ -214,7 +215,7 @@ class Convolution {
     }
   }
 
-  // At most a vector of neighbouring tiles, for all channels and parities.
+  // Stores at most a vector of contiguous tiles for all channels and parities.
   void StoreRun(const float* from, float* to, std::ptrdiff_t count) {
     const Float d;
     const auto used = hn::FirstN(d, static_cast<std::size_t>(count));
@@ -229,7 +230,7 @@ class Convolution {
       }
   }
 
-  // The terms of the products of each group (ix, iy), which are the same for all strips.
+  // Finds the terms of the products of each group (ix, iy), the same for all strips.
   void FindTerms() {
     for (int group = 0; group < kGroups; ++group) {
       int channel = 0;

@@ -1,8 +1,8 @@
-// 3^3 convolutions by Winograd's minimal filtering F(2^3, 3^3): 64 products for each tile of 2^3
-// voxels instead of 216 (Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks", 2016,
-// section 4.1, nested along x, y and z). With F(4, 3) along x, 96 for 4 x 2 x 2 instead of 432.
+// 3^3 convolutions by Winograd's minimal filtering F(2^3, 3^3): 64 products per tile of 2^3 voxels
+// in place of 216 (Lavin and Gray, "Fast Algorithms for Convolutional Neural Networks", 2016,
+// section 4.1, nested along x, y and z). F(4, 3) along x needs 96 for 4 x 2 x 2 in place of 432.
 //
-// Tiles begin at absolute multiples of their size, or one voxel further, so that no partition into
+// Tiles begin at absolute multiples of their size, or one voxel later, so that no partition into
 // blocks changes a bit.
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace solidtex::engine {
 
-// A dense layer over channels. out[o] = phi(bias[o] + sum over i of weight(i, o) * in[i]), inputs
-// in ascending order, each a fused multiply-add; phi(v) = v > 0 ? v : negative_slope * v.
+// Dense layer over channels. out[o] = phi(bias[o] + sum over i of weight(i, o) * in[i]): inputs in
+// ascending order, each a fused multiply-add. phi(v) = v > 0 ? v : negative_slope * v.
 struct ChannelLayer {
   static constexpr int kPack = 4;  // outputs are padded to a multiple of it
 
@@ -53,56 +53,54 @@ struct WinogradLayer {
 
   int inputs() const { return static_cast<int>(upsampled.size()); }
 
-  // The weights of positions (ix, iy, 0 .. 3) = (group / 4, group % 4, 0 .. 3) and all outputs.
+  // Returns the weights of positions (ix, iy, 0 .. 3) for all outputs; group = 4 ix + iy.
   const float* at(int group, int input) const {
     return weights.data() + (static_cast<std::ptrdiff_t>(group) * inputs() + input) * outputs * 4;
   }
 };
 
-// A 3^3 convolution and the 1^3 convolutions that follow it, evaluated while the tiles are hot.
+// A 3^3 convolution and the 1^3 convolutions that follow it, evaluated while tiles are in cache.
 struct ConvChain {
-  // One of the two: Winograd's, or tap by tap. Few inputs are summed sooner than transformed.
+  // One of the two is used: Winograd's method, or taps for few inputs.
   WinogradLayer first;
   LinearLayer taps;
   std::vector<ChannelLayer> rest;
-  // Where tiles begin, modulo their size, along every axis: 0 or 1; 1 if an input is upsampled. A
-  // 3^3 convolution before another one begins at odd coordinates where that one's begin at even
-  // ones: of 17^3 tiles for a block of 32^3, 18^3 would have been needed.
+  // First coordinate of tiles modulo 2, on every axis. It is 1 if an input is upsampled. A
+  // convolution before another one has the opposite origin: fewer tiles cover its region.
   int origin = 0;
 
   bool is_direct() const { return taps.outputs > 0; }
-  // Voxels along x that are computed together; two along y and z.
+  // Voxels along x that are computed together. Along y and z these are 2.
   int tile() const { return is_direct() ? 1 : first.tile; }
   int outputs() const;
 };
 
-// The (padded) outputs of the chain's widest layer.
+// Returns the padded outputs of the widest layer.
 int widest_layer(const ConvChain& chain);
 
 // Some input channels of a convolution.
 struct ConvSource {
   ConstPlanes planes;
-  // The planes, of one parity, are those of a volume of half the size and stand for its nearest
+  // Whether the planes, without a parity split, have half the size and stand for their nearest
   // upsampling.
   bool upsampled = false;
 };
 
-// What to compute: the voxels [lo, hi) of x, and of y and z the tiles [lo, hi). Tile t begins at
-// 2 t + origin.
+// The voxels [lo, hi) of x and the tiles [lo, hi) of y and z to compute. Tile t begins at 2 t +
+// origin.
 struct TileRange {
   std::int64_t x_lo, x_hi, y_lo, y_hi, z_lo, z_hi;
 };
 
 namespace kernels {
 
-// Floats of scratch memory that winograd_conv3d needs.
+// Returns the floats of scratch memory that winograd_conv3d needs.
 std::size_t winograd_scratch(const ConvChain& chain);
 
-// Writes planes of `out`; the sources are the inputs in their order. A tile reads its neighbours on
-// every side, whether the source has them or not: what lies there may be anything where no result
-// depends on it, but must be readable (see PlaneRing). In tiles of four every input along x takes
-// part in every output: their tiles must be whole. scratch is aligned to HWY_ALIGNMENT. Fastest
-// where all sources have one row pitch.
+// Writes planes of `out`. Sources are the inputs in order. A tile reads its neighbours on every
+// side: these must be readable (see PlaneRing), and their values matter only where a result depends
+// on them. In tiles of four every input along x affects every output: such tiles must be whole.
+// scratch is aligned to HWY_ALIGNMENT. Sources with equal row pitches are the fastest.
 void winograd_conv3d(const ConvChain& chain, std::span<const ConvSource> sources,
                      const TileRange& range, const Planes& out, float* scratch);
 

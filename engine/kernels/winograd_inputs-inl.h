@@ -1,5 +1,5 @@
-// The input side of a Winograd convolution: tiles of a plane, transformed along all axes. Included
-// once per target.
+// Input side of a Winograd convolution: tiles of planes, transformed along all axes. Included once
+// per target.
 #include <hwy/highway.h>
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 #define SOLIDTEX_WINOGRAD_INPUTS_ONCE
 namespace solidtex::engine {
 
-// From one input to the next among transformed inputs, [input][ix][iy][iz][tile]: the places of an
-// input's stores are constants, and the padding spreads one position of all inputs over the sets of
-// the first cache.
+// Distance between transformed inputs, [input][ix][iy][iz][tile]. It is a constant, so stores have
+// constant offsets; the padding spreads one position of all inputs over the sets of the first-level
+// cache.
 template <int kTile>
 inline constexpr std::ptrdiff_t kInputPitch = ((kTile + 2) * 16 + 4) * kStrip;
 
-// Places of a tile's values while its products become voxels, [x position][y][z]; in the end the
-// first ones are the voxels.
+// Slots of a tile's values while products become voxels, [x position][y][z]. The first ones become
+// the voxels.
 template <int kTile>
 inline constexpr std::ptrdiff_t kSlots = kTile == 1 ? 4 : (kTile + 2) * 4;
 
@@ -51,13 +51,13 @@ struct ScratchSizes {
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-// Tiles that are neighbours in memory, from one row to the next perhaps: lanes of a vector.
+// Tiles that are contiguous in memory, possibly across rows: lanes of a vector.
 struct TileRun {
   std::int64_t x, y, z;  // of the first tile
   std::ptrdiff_t lane, count;
 };
 
-// A vector of tiles. One run fills it in large regions; in small ones it joins several.
+// A vector of tiles: one run in large regions, several joined ones in small regions.
 struct TileVector {
   static constexpr int kMaxRuns = 4;
 
@@ -69,13 +69,12 @@ struct TileVector {
   int size = 0;
 };
 
-// The kPlanes planes of x that tiles read, from `first` + kStep for each tile on, at a vector of
-// them.
+// The kPlanes planes that a vector of tiles reads, from x = `first` + kStep for each tile on.
 template <int kStep, int kPlanes, bool kJoined>
 class TilePlanes {
  public:
   TilePlanes() = default;
-  // origin: of the tiles along y and z.
+  // origin: that of the tiles along y and z.
   TilePlanes(const ConstPlanes& source, const TileVector& vector, std::int64_t first, int origin)
       : size_(vector.size) {
     for (int r = 0; r < (kJoined ? size_ : 1); ++r) {
@@ -86,7 +85,7 @@ class TilePlanes {
         at_[i][r] =
             source.plane(kStep * run.x + first + i) + source.offset(run.y, run.z) - run.lane;
     }
-    // The inputs of a tile along an axis: the voxel before it, its own two, the one after it.
+    // Inputs of a tile on an axis: the voxel before it, its own two, and the voxel after it.
     for (int i = 0; i < 4; ++i) {
       const int voxel = i - 1 + origin;
       const std::ptrdiff_t tile = voxel >> 1, odd = voxel & 1;
@@ -116,12 +115,12 @@ class TilePlanes {
   static constexpr int kRuns = kJoined ? TileVector::kMaxRuns : 1;
 
   const float* at_[kPlanes][kRuns];
-  hn::Mask<Float> lanes_[kRuns];  // from the first of each run on
+  hn::Mask<Float> lanes_[kRuns];  // from the first lane of each run on
   int size_ = 0;
   std::ptrdiff_t y_[4], z_[4];
 };
 
-// Position kZ of F(2, 3) along z.
+// Returns position kZ of F(2, 3) along z.
 template <int kZ, class Planes>
 HWY_INLINE Floats AlongZ(const Planes& planes, int x, std::ptrdiff_t at) {
   const auto d = [&](int z) { return planes.Load(x, at + planes.Z(z)); };
@@ -131,7 +130,7 @@ HWY_INLINE Floats AlongZ(const Planes& planes, int x, std::ptrdiff_t at) {
   if constexpr (kZ == 3) return hn::Sub(d(1), d(3));
 }
 
-// The positions (ix, iy, kZ) of a vector of tiles.
+// Computes the positions (ix, iy, kZ) of a vector of tiles.
 template <int kTile, int kZ, class Planes>
 HWY_INLINE void InputPositions(const Planes& planes, float* HWY_RESTRICT out) {
   Floats v[kTile + 2][4];
@@ -153,14 +152,14 @@ HWY_INLINE void InputPositions(const Planes& planes, float* HWY_RESTRICT out) {
   }
 }
 
-// All positions of some vectors of tiles, for all channels of a source.
+// Computes all positions of some vectors of tiles for all channels of a source.
 template <int kTile, bool kJoined>
 void TransformTiles(const ConstPlanes& source, std::span<const TileVector> vectors, int origin,
                     float* HWY_RESTRICT out) {
   TilePlanes<kTile, kTile + 2, kJoined> tiles[kStrip / hn::MaxLanes(Float())];
   for (std::size_t i = 0; i < vectors.size(); ++i)
     tiles[i] = {source, vectors[i], origin - 1, origin};
-  // Vectors inside: they often share cache lines.
+  // Vectors in the inner loop: they often share cache lines.
   for (int c = 0; c < source.channels; ++c, out += kInputPitch<kTile>)
     for (std::size_t i = 0; i < vectors.size(); ++i) {
       float* to = out + i * hn::MaxLanes(Float());
@@ -172,13 +171,13 @@ void TransformTiles(const ConstPlanes& source, std::span<const TileVector> vecto
     }
 }
 
-// a and b to a - b and a + b, the positions 0 and 1; 3 is 0 again.
+// Turns a and b into a - b and a + b, positions 0 and 1. Position 3 equals position 0.
 HWY_INLINE void TransformUpsampled(Floats& a, Floats& b) {
   const Floats difference = hn::Sub(a, b);
   b = hn::Add(a, b), a = difference;
 }
 
-// The positions 0 and 1 of every axis of an upsampled source.
+// Computes positions 0 and 1 on every axis of an upsampled source.
 template <class Planes>
 HWY_INLINE void UpsampledPositions(const Planes& planes, std::ptrdiff_t row,
                                    float* HWY_RESTRICT out) {
@@ -203,7 +202,7 @@ HWY_INLINE void UpsampledPositions(const Planes& planes, std::ptrdiff_t row,
     }
 }
 
-// The same of an upsampled source.
+// As TransformTiles, for an upsampled source.
 template <bool kJoined>
 void TransformUpsampledTiles(const ConstPlanes& source, std::span<const TileVector> vectors,
                              float* HWY_RESTRICT out) {

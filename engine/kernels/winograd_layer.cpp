@@ -12,10 +12,10 @@ int padded_to_pack(int count) {
   return (count + ChannelLayer::kPack - 1) / ChannelLayer::kPack * ChannelLayer::kPack;
 }
 
-// Rows of G, which make the weights of F(tile, 3) along one axis.
+// Rows of G: the weight transform of F(tile, 3) on one axis.
 using Rows = std::vector<std::array<double, 3>>;
 
-// What the weights of upsampled inputs become, see WinogradLayer.
+// Weight transform of upsampled inputs. See WinogradLayer.
 Rows upsampled_transform() {
   return {
       {1. / 2, 1. / 2, -1. / 2}, {1. / 2, 1. / 2, 1. / 2}, {0, 0, 0}, {-1. / 2, 1. / 2, 1. / 2}};
@@ -31,7 +31,7 @@ Rows weight_transform(int tile) {
           {0, 0, 1}};
 }
 
-// [outer][3][inner] to [outer][rows][inner].
+// Transforms [outer][3][inner] to [outer][rows][inner].
 std::vector<double> transform_axis(const std::vector<double>& g, const Rows& rows,
                                    std::size_t inner) {
   std::vector<double> result;

@@ -1,4 +1,4 @@
-// The products of a Winograd convolution and their way back to voxels. Included once per target.
+// Products of a Winograd convolution and their transform to voxels. Included once per target.
 #include <hwy/highway.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ struct ProductTerms {
   const float* values;   // [iz][tile] of each input
   std::ptrdiff_t pitch;  // from one input to the next
   int count;
-  bool upsampled;  // of values, iz 0 and 1 only: nothing at 2, and 3 is 0 again
+  bool upsampled;  // values have iz 0 and 1 only: none at 2, and 3 equals 0
 };
 
 #if HWY_NATIVE_FMA
@@ -62,8 +62,8 @@ HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, st
   }
 }
 
-// Both voxels along z, m0 + m1 + m2 and m1 - m2 - m3, from all four products, or begun from the
-// first two and finished with the others.
+// Transforms products to both voxels along z: m0 + m1 + m2 and m1 - m2 - m3. Takes all four
+// products, or begins with the first two and finishes with the others.
 template <int kZ>
 HWY_INLINE void StoreAlongZ(const Floats (&m)[4], float* HWY_RESTRICT low) {
   const Float d;
@@ -114,9 +114,9 @@ HWY_INLINE void ProductTile(std::span<const ProductTerms> terms, int outputs, in
     }
 }
 
-// Four products of three outputs need 20 loads for 24 multiplications, two of six outputs 16, but
-// these end twice: where a group has all of its many terms, they take 3 % less time; where
-// upsampled inputs, with two values for three products, leave groups of few terms, more.
+// Computes four products of three outputs (20 loads for 24 multiplications) or, where a group has
+// many terms, two products of six outputs twice (16 loads). See
+// docs/experiments/engine-constants.md.
 template <int kVectors>
 void ProductTiles(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t at,
                   float* HWY_RESTRICT out) {
@@ -133,8 +133,8 @@ void ProductTiles(std::span<const ProductTerms> terms, int outputs, std::ptrdiff
   if (first + 1 == outputs) ProductTile<1, 0, 4, kVectors>(terms, outputs, first, at, out);
 }
 
-// The products (ix, iy, 0 .. 3) of `count` tiles, summed over the terms and transformed along z;
-// output o's two go to out[8 o * kStrip] and out[(8 o + 1) * kStrip].
+// Computes the products (ix, iy, 0 .. 3) of `count` tiles, summed over the terms and transformed
+// along z. Output o has its two values at out[8 o * kStrip] and out[(8 o + 1) * kStrip].
 void Products(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t count, float* out) {
   const std::ptrdiff_t lanes = FloatLanes();
   std::ptrdiff_t at = 0;
@@ -145,7 +145,7 @@ void Products(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t c
 
 #else
 
-// Without fused multiply-add in the instruction set, the same sums one by one.
+// Without fused multiply-add instructions: the same sums one by one.
 void Products(std::span<const ProductTerms> terms, int outputs, std::ptrdiff_t count, float* out) {
   for (int o = 0; o < outputs; ++o)
     for (std::ptrdiff_t t = 0; t < count; ++t) {

@@ -1,7 +1,7 @@
-// The transforms of Winograd's minimal filtering along one axis. Included once per target.
+// Transforms of Winograd's minimal filtering along one axis. Included once per target.
 //
-// F(4, 3) for the points 0, 1, -1, 2, -2 and infinity (Lavin and Gray, section 4.1). All factors
-// but those of weights are powers of two, so that only additions round.
+// F(4, 3) uses the points 0, 1, -1, 2, -2 and infinity (Lavin and Gray, section 4.1). All factors
+// except those of weights are powers of two: only additions round.
 #include <hwy/highway.h>
 
 #include "engine/kernels/vector-inl.h"

@@ -1,4 +1,4 @@
-// A node's values on a box of its level: memory, and the view of it that kernels take.
+// Values of a node on a box of its level.
 #pragma once
 
 #include <hwy/aligned_allocator.h>
@@ -15,8 +15,8 @@ class Block {
  public:
   Block() = default;
 
-  // Rows are at least as long as asked: a convolution keeps its input's row pitch, so that a whole
-  // plane is one run of contiguous values for both.
+  // Rows are at least `row_pitch` long. A convolution keeps the row pitch of its input, so that a
+  // plane is one contiguous run for both.
   Block(const Box& box, int channels, std::ptrdiff_t row_pitch = 0);
 
   const Box& box() const { return box_; }

@@ -14,10 +14,8 @@ namespace solidtex::engine {
 
 namespace {
 
-// Voxels from one step to the next. Windows are to fit in the second cache: 64 x 64 columns in
-// steps of 8 along x were as fast as in steps of 2 on a quiet machine, and a tenth slower on a busy
-// one; 32 x 32 ones in steps of 4 were 1 % faster than of 8. Short steps of small boxes cost more:
-// 16^3 in steps of 2 took 9 % longer than in steps of 8.
+// Voxels per step along x. Plane rings fit in the second-level cache; short steps of small boxes
+// cost more. See docs/experiments/engine-constants.md.
 constexpr std::int64_t kStepVoxels = 4096, kMinStep = 4, kMaxStep = 8;
 
 std::vector<Box> steps_along_x(const Box& box) {
@@ -34,8 +32,8 @@ std::vector<Box> steps_along_x(const Box& box) {
   return steps;
 }
 
-// In tiles of four every input takes part in every output, so that the result must be computed on
-// whole tiles. In tiles of two it need not.
+// In a tile of four every input affects every output, so results need whole tiles. Tiles of two do
+// not.
 Box whole_tiles(Box box, int tile) {
   if (tile == 4) {
     box.lo[0] &= ~std::int64_t{3};
@@ -46,9 +44,8 @@ Box whole_tiles(Box box, int tile) {
 
 }  // namespace
 
-// A convolution touches hundreds of pages at a time, one for each parity of a channel's plane, too
-// many for the first of the tables that translate their addresses: so pages are large where the
-// system has them, a fifth of the time of a large box.
+// A convolution touches one page for each parity of each channel of a plane, more than the
+// first-level TLB holds: large pages save a fifth of the time of a large box.
 float* Workspace::floats(std::size_t count) {
   constexpr std::size_t kPage = std::size_t{1} << 21;
   if (count > size_) {
@@ -57,7 +54,7 @@ float* Workspace::floats(std::size_t count) {
     memory_.reset(static_cast<float*>(std::aligned_alloc(kPage, bytes)));
     if (!memory_) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-    madvise(memory_.get(), bytes, MADV_HUGEPAGE);  // advice: whether it is taken does not matter
+    madvise(memory_.get(), bytes, MADV_HUGEPAGE);  // advice only
 #endif
     size_ = bytes / sizeof(float);
     std::fill_n(memory_.get(), size_, 0.0f);
@@ -81,8 +78,9 @@ void Evaluation::run(const Box& box, const BoxTarget& target, Workspace& workspa
   }
 }
 
-// Along y and z every step has the whole box's regions: a reader that needs nothing of one step (a
-// transposed convolution of kernel 1 reaches every other voxel) may need its planes in the next.
+// Along y and z every step uses the regions of the whole box. A reader that needs nothing in one
+// step may need these planes in the next: a transposed convolution of kernel 1 reaches every other
+// voxel.
 void Evaluation::find_regions(const Box& box, const std::vector<Box>& steps) {
   const std::vector<Box> whole = required_regions(model_, box);
   regions_.clear();
@@ -126,14 +124,14 @@ void Evaluation::place_rings(Workspace& workspace) {
     rings_[plan_.steps[i].node].use(scratch_ + scratch + offsets[i]);
 }
 
-// What a ring keeps of a region: of an upsampled node the coarse voxels themselves.
+// Returns the part of a region that a ring keeps. An upsampled node keeps the coarse voxels.
 Box Evaluation::kept_box(const Step& step, const Box& region) const {
   if (is_upsample(step.node)) return required_input(model_.nodes[step.node].op, region);
   return step.is_chain() && !region.empty() ? whole_tiles_across(region, step.chain.origin)
                                             : region;
 }
 
-// Computes what the ring does not have yet of a region.
+// Computes the planes of a region that the ring does not have yet.
 void Evaluation::advance(const Step& step, const Box& region) {
   Box box = kept_box(step, region);
   if (box.empty()) return;
@@ -154,7 +152,7 @@ void Evaluation::compute(const Step& step, const Box& box) {
   is_upsample(step.node) ? copy_coarse(step.node, box) : compute_general(step, box);
 }
 
-// What an upsampled node keeps: its input, with even and odd ones together.
+// Copies the input of an upsampled node, without its parity split.
 void Evaluation::copy_coarse(int node, const Box& box) const {
   const int input = model_.nodes[node].inputs[0];
   const std::vector<int>& parts = plan_.parts[input];
@@ -177,7 +175,7 @@ void Evaluation::convolve(const Step& step, const Box& box) {
                            rings_[step.node].planes(), scratch_);
 }
 
-// Any other operation works on blocks in plain order.
+// Computes any other operation on blocks in plain order.
 void Evaluation::compute_general(const Step& step, const Box& box) {
   const Node& node = model_.nodes[step.node];
   const Box needed = required_input(node.op, box);

@@ -1,7 +1,7 @@
-// One block of a graph, evaluated in steps along x.
+// Evaluation of one block of a graph in steps along x.
 //
-// Every node keeps a ring of the planes that the rest of the evaluation still needs, so that a
-// long block costs no margin along x and its working set stays in the second cache.
+// Every node keeps a ring of the planes that later steps need. A long block needs no margin along
+// x, and its working set stays in the second-level cache.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,10 @@
 
 namespace solidtex::engine {
 
-// Memory that evaluations on one thread use again and again.
+// Memory that the evaluations of one thread reuse.
 class Workspace {
  public:
-  // At least so many floats, finite whatever was in them before.
+  // Returns at least `count` floats, all finite.
   float* floats(std::size_t count);
 
  private:

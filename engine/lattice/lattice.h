@@ -1,4 +1,5 @@
-// Lattice family: required regions backward, evaluation forward, on absolute integer coordinates.
+// Evaluator of the lattice family: required regions backward, values forward, on absolute integer
+// coordinates.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +12,8 @@
 
 namespace solidtex::engine {
 
-// Where the values of a box go: voxel (x, y, z), relative to its corner, has its channels from
-// data[x * x_pitch + y * y_pitch + z * channels] on.
+// Output of a box: the channels of voxel (x, y, z), relative to the corner of the box, begin at
+// data[x * x_pitch + y * y_pitch + z * channels].
 struct BoxTarget {
   float* data = nullptr;
   std::ptrdiff_t x_pitch = 0, y_pitch = 0;
@@ -26,10 +27,10 @@ class Lattice {
 
   int channels() const;
 
-  // Evaluates one box on the calling thread, in steps along x. Memory grows with its y and z, not
-  // with its x: callers split wide boxes (texture/ does), any split gives the same bits.
+  // Evaluates one box on the calling thread, in steps along x. Memory grows with the y and z sizes
+  // of the box. Callers split wide boxes; every split gives the same bits.
   void evaluate(const Box& box, const BoxTarget& target) const;
-  // The same, to values in [x][y][z][channel] order.
+  // Evaluates one box into values in the order [x][y][z][channel].
   void evaluate(const Box& box, float* values) const;
 
  private:
@@ -39,7 +40,7 @@ class Lattice {
   Plan plan_;
   NoiseScheme scheme_;
   std::uint64_t seed_;
-  std::unique_ptr<Workspaces> workspaces_;  // one for each thread that has evaluated
+  std::unique_ptr<Workspaces> workspaces_;  // one per thread
 };
 
 }  // namespace solidtex::engine

@@ -54,7 +54,7 @@ void fill_noise(const LatticeNoise& noise, const PlaneRing& ring, std::int64_t x
 }
 
 Block apply(const Node& node, const LinearLayer& layer, const Block& in, const Box& box) {
-  // Results of the size of their input keep its row pitch, so that planes are single runs.
+  // A result of the size of its input keeps the row pitch, so that planes are contiguous runs.
   const bool same_size = in.box().size(2) == box.size(2);
   Block out(box, node.channels, same_size ? in.volume().row_pitch : 0);
   std::visit(
@@ -73,7 +73,7 @@ Block apply(const Node& node, const LinearLayer& layer, const Block& in, const B
           },
           [&](const TanhOp&) { kernels::tanh(in.volume(), out.volume()); },
           [&](const SigmoidOp&) { kernels::sigmoid(in.volume(), out.volume()); },
-          [](const auto&) {}},  // noise, upsampling and concatenation are no such operations
+          [](const auto&) {}},  // noise, upsampling and concatenation are computed elsewhere
       node.op);
   return out;
 }

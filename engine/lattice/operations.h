@@ -1,4 +1,4 @@
-// Noise, and the operations that work on whole blocks.
+// Noise, and operations on whole blocks.
 #pragma once
 
 #include "engine/kernels/linear_layer.h"
@@ -16,12 +16,12 @@ struct LatticeNoise {
   Distribution distribution;
 };
 
-// Fills planes [x_lo, x_hi) of a ring.
+// Fills the planes [x_lo, x_hi) of a ring with noise.
 void fill_noise(const LatticeNoise& noise, const PlaneRing& ring, std::int64_t x_lo,
                 std::int64_t x_hi);
 
-// A node's values on a box from its input on exactly the box that they need. `layer` holds the
-// weights of a convolution.
+// Computes a node on a box from its input on the required box. `layer` holds the weights of a
+// convolution.
 Block apply(const Node& node, const LinearLayer& layer, const Block& in, const Box& box);
 
 }  // namespace solidtex::engine

@@ -68,7 +68,7 @@ class Planner {
     plan_.steps.push_back(std::move(step));
   }
 
-  // Makes the chain that begins with a 3^3 convolution; gives its last node.
+  // Makes the chain that begins with a 3^3 convolution. Returns its last node.
   int extend_chain(int first, ConvChain& chain) {
     float negative_slope = 1;  // of the 3^3 convolution
     float* last_slope = &negative_slope;
@@ -85,7 +85,7 @@ class Planner {
       } else {
         break;
       }
-      plan_.parts[next] = {next};  // not a step of its own
+      plan_.parts[next] = {next};  // no step of its own
       node = next;
     }
     const bool gives_result = node + 1 == static_cast<int>(nodes_.size());
@@ -97,11 +97,11 @@ class Planner {
     return node;
   }
 
-  // Few inputs are summed tap by tap. Tiles of four need whole tiles of their inputs, which would
-  // widen the margins of all but the result.
+  // Few inputs are summed tap by tap. Tiles of four need whole tiles of their inputs, so only the
+  // result uses them: elsewhere they would widen margins.
   void begin_chain(int node, bool gives_result, ConvChain& chain) const {
     const auto& conv = std::get<Conv3dOp>(nodes_[node].op);
-    std::vector<bool> upsampled;  // input
+    std::vector<bool> upsampled;  // [input]
     const std::vector<int>& parts = plan_.parts[nodes_[node].inputs[0]];
     for (const int part : parts)
       upsampled.insert(upsampled.end(), static_cast<std::size_t>(nodes_[part].channels),
@@ -119,7 +119,7 @@ class Planner {
 
   const std::vector<Node>& nodes_;
   std::vector<std::vector<int>> readers_;
-  std::vector<Box> aligned_;  // regions of a block that begins and ends at multiples of its size
+  std::vector<Box> aligned_;  // regions of an aligned block
   Plan plan_;
 };
 

@@ -1,4 +1,4 @@
-// How a graph is evaluated: which nodes are computed together, and where their inputs are found.
+// Evaluation plan of a graph: which nodes are computed together and where their inputs are kept.
 #pragma once
 
 #include <vector>
@@ -10,13 +10,13 @@
 namespace solidtex::engine {
 
 struct Step {
-  // The values of a node that is kept in a ring of its own.
+  // Node whose values the ring of this step keeps.
   int node = 0;
-  // The node that reads the inputs: the same, but for the first convolution of a chain.
+  // Node that reads the inputs: `node` itself, or the first convolution of a chain.
   int first = 0;
-  // A 3^3 convolution with the activations and 1^3 convolutions that alone follow it.
+  // A 3^3 convolution and the activations and 1^3 convolutions that follow it alone.
   ConvChain chain;
-  // The packed weights of any other convolution.
+  // Packed weights of any other convolution.
   LinearLayer layer;
 
   bool is_chain() const { return chain.outputs() > 0; }
@@ -24,10 +24,10 @@ struct Step {
 
 struct Plan {
   std::vector<Step> steps;  // in the order of evaluation
-  // For each node, the nodes whose windows hold its channels: itself, the parts of a
-  // concatenation, the end of a chain.
+  // For each node, the nodes whose rings hold its channels: itself, the parts of a concatenation,
+  // or the end of its chain.
   std::vector<std::vector<int>> parts;
-  // For each node, where the tiles begin that it is computed in.
+  // For each node, the origin of the tiles in which it is computed.
   std::vector<int> tile_origins;
 };
 

@@ -8,14 +8,14 @@ namespace {
 
 constexpr std::ptrdiff_t kLine = 16;  // floats of a cache line
 
-// A convolution reads a line of each parity of each channel at a time: their pitch, in cache lines,
-// is 8 modulo 16, so that they do not all fall into the same few sets of the first cache.
+// A convolution reads one cache line of each parity of each channel at a time. Their pitch in lines
+// is 8 modulo 16, so that they do not share few sets of the first-level cache.
 std::ptrdiff_t spread(std::ptrdiff_t floats) {
   const std::ptrdiff_t lines = (floats + kLine - 1) / kLine;
   return (lines + (24 - lines % 16) % 16) * kLine;
 }
 
-// Values z_lo .. z_hi from the even and the odd ones, which begin at the same tile.
+// Interleaves even and odd values, which begin at the same tile, into z_lo .. z_hi.
 void join(const float* even, const float* odd, std::int64_t z_lo, std::int64_t z_hi,
           float* __restrict values) {
   std::int64_t count = z_hi - z_lo;
@@ -43,7 +43,7 @@ PlaneRing::PlaneRing(const Box& box, int channels, int parities, std::int64_t pl
   const int step = parities == 4 ? 1 : 0;  // as a shift
   planes_.channels = channels;
   planes_.parities = parities;
-  planes_.ring = planes;
+  planes_.ring_size = planes;
   planes_.y_lo = box.lo[1] >> step;
   planes_.z_lo = box.lo[2] >> step;
   planes_.rows = ((box.hi[1] + step) >> step) - planes_.y_lo;
@@ -51,14 +51,14 @@ PlaneRing::PlaneRing(const Box& box, int channels, int parities, std::int64_t pl
   planes_.parity_pitch = spread(planes_.rows * planes_.row_pitch);
 }
 
-// Up to a row and a tile beyond, and whole vectors; whole cache lines, so that a plane begins with
-// one.
+// Convolutions read up to a row, a tile and a vector beyond a plane. Rounded to cache lines, so
+// that planes begin with one.
 std::size_t PlaneRing::slack() const {
   return (static_cast<std::size_t>(planes_.row_pitch) + kReadSlack + kLine - 1) / kLine * kLine;
 }
 
 std::size_t PlaneRing::memory() const {
-  return static_cast<std::size_t>(planes_.plane_pitch() * planes_.ring) + 2 * slack();
+  return static_cast<std::size_t>(planes_.plane_pitch() * planes_.ring_size) + 2 * slack();
 }
 
 void PlaneRing::use(float* memory) { planes_.data = memory + slack(); }
@@ -66,7 +66,7 @@ void PlaneRing::use(float* memory) { planes_.data = memory + slack(); }
 void PlaneRing::slide(std::int64_t lo, std::int64_t hi) {
   planes_.x_lo = lo;
   planes_.x_hi = hi;
-  planes_.x_first = lo - ((lo % planes_.ring) + planes_.ring) % planes_.ring;
+  planes_.x_first = lo - ((lo % planes_.ring_size) + planes_.ring_size) % planes_.ring_size;
 }
 
 float* PlaneRing::row(int channel, std::int64_t x, std::int64_t y) const {

@@ -1,4 +1,4 @@
-// A node's values while a box is evaluated along x: the planes that later nodes still need.
+// Plane ring buffer: the planes of a node that later steps along x need.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace solidtex::engine {
 
-// What a convolution computes of a box in tiles that begin at 2 t + origin, and the box that it
-// writes: tiles are whole along y and z.
+// Returns the tiles that a convolution computes for a box, and the box that it writes. Tiles begin
+// at 2 t + origin and are whole along y and z.
 TileRange tile_range(const Box& box, int origin);
 Box whole_tiles_across(Box box, int origin);
 
@@ -20,32 +20,32 @@ class PlaneRing {
  public:
   PlaneRing() = default;
 
-  // For `channels` on the y and z of a box, at most `planes` planes of x at a time. parities 4:
-  // split by the parities of y and z; 1: as they are.
+  // Holds at most `planes` planes with the y and z of a box. `parities` is 4 for a parity split of
+  // y and z, or 1 for none.
   PlaneRing(const Box& box, int channels, int parities, std::int64_t planes);
 
-  // Floats of memory to use, with what convolutions may read before and behind.
+  // Floats of memory to pass to use(), including the margin that convolutions read.
   std::size_t memory() const;
   void use(float* memory);
 
   bool empty() const { return planes_.x_lo == planes_.x_hi; }
-  // Planes [lo, hi) are the ones that are kept from now on.
+  // Keeps the planes [lo, hi) from now on.
   void slide(std::int64_t lo, std::int64_t hi);
 
   const Planes& planes() const { return planes_; }
 
-  // Values (x, y, z_lo .. z_hi) of a channel, to and from plain order.
+  // Copies the values (x, y, z_lo .. z_hi) of a channel from and to plain order.
   void read(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo, std::int64_t z_hi,
             float* values) const;
   void write(int channel, std::int64_t x, std::int64_t y, std::int64_t z_lo, std::int64_t z_hi,
              const float* values) const;
 
-  // Fills a box of this ring of one parity from one of four.
+  // Fills a box of this ring, which has no parity split, from a ring that has one.
   void join_planes(const PlaneRing& from, const Box& box) const;
 
  private:
   std::size_t slack() const;
-  // The first value of a row; the odd z, where they are apart, are a parity behind.
+  // Returns the first value of a row. With a parity split odd z follow one parity_pitch later.
   float* row(int channel, std::int64_t x, std::int64_t y) const;
 
   Planes planes_;

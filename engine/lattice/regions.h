@@ -1,4 +1,4 @@
-// Which boxes of its inputs an operation needs, and a graph of every node.
+// Required regions: the boxes on which the nodes of a graph must be known.
 #pragma once
 
 #include <span>
@@ -9,15 +9,15 @@
 
 namespace solidtex::engine {
 
-// The box of each input that one operation needs for a box of its output: conv3d widens, upsample
-// halves with floor.
+// Returns the box of each input that an operation needs for a box of its output.
 Box required_input(const Op& op, const Box& output);
 
-// The box every node must be known on so that the output is known on `output`; same order as
-// model.nodes. A backward pass; several consumers unite. With tile_origins, one for each node,
-// every node goes on along x to the end of a tile of two that begins there, so that an evaluation
-// that moves along x computes no tile twice, and coarse ones to the end of every second tile, so
-// that they need not be entered at every step.
+// Returns the box on which every node must be known for a box of the output, in the order of
+// model.nodes. A node with several readers needs the union of their boxes.
+//
+// With tile_origins, one per node, every box is extended along x to the end of a tile, so that an
+// evaluation in steps along x computes no tile twice. Boxes of coarse nodes end at every second
+// tile, so that not every step computes them.
 std::vector<Box> required_regions(const LatticeModel& model, const Box& output,
                                   std::span<const int> tile_origins = {});
 

@@ -1,5 +1,5 @@
-// Checked access to the JSON of a model file: every getter throws an Error that names the file,
-// the field, what was found and what was expected.
+// Checked access to the JSON of a model file. A getter throws an Error that names the file, the
+// field, what was found and what was expected.
 #pragma once
 
 #include <cstdint>
@@ -20,21 +20,21 @@ inline constexpr std::int64_t max_name_bytes = 256;
 Error invalid(const std::string& label, const std::string& where, const std::string& found,
               const std::string& expected);
 
-// JSON text of a value, short enough for a message.
+// Returns the JSON text of a value, shortened for a message.
 std::string show(const nlohmann::json& value);
 std::string show_shape(const std::vector<std::int64_t>& shape);
 
-// The value as an integer, if it is one and fits.
+// Returns the value if it is an integer that fits.
 std::optional<std::int64_t> as_integer(const nlohmann::json& value);
 
-// Strict JSON that begins with "{": no duplicate keys, bounded depth.
+// Parses strict JSON that begins with "{": unique keys, bounded depth.
 nlohmann::json parse_json(const std::string& label, const std::string& what, std::string_view text);
 
-// Names are printed, and passed through C strings: no control characters.
+// Checks a name. Names are printed and passed as C strings, so they have no control characters.
 void check_name(const std::string& label, const std::string& where, const nlohmann::json& value);
 
-// One JSON object; `where` is its path inside the document, "" for the document itself. It refers
-// to the value, which must outlive it.
+// One JSON object, which must outlive this view. `where` is its path in the document, "" for the
+// document itself.
 class Fields {
  public:
   Fields(std::string label, std::string where, const nlohmann::json& value);

@@ -23,11 +23,11 @@ struct Extent {
 };
 
 struct OtherContent {
-  std::string_view beginning;  // in small letters
+  std::string_view beginning;  // lower case
   const char* what;
 };
 
-// Contents that people have in place of a model, and what to do.
+// Contents that are often found in place of a model, with the remedy.
 constexpr OtherContent kOtherContents[] = {
     {"version https://git-lfs.github.com/spec/",
      "a Git LFS pointer, not the model: run git lfs pull"},
@@ -37,7 +37,7 @@ constexpr OtherContent kOtherContents[] = {
     {"pk\3\4", "a ZIP archive or PyTorch checkpoint, not the model: unpack or export it first"},
 };
 
-// Throws for a file that is something else. None of these beginnings is a valid header length.
+// Throws if the file is empty or something else. None of these beginnings is a valid header length.
 void refuse_other_content(std::span<const std::byte> bytes, const std::string& label) {
   if (bytes.empty())
     throw invalid(label, "header length", "an empty file of 0 bytes",

@@ -1,4 +1,4 @@
-// The safetensors container: bytes to metadata and tensors, every extent checked.
+// The safetensors container: from bytes to metadata and tensors, with every extent checked.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ inline constexpr std::uint64_t max_header_bytes = 16 << 20;
 inline constexpr std::uint64_t max_data_bytes = 512 << 20;
 inline constexpr std::uint64_t max_file_bytes = 8 + max_header_bytes + max_data_bytes;
 
-// A float32 tensor inside the file's bytes; possibly unaligned.
+// Float32 tensor in the bytes of the file. It may be unaligned.
 struct TensorView {
   std::vector<std::int64_t> shape;
   std::span<const std::byte> bytes;
@@ -28,19 +28,19 @@ struct Container {
   std::map<std::string, TensorView> tensors;
 };
 
-// The views refer to `bytes`. `label` stands for the file name in messages.
+// Parses a file. The views refer to `bytes`. `label` is the file name in messages.
 Container parse_container(std::span<const std::byte> bytes, const std::string& label);
 
-// Hands out the tensors of a file: each exactly once, with the shape that the architecture needs.
+// Hands out the tensors of a file: each exactly once, in the shape that the architecture needs.
 class TensorSource {
  public:
   TensorSource(std::string label, const std::map<std::string, TensorView>& tensors)
       : label_(std::move(label)), tensors_(tensors) {}
 
-  // Copies one tensor; throws when it is missing, has another shape or a value that is not finite.
+  // Copies a tensor. Throws if it is missing, has another shape, or has a value that is not finite.
   Tensor take(const std::string& name, const std::vector<std::int64_t>& shape);
 
-  // Throws when the file has tensors that nobody took.
+  // Throws if a tensor of the file has not been taken.
   void expect_all_taken() const;
 
  private:

@@ -1,4 +1,4 @@
-// What every model's document holds, whatever its family.
+// The part of a model's document that all families share.
 #include <algorithm>
 
 #include "engine/model/readers.h"
@@ -35,7 +35,7 @@ void check_exemplar(const Fields& exemplar) {
     throw exemplar.wrong("sha256", "64 lower-case hexadecimal digits");
 }
 
-// Exemplar and licence say where a model comes from; both are optional.
+// Checks the optional exemplar and license.
 void check_provenance(const Fields& document) {
   if (document.contains("license")) document.string("license");
   if (document.contains("training")) document.child("training");

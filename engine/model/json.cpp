@@ -1,4 +1,4 @@
-// Strict JSON on top of nlohmann-json, which alone accepts duplicate keys and any depth.
+// Strict JSON with nlohmann-json, which by itself accepts duplicate keys and any depth.
 #include <algorithm>
 #include <set>
 
@@ -12,7 +12,7 @@ using nlohmann::json;
 constexpr std::size_t max_depth = 32;
 constexpr std::size_t max_explanation = 200;
 
-// Follows the parser through the nesting; holds the keys seen in every open object.
+// Follows the parser through the nesting and keeps the keys of every open object.
 class Strictness {
  public:
   Strictness(const std::string& label, const std::string& what) : label_(label), what_(what) {}
@@ -46,7 +46,7 @@ class Strictness {
   std::vector<std::set<std::string>> open_;
 };
 
-// The parser quotes the input, which may be long and binary.
+// Makes the parser's quotation of the input, which may be long and binary, fit for a message.
 std::string printable(std::string text) {
   text = text.substr(0, max_explanation);
   std::ranges::replace_if(
@@ -61,7 +61,7 @@ json parse_json(const std::string& label, const std::string& what, std::string_v
     throw invalid(label, what,
                   "text that begins \"" + printable(std::string(text.substr(0, 8))) + "\"",
                   "a JSON object, \"{\" first");
-  if (text.find('\0') != text.npos)  // to nlohmann-json that is the end
+  if (text.find('\0') != text.npos)  // nlohmann-json stops here
     throw invalid(label, what, "a zero byte", "JSON text");
   Strictness strictness(label, what);
   const auto observe = [&](int, json::parse_event_t event, json& parsed) {

@@ -1,4 +1,4 @@
-// The lattice family's part of a model file: the graph, resolved to indices, levels and channels.
+// Reader of the lattice family: the graph, resolved to indices, levels and channels.
 #include <map>
 
 #include "engine/model/readers.h"
@@ -10,7 +10,7 @@ constexpr std::size_t max_nodes = 4096;
 constexpr std::int64_t max_channels = 4096, max_level = 20;
 constexpr std::int64_t max_conv_kernel = 15, max_transpose_kernel = 16;
 
-// What a node's reader sees: its JSON object, the nodes before it, and the tensors.
+// Input of a node's reader: its JSON object, the nodes before it, and the tensors.
 struct Context {
   const Fields& fields;
   const std::vector<Node>& nodes;
@@ -40,7 +40,7 @@ int finer_level(const Context& context, const Node& source) {
   return source.level - 1;
 }
 
-// A node with the level and channels of its only input.
+// Returns a node with the level and channels of its only input.
 Node pointwise(const Context& context, Op op) {
   const int input = context.input();
   const Node& source = context.nodes[static_cast<std::size_t>(input)];
@@ -171,11 +171,11 @@ Node read_node(const Context& context) {
     }
     ops.emplace_back(reader.op);
   }
-  fields.choice("op", ops);  // throws: it is none of them
+  fields.choice("op", ops);  // throws
   return {};
 }
 
-// Nodes only refer backwards and all are needed, so the output is the last one.
+// Nodes refer only backwards and all are used, so the output is the last one.
 void check_output(const Fields& lattice, const std::vector<Node>& nodes,
                   std::size_t channel_count) {
   const Node& output = nodes.back();

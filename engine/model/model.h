@@ -1,4 +1,4 @@
-// A model file, read and validated: docs/file-format.md in C++ types. Plain values, no behaviour.
+// A validated model file: docs/file-format.md as C++ values.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ enum class Distribution { uniform, normal };
 
 enum class NoiseScheme { solidtex_1, solidtexturenets };
 
-// Operations of the lattice family; each struct holds exactly what its op needs.
+// Operations of the lattice family.
 struct NoiseOp {
   Distribution distribution = Distribution::uniform;
 };
@@ -54,12 +54,12 @@ struct Node {
   int channels = 0;
 };
 
-// Lattice family. Nodes are in topological order and the output is the last node.
+// Lattice family: nodes in topological order, the last one is the output.
 struct LatticeModel {
   std::vector<Node> nodes;
 };
 
-// Point family: GramGAN's sampler S.
+// Sampler family: the sampler S of GramGAN.
 struct SamplerModel {
   int octaves = 0, width = 0;
   float negative_slope = 0;
@@ -83,10 +83,11 @@ struct Model {
   std::uint64_t parameter_count = 0;
 };
 
-// Reads and validates a file; throws Error naming the file, the field, what was found and expected.
+// Reads and validates a file. Throws Error that names the file, the field, what was found and what
+// was expected.
 Model read_model(const std::filesystem::path& path);
 
-// The same for bytes in memory; `label` stands for the file name in messages.
+// Reads and validates bytes in memory. `label` is the file name in messages.
 Model parse_model(std::span<const std::byte> bytes, const std::string& label);
 
 }  // namespace solidtex::engine

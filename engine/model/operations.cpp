@@ -3,11 +3,11 @@
 namespace solidtex::engine {
 namespace {
 
-// Floor division by two, also below zero.
+// Returns floor(i / 2).
 std::int64_t half(std::int64_t i) { return i >> 1; }
 
-// A transposed convolution of stride 2: o = 2 i + t - padding with 0 <= t < kernel, so that i
-// begins at ceil((lo + padding - kernel + 1) / 2).
+// A transposed convolution of stride 2 has o = 2 i + t - padding with 0 <= t < kernel: i begins at
+// ceil((lo + padding - kernel + 1) / 2).
 Range transposed(Range output, int kernel, int padding) {
   return {half(output.lo + padding - kernel + 2), half(output.hi - 1 + padding) + 1};
 }

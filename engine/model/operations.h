@@ -12,8 +12,8 @@ struct Range {
   std::int64_t lo = 0, hi = 0;
 };
 
-// Returns the inputs that an operation reads on one axis for a range of outputs. Every operation
-// has the same rule on all axes.
+// Returns the inputs that an operation reads on one axis for a range of outputs. All axes have the
+// same rule.
 Range required_input(const Op& op, Range output);
 
 // Returns the multiply-adds per voxel of a node, at least one per channel.

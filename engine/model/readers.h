@@ -1,4 +1,4 @@
-// The parts of reading a model: the document, and one architecture per family.
+// Parts of the model reader: the document, and the architecture of each family.
 #pragma once
 
 #include "engine/model/checks.h"
@@ -7,13 +7,13 @@
 
 namespace solidtex::engine {
 
-// Reads everything but the architecture into `model`.
+// Reads everything except the architecture.
 void read_document(const Fields& document, Model& model);
 
 LatticeModel read_lattice(const Fields& lattice, const Model& model, TensorSource& tensors);
 SamplerModel read_sampler(const Fields& sampler, const Model& model, TensorSource& tensors);
 
-// Throws when one voxel would need too many values or operations.
+// Throws if one voxel needs too many values or operations.
 void check_voxel_cost(const Fields& lattice, const std::vector<Node>& nodes);
 
 }  // namespace solidtex::engine

@@ -1,4 +1,4 @@
-// The point family's part of a model file.
+// Reader of the sampler family.
 #include "engine/model/readers.h"
 
 namespace solidtex::engine {

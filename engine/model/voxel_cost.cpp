@@ -1,7 +1,7 @@
-// One voxel must stay computable: bounds the regions that it needs and the work on them.
+// Bounds the regions and the work that one voxel needs.
 //
-// Chained kernels grow the region by a few voxels each; thousands of them, each legal, would ask
-// for more memory than there is. The regions here are those of the worst position of the voxel.
+// Kernels in a chain widen the region a little each. Thousands of them, each of them legal, would
+// need more memory than there is. Regions here are those of the worst position of the voxel.
 #include <algorithm>
 #include <optional>
 
@@ -14,9 +14,9 @@ namespace {
 constexpr std::int64_t max_values = std::int64_t{1} << 26;
 constexpr std::int64_t max_work = std::int64_t{1} << 36;
 
-// Returns the inputs that a node reads for `region`, coordinates relative to the voxel of its level
-// that contains the output voxel, relative to that of the input's level. From one level to a
-// coarser one the voxel is the first or the second half of its coarse voxel: what either reads.
+// Returns the region of a node's input. A region is relative to the voxel of its level that
+// contains the output voxel. On a coarser level this voxel is either half of its coarse voxel: both
+// count.
 Range worst_input(const Node& node, const Node& input, Range region) {
   if (input.level > node.level) ++region.hi;
   return required_input(node.op, region);
@@ -29,9 +29,9 @@ void check_voxel_cost(const Fields& field, const std::vector<Node>& nodes) {
   regions.back() = Range{0, 1};
   std::int64_t values = 0, work = 0;
   for (std::size_t i = nodes.size(); i-- > 0;) {
-    const Range region = *regions[i];  // every node is used by a later one
+    const Range region = *regions[i];  // a later node uses every node
     const std::int64_t extent = region.hi - region.lo;
-    // Checked node by node, so that nothing can grow far enough to overflow.
+    // Checked node by node, so that the sums cannot overflow.
     values += extent * extent * extent * nodes[i].channels;
     work += extent * extent * extent * operations_per_voxel(nodes[i]);
     if (values > max_values || work > max_work)

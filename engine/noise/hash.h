@@ -1,4 +1,4 @@
-// The integer part of the noise schemes, as docs/noise.md defines it. Everything wraps.
+// Integer part of the noise schemes. See docs/noise.md. All arithmetic wraps.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,14 @@ namespace solidtex::engine {
 
 inline constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15u;
 
-// The finaliser of SplitMix64.
+// Finalizer of SplitMix64.
 inline std::uint64_t mix64(std::uint64_t z) {
   z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
   z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
   return z ^ (z >> 31);
 }
 
-// What a stream's seed, level and channel become; the lattice point is xored into it.
+// Key of a stream, from seed, level and channel. A lattice point is combined with it by xor.
 struct StreamKey {
   std::uint32_t word[4];
 };
@@ -27,7 +27,7 @@ inline StreamKey make_stream_key(std::uint64_t seed, std::uint32_t level, std::u
            static_cast<std::uint32_t>(k23), static_cast<std::uint32_t>(k23 >> 32)}};
 }
 
-// The scheme solidtex-1: 32 random bits at a lattice point.
+// Scheme solidtex-1: returns 32 random bits for a lattice point.
 inline std::uint32_t solidtex_1_bits(const StreamKey& key, std::uint32_t x, std::uint32_t y,
                                      std::uint32_t z) {
   std::uint32_t a = x ^ key.word[0], b = y ^ key.word[1], c = z ^ key.word[2], d = key.word[3];
@@ -47,7 +47,7 @@ inline std::uint32_t solidtex_1_bits(const StreamKey& key, std::uint32_t x, std:
   return d ^ (d >> 19) ^ t ^ (t >> 8);
 }
 
-// The scheme solidtexturenets: 64 bits, from Wang's hash of the key and one xorshift64* step.
+// Scheme solidtexturenets: returns 64 bits, from Wang's hash of the key and one xorshift64* step.
 inline std::uint64_t solidtexturenets_bits(std::uint64_t seed, std::uint32_t level,
                                            std::uint32_t channel, std::uint32_t x, std::uint32_t y,
                                            std::uint32_t z) {

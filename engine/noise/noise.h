@@ -9,16 +9,17 @@
 
 namespace solidtex::engine {
 
-// One channel of one level under one seed; cheap to make and to copy.
+// Noise of one channel on one level under one seed. Cheap to copy.
 class NoiseStream {
  public:
   NoiseStream(NoiseScheme scheme, std::uint64_t seed, std::uint32_t level, std::uint32_t channel);
 
-  // Scalar definition. Coordinates are taken modulo 2^32.
+  // Scalar definition. Coordinates wrap modulo 2^32.
   float uniform(std::int32_t x, std::int32_t y, std::int32_t z) const;
   float normal(std::int32_t x, std::int32_t y, std::int32_t z) const;
 
-  // values[i] = value at point i of a plane of the lattice, vectorised, the same bits.
+  // Writes the values at the points of a plane of the lattice. Vectorized, with the bits of the
+  // scalar definition.
   void plane(Distribution distribution, const LatticePoints& points, int count,
              float* values) const;
 
@@ -29,7 +30,7 @@ class NoiseStream {
   StreamKey key_;
 };
 
-// Throws Error unless the scheme has a normal distribution.
+// Throws Error if the scheme has no normal distribution.
 void require_normal(NoiseScheme scheme);
 
 }  // namespace solidtex::engine

@@ -1,4 +1,4 @@
-// From 32 random bits to a number: uniform in [0, 1), or standard normal. The scalar definition.
+// Scalar definition of random numbers from 32 bits: uniform in [0, 1) and standard normal.
 #pragma once
 
 #include <bit>
@@ -16,8 +16,8 @@ inline float uniform_from_bits(std::uint32_t bits) {
   return static_cast<float>(bits >> 8) * 0x1p-24f;
 }
 
-// The 31 low bits choose p in (0, 1/2), the top bit the sign. With t = sqrt(-2 log p), the normal
-// quantile is a smooth function of t, and zero where t is sqrt(2 log 2).
+// The 31 low bits select p in (0, 1/2), the top bit the sign. With t = sqrt(-2 log p) the normal
+// quantile is a smooth function of t, zero at t = sqrt(2 log 2).
 inline float normal_from_bits(std::uint32_t bits) {
   const float p =
       (static_cast<float>(static_cast<std::int32_t>(bits & 0x7FFFFFFFu)) + 0.5f) * 0x1p-32f;

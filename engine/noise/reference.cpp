@@ -17,7 +17,7 @@ void plane(const StreamKey& key, Distribution distribution, const LatticePoints&
 
 namespace {
 
-// The normals at the corners (x, y, z) of cell i, z fastest.
+// Normals at the corners (x, y, z) of cell i, z fastest.
 struct Corners {
   Corners(const StreamKey& key, const LatticeCells& cells, int i) {
     for (std::uint32_t k = 0; k < 8; ++k) {
@@ -42,7 +42,8 @@ float trilinear(const StreamKey& key, const LatticeCells& cells, int i) {
   return lerp(cells.fraction[0][i], along_y(0), along_y(4));
 }
 
-// The derivative by a fraction: what is interpolated, less one dimension.
+// Returns the derivative with respect to a fraction: the difference of values interpolated on the
+// other axes.
 float step_along(int axis, const StreamKey& key, const LatticeCells& cells, int i) {
   const auto& [normal] = Corners(key, cells, i);
   const auto along = [&](int of, float a, float b) {

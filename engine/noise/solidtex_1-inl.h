@@ -1,4 +1,4 @@
-// The scheme solidtex-1 on vectors: many hashes, and their numbers. Included once per target.
+// Scheme solidtex-1 on vectors. Included once per target.
 #include <hwy/highway.h>
 
 #include <cstddef>
@@ -18,16 +18,16 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 #if HWY_NATIVE_FMA
 
-// The first step of the hash, which each coordinate takes alone.
+// First step of the hash, separate for each coordinate.
 HWY_INLINE Words Enter(Words coordinate, Words key) {
   const Word d;
   const Words word = hn::Xor(coordinate, key);
   return hn::Add(hn::Mul(word, hn::Set(d, 1664525u)), hn::Set(d, 1013904223u));
 }
 
-// kCount hashes, step by step together: the steps of one are a chain of slow multiplications, and a
-// processor looks ahead over no more than a few of them. The eight of a cell one after the other
-// cost 90 cycles of a Sapphire Rapids each, normals included, together 51 (AVX2: 84 and 45).
+// kCount hashes computed step by step together: one hash is a chain of slow multiplications, and a
+// processor does not look far enough ahead to overlap several. See
+// docs/experiments/engine-constants.md.
 template <int kCount>
 using Many = Words[kCount];
 
@@ -47,7 +47,7 @@ HWY_INLINE void Cross(Many<kCount>& a, Many<kCount>& b, Many<kCount>& c, Many<kC
   AddProducts<kCount>(b, c, d);
 }
 
-// The rest of the hash and the xorshift step.
+// Rest of the hash and the xorshift step.
 template <int kCount>
 HWY_INLINE void Mix(Many<kCount>& a, Many<kCount>& b, Many<kCount>& c, Many<kCount>& d,
                     Many<kCount>& bits) {
@@ -67,7 +67,7 @@ HWY_INLINE Floats UniformFromBits(Words bits) {
                  hn::Set(d, 0x1p-24f));
 }
 
-// values = polynomial of x, term by term.
+// Evaluates a polynomial at each x, term by term.
 template <int kCount, std::size_t kTerms>
 HWY_INLINE void Polynomials(const float (&coefficients)[kTerms], const Floats (&x)[kCount],
                             Floats (&values)[kCount]) {

@@ -1,4 +1,4 @@
-// Planes of the scheme solidtex-1 on the machine's best target.
+// Planes of the scheme solidtex-1 on the active target.
 #include "engine/noise/solidtex_1.h"
 
 #include "engine/kernels/targets.h"
@@ -28,7 +28,7 @@ struct Normal {
   }
 };
 
-// The values of kCount vectors of points from point i on.
+// Computes kCount vectors of points from point i on.
 template <class Kind, int kCount>
 HWY_INLINE void PointValues(const StreamKey& key, const LatticePoints& points, std::ptrdiff_t i,
                             Floats (&values)[kCount]) {
@@ -48,7 +48,7 @@ HWY_INLINE void PointValues(const StreamKey& key, const LatticePoints& points, s
   Kind::template FromBits<kCount>(bits, values);
 }
 
-// Four vectors at a time while there are so many, for the reason given at Many.
+// Computes four vectors at a time while there are enough. See Many.
 template <class Kind>
 HWY_INLINE void PlaneOf(const StreamKey& key, const LatticePoints& points, std::ptrdiff_t count,
                         float* values) {

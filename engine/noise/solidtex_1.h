@@ -1,4 +1,4 @@
-// The scheme solidtex-1 on the machine's best target: bit for bit the loops of reference.h.
+// Scheme solidtex-1 on the active target, with the bits of reference.h.
 #pragma once
 
 #include "engine/noise/reference.h"

@@ -1,4 +1,4 @@
-// Trilinear lookups of the scheme solidtex-1 on the machine's best target.
+// Trilinear lookups of the scheme solidtex-1 on the active target.
 #include "engine/kernels/targets.h"
 #include "engine/noise/solidtex_1.h"
 // foreach_target.h includes this file once per target.
@@ -18,7 +18,7 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 HWY_INLINE Floats Lerp(Floats t, Floats a, Floats b) { return hn::MulAdd(t, hn::Sub(b, a), a); }
 
-// Corner and fractions of one vector of lookups.
+// Corners and fractions of one vector of lookups.
 struct Cells {
   Cells(const LatticeCells& cells, std::ptrdiff_t i) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -30,7 +30,7 @@ struct Cells {
   Floats fraction[3];
 };
 
-// The normals at the corners (x, y, z) of the cells, z fastest.
+// Normals at the corners (x, y, z) of the cells, z fastest.
 HWY_INLINE void CornerNormals(const Words (&key)[4], const Words (&corner)[3],
                               Floats (&normals)[8]) {
   const Word du;
@@ -53,7 +53,7 @@ HWY_INLINE Floats Trilinear(const Floats (&fraction)[3], const Floats (&corner)[
   return Lerp(fraction[0], along_y(0), along_y(4));
 }
 
-// What becomes of a vector of lookups.
+// Stores the values of one vector of lookups.
 struct StoreValues {
   HWY_INLINE void operator()(const Floats (&fraction)[3], const Floats (&corner)[8],
                              std::ptrdiff_t i, std::ptrdiff_t count) const {
@@ -62,12 +62,12 @@ struct StoreValues {
   float* values;
 };
 
-// The same, and how they change with the position.
+// Stores values and derivatives.
 struct StoreDerivatives {
   HWY_INLINE void operator()(const Floats (&fraction)[3], const Floats (&corner)[8],
                              std::ptrdiff_t i, std::ptrdiff_t count) const {
     const auto& [x, y, z] = fraction;
-    Floats edge[4], side[2], step[3];  // along z, along z and y; derivatives by the fractions
+    Floats edge[4], side[2], step[3];  // along z, along z and y; derivatives per fraction
     for (int k = 0; k < 4; ++k) edge[k] = Lerp(z, corner[2 * k], corner[2 * k + 1]);
     for (int k = 0; k < 2; ++k) side[k] = Lerp(y, edge[2 * k], edge[2 * k + 1]);
     const auto rise = [&](int k) { return hn::Sub(corner[2 * k + 1], corner[2 * k]); };
@@ -88,7 +88,7 @@ struct StoreDerivatives {
   float* const* derivatives;
 };
 
-// The lattice points around some lookups.
+// Lattice points around some lookups.
 struct Lattice {
   static constexpr int kMax = 128;
 
@@ -97,14 +97,15 @@ struct Lattice {
   int count;
 };
 
-// Whether the lookups, at least one vector of them, have less than two lattice points each around
-// them: then it pays to compute those once, instead of eight for each. They have where they are
-// near each other against the cells.
+// Returns whether lookups, at least one vector of them, share lattice points so much that there are
+// fewer than two per lookup. Then the points are computed once, not eight times per lookup. This
+// holds for lookups that are close together compared with the cells.
 HWY_INLINE bool ShareLattice(const LatticeCells& cells, std::ptrdiff_t count, Lattice& lattice) {
   const Int d;
   const std::ptrdiff_t lanes = FloatLanes();
   if (count < lanes) return false;
-  const auto most = static_cast<std::uint32_t>(std::min<std::ptrdiff_t>(2 * count, Lattice::kMax));
+  const auto max_points =
+      static_cast<std::uint32_t>(std::min<std::ptrdiff_t>(2 * count, Lattice::kMax));
   std::uint32_t points = 1;
   for (int axis = 0; axis < 3; ++axis) {
     const std::int32_t* corner = cells.corner[axis];
@@ -117,16 +118,16 @@ HWY_INLINE bool ShareLattice(const LatticeCells& cells, std::ptrdiff_t count, La
     const auto lowest = static_cast<std::uint32_t>(lattice.low[axis]);
     const std::uint32_t span =
         static_cast<std::uint32_t>(hn::GetLane(hn::MaxOfLanes(d, high))) - lowest;
-    if (span >= most) return false;
+    if (span >= max_points) return false;
     lattice.size[axis] = static_cast<int>(span + 2);
     points *= span + 2;
-    if (points > most) return false;
+    if (points > max_points) return false;
   }
   lattice.count = static_cast<int>(points);
   return true;
 }
 
-// The normals of a lattice, z fastest, two vectors at a time.
+// Computes the normals of a lattice, z fastest, two vectors at a time.
 HWY_INLINE void LatticeNormals(const Words (&key)[4], const Lattice& lattice, float* normals) {
   constexpr int kTogether = 2, kSlack = kTogether * hn::MaxLanes(Float());
   const Word du;
@@ -158,7 +159,7 @@ HWY_INLINE void LatticeNormals(const Words (&key)[4], const Lattice& lattice, fl
   }
 }
 
-// The same values as one by one.
+// Computes the values of LookUp from shared lattice points.
 template <class Store>
 HWY_INLINE void SharedTrilinear(const Words (&key)[4], const Lattice& lattice,
                                 const LatticeCells& cells, std::ptrdiff_t count,

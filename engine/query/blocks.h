@@ -1,4 +1,4 @@
-// A box split into blocks along planes of the absolute lattice.
+// Splits a box into blocks along planes of the absolute lattice.
 #pragma once
 
 #include <array>
@@ -9,12 +9,12 @@
 
 namespace solidtex::engine {
 
-// floor(a / b) for b > 0.
+// Returns floor(a / b) for b > 0.
 constexpr std::int64_t floor_div(std::int64_t a, std::int64_t b) {
   return a / b - (a % b < 0 ? 1 : 0);
 }
 
-// The blocks that multiples of `size` along each axis cut a box into, in [x][y][z] order.
+// The blocks into which multiples of `size` cut a box, in the order [x][y][z].
 class BlockSplit {
  public:
   BlockSplit(const Box& box, const std::array<std::int64_t, 3>& size);

@@ -1,4 +1,4 @@
-// What the two families have in common: the questions, with arguments already checked.
+// Interface of a model family: queries with checked arguments.
 #pragma once
 
 #include <memory>
@@ -23,11 +23,11 @@ class Family {
   virtual CacheStats cache_stats() const { return {}; }
 };
 
-// Lattice family: boxes in parallel blocks, points between voxels through the brick cache.
+// Makes a lattice family: evaluates boxes in parallel blocks and reconstructs points from bricks.
 std::unique_ptr<Family> make_lattice_family(Lattice lattice, LightChannels light,
                                             std::uint64_t cache_limit_bytes);
 
-// Point family: a voxel is the point at its centre.
+// Makes a sampler family: evaluates every point, and a voxel as the point at its centre.
 std::unique_ptr<Family> make_sampler_family(Sampler sampler, LightChannels light);
 
 }  // namespace solidtex::engine

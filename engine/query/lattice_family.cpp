@@ -19,12 +19,12 @@ namespace {
 constexpr std::array<std::int64_t, 3> kColumn = {256, 64, 64};
 constexpr std::int64_t kMinBlockEdge = 16;
 constexpr std::size_t kBlocksPerThread = 4;
-// Points are sorted by brick so many at a time, to bound the memory of a query.
+// Points sorted by brick at a time: bounds the memory of a query.
 constexpr std::size_t kSortedPoints = std::size_t{1} << 18;
 
-// Columns along x, which costs no margin: wide ones waste less on the others, narrow ones keep more
-// threads busy and their windows in the second cache. A box that is short of columns is cut along x
-// as well.
+// Returns the size of blocks: columns along x, which need no margin on that axis. Wide columns
+// waste less margin on the other axes; narrow ones keep more threads busy and their plane rings in
+// the second-level cache. A box with too few columns is also cut along x.
 std::array<std::int64_t, 3> block_size(const Box& box) {
   const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
   std::array<std::int64_t, 3> size = kColumn;
@@ -36,15 +36,14 @@ std::array<std::int64_t, 3> block_size(const Box& box) {
   return size;
 }
 
-// The pyramid: bricks of about 32^3 texels on the coarse levels, whose voxels cost the more the
-// coarser they are: one of 8^3 texels costs as much as 512, and no larger ones are computed.
+// Pyramid of levels and their brick sizes. A brick of a coarse level covers about 32^3 texels. A
+// voxel of level k costs as much as 8^k texels, so there is no level beyond 3.
 constexpr BrickGrid kGrids[] = {{0, 4}, {1, 4}, {2, 3}, {3, 2}};
-// Interpolation between voxels blurs once more, so that finer ones come nearer to the mean: with
-// 0.75 means over 2 to 8 texels of granite and rust are missed by three quarters of what they are
-// with 1, and with 0.875 by as much.
+// Reconstruction blurs once more: a level finer than the footprint comes closest to the true mean.
+// See docs/experiments/engine-constants.md.
 constexpr float kFinerEdge = 0.75f;
-// A footprint that is longer than wide is looked up in parts, so many at most; parts of half a
-// texel and less are points as good as any.
+// An elongated footprint is split into at most kMaxParts parts. A part with a reach of half a texel
+// is as good as a point.
 constexpr int kMaxParts = 16;
 constexpr double kMinReach = 0.5;
 constexpr int kLevels = static_cast<int>(std::size(kGrids));
@@ -53,7 +52,7 @@ class LatticeFamily : public Family {
  public:
   LatticeFamily(Lattice lattice, LightChannels light, std::uint64_t cache_limit_bytes)
       : lattice_(std::move(lattice)), light_(std::move(light)), channels_(light_.count()) {
-    // Most of the memory is the finest level's, the others' is shared out equally.
+    // The finest level gets most of the memory. The others share the rest equally.
     const std::uint64_t coarse_limit = cache_limit_bytes / 8;
     for (const BrickGrid& grid : kGrids) {
       const std::uint64_t finest_limit = cache_limit_bytes - (kLevels - 1) * coarse_limit;
@@ -125,11 +124,11 @@ class LatticeFamily : public Family {
     return which;
   }
 
-  // The parts that some footprints are looked up in.
+  // Parts in which some footprints are looked up.
   struct Lookups {
     std::vector<double> positions;
     std::vector<float> radii;
-    std::vector<int> counts;  // of parts, per footprint
+    std::vector<int> counts;  // parts per footprint
 
     void add(const Axes::Axis& middle, const Axes& axes) {
       const Parts parts = cut(axes, kMaxParts, kMinReach);
@@ -141,7 +140,7 @@ class LatticeFamily : public Family {
     }
   };
 
-  // Each footprint's value is the mean of its parts'.
+  // Averages the parts of each footprint.
   void average(const Lookups& lookups, OutputView output) const {
     const std::size_t count = lookups.radii.size();
     OutputBuffer buffer(count * channels_, output.jacobians != nullptr);
@@ -162,8 +161,8 @@ class LatticeFamily : public Family {
       if (radii[point] > 0) light_.from_light(output.from(point * channels_), 1);
   }
 
-  // In light, but as stored where there is no footprint: those are the bits of a point. Every point
-  // takes part of one or two levels, the finer first.
+  // Adds the shares of the levels of the pyramid, in linear light where a point has a footprint and
+  // as stored where it has none. A point uses one level or two, the finer one first.
   template <class Batch>
   void look_up(const Batch& batch, const float* radii, const OutputView& output) const {
     output.for_both([&](auto member, std::size_t width) {
@@ -207,17 +206,17 @@ class LatticeFamily : public Family {
     }
   }
 
-  // How much of a footprint's value comes from a level: at most two neighbours share it.
+  // Returns the weight of a level in a footprint's value. At most two neighbouring levels share it.
   static float share_of(int level, float radius) {
     const FootprintScale scale(kFinerEdge * radius);
     if (scale.level < 0) return level == 0 ? 1.0f : 0.0f;
-    if (scale.level >= kLevels - 1 + kFadeSteps) return 0;  // nothing but the mean
+    if (scale.level >= kLevels - 1 + kFadeSteps) return 0;  // only the mean remains
     if (scale.level >= kLevels - 1) return level == kLevels - 1 ? 1.0f : 0.0f;
     if (level == scale.level) return 1 - scale.fraction;
     return level == scale.level + 1 ? scale.fraction : 0.0f;
   }
 
-  // Measured when first asked for, some tenths of a second.
+  // Measures the material on first use.
   const std::vector<FadeStep>& fade_steps() const {
     const ProgressScope at_the_end(1.0, 1.0);
     std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(lattice_, light_, kLevels - 1); });

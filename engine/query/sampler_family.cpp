@@ -13,10 +13,10 @@ namespace solidtex::engine {
 namespace {
 
 constexpr std::size_t kStep = std::size_t{20} * kOctaveBlock;  // points evaluated at a time
-// Blocks or cubes: four are worth a thread, 240 fill the steps of either.
+// In blocks or cubes: four are worth a thread, 240 fill the steps of either.
 constexpr Grain kGrain(4, 240);
 
-// Voxels are evaluated cube by cube: near points share the cells of the coarse octaves.
+// Voxels are evaluated cube by cube: nearby points share cells of the coarse octaves.
 constexpr std::int64_t kCubeEdge = 4;
 
 class SamplerFamily : public Family {
@@ -49,7 +49,7 @@ class SamplerFamily : public Family {
 
  private:
   void eval_points(const PointBatch& batch, const OutputView& output) const {
-    // In whole blocks, so that only the last one of all is not full.
+    // Whole blocks, so that only the last one is not full.
     const std::size_t blocks = (batch.count + kOctaveBlock - 1) / kOctaveBlock;
     for_each_part(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
       std::array<double, 3 * kStep> positions;
@@ -64,7 +64,7 @@ class SamplerFamily : public Family {
     });
   }
 
-  // Points without footprints.
+  // Evaluates points without footprints.
   void evaluate(const double* positions, std::size_t count, const OutputView& output) const {
     if (output.jacobians) {
       sampler_.evaluate_faded(positions, nullptr, count, output.values, output.jacobians);
@@ -73,7 +73,7 @@ class SamplerFamily : public Family {
     }
   }
 
-  // Collects voxels until they are worth an evaluation.
+  // Collects voxels and evaluates them in batches.
   class VoxelBatch {
    public:
     VoxelBatch(const Sampler& sampler, const Box& box, float* values)
@@ -114,7 +114,7 @@ class SamplerFamily : public Family {
     std::vector<float> results_;
   };
 
-  // work(points) for the parts of a list, in parallel, whole blocks at a time.
+  // Calls work(points) in parallel for parts of a list, in whole blocks.
   template <class Work>
   static void for_each_block(const std::vector<std::size_t>& points, const Work& work) {
     const std::size_t steps = (points.size() + kStep - 1) / kStep;
@@ -128,7 +128,7 @@ class SamplerFamily : public Family {
 
   template <class AxesOf>
   void filter(const PointBatch& batch, const AxesOf& axes_of, const OutputView& output) const {
-    // Apart, because points without a footprint are cheaper, and may be in fast precision.
+    // Separates points without a footprint: they are cheaper and may use fast precision.
     std::vector<std::size_t> plain, wide;
     for (std::size_t point = 0; point < batch.count; ++point)
       (axes_of(point).is_point() ? plain : wide).push_back(point);

@@ -24,8 +24,8 @@ std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
                              std::move(light));
 }
 
-// Each thread counts in one of several places, far enough from each other that threads which ask
-// for single points do not wait for each other.
+// Counters of points and voxels. Threads are spread over several cache lines, so that queries of
+// single points do not contend.
 class QueryCounters {
  public:
   struct alignas(64) Counters {
@@ -54,12 +54,13 @@ class QueryCounters {
 struct Texture::Impl {
   Model model;
   std::unique_ptr<Family> family;
-  std::unique_ptr<tbb::task_arena> arena;  // null for that of the calling thread
+  std::unique_ptr<tbb::task_arena> arena;  // null for the calling thread's
   QueryCounters counters;
 
   std::size_t channels() const { return model.channels.size(); }
 
-  // A full arena of its own runs the call on another thread, which then does as this one would.
+  // Runs a query. If the arena of the texture is full another thread may run it, with the same
+  // progress range.
   template <class Call>
   void run(const Call& call) const {
     const auto here = [&] {

@@ -1,4 +1,4 @@
-// The query contract behind solidtex.h: points and boxes for either family, in parallel, cached.
+// Texture behind solidtex.h: queries of either family, checked, parallel and counted.
 #pragma once
 
 #include <cstddef>
@@ -19,22 +19,22 @@ struct QueryCounts {
   std::uint64_t points = 0, voxels = 0;
 };
 
-// Immutable but for the cache and counters; queries may run on any number of threads. They check
-// their arguments and throw Error before writing anything.
+// Immutable except for its cache and counters. Any number of threads may query it. A query checks
+// its arguments and throws Error before it writes.
 class Texture {
  public:
-  // Queries run in an arena of so many threads, 0 for the calling thread's.
+  // `threads` is the size of the arena in which queries run, 0 for the calling thread's arena.
   Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
           Precision precision = Precision::full, int threads = 0);
   ~Texture();
 
-  // The model's facts. Its tensors have moved into the evaluator.
+  // Returns the metadata of the model. Its tensors have moved into the family.
   const Model& model() const;
 
   // Evaluates points, averaged over their footprints. Point p is origin + points[3p .. 3p+2].
   void eval(const double origin[3], const float* points, const Footprints& footprints,
             std::size_t count, const OutputView& output) const;
-  // Voxels [origin, origin + size); values in [x][y][z][channel] order.
+  // Evaluates the voxels [origin, origin + size) into values in the order [x][y][z][channel].
   void eval_box(const std::int64_t origin[3], const std::int64_t size[3], float* values) const;
 
   CacheStats cache_stats() const;

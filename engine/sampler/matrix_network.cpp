@@ -10,7 +10,7 @@
 #include <new>
 
 #if defined(__x86_64__) && defined(__linux__)
-#ifndef __clang__  // GCC 12 warns of its own headers' _mm512_undefined_ps.
+#ifndef __clang__  // GCC 12 warns about _mm512_undefined_ps
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 #include <immintrin.h>
@@ -22,20 +22,20 @@
 namespace solidtex::engine {
 namespace {
 
-constexpr int kTile = 16;                 // outputs or points of a tile
-constexpr int kStep = 2 * kTile;          // inputs of a product of tiles
-constexpr int kTileSize = kTile * kStep;  // weights
-// An octave and its weights are two parts each, as a layer's few octaves leave a step half empty
-// anyway: inputs (low, high, low, high) on weights (high, high, low, low). One part each made half
-// of the error.
+constexpr int kTile = 16;                 // outputs or points per tile
+constexpr int kStep = 2 * kTile;          // inputs per product of tiles
+constexpr int kTileSize = kTile * kStep;  // weights per tile
+// Octaves and their weights are split into two bfloat16 parts each, which halves the error. It is
+// free: the few octaves of a layer do not fill a step. Inputs (low, high, low, high) meet weights
+// (high, high, low, low).
 constexpr int kOctaveInputs = 4;
 
-constexpr int kGroup = 3;  // tiles of points that share the loading of a tile of weights
+constexpr int kGroup = 3;                  // tiles of points that share one load of weights
 using Sums = float[kGroup][kTile][kTile];  // [tile of points][output][point]
 
 int tiles_of(int count, int step) { return (count + step - 1) / step; }
 
-// Nearest, ties away from zero: the vectors do the same.
+// Rounds to nearest, ties away from zero, as the vectors do.
 std::uint16_t to_bfloat16(float value) {
   return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(value) + 0x8000u) >> 16);
 }
@@ -121,7 +121,7 @@ struct alignas(64) TileConfiguration {
   std::uint8_t rows[16] = {16, 16, 16, 16, 16, 16, 16, 16};
 };
 
-// Linux gives a process the unit's registers when it asks for them.
+// Requests the unit's registers from Linux.
 bool request_tiles() {
   constexpr int kRequestPermission = 0x1023, kTileData = 18;
   if (!__builtin_cpu_supports("avx512f")) return false;
@@ -132,7 +132,7 @@ bool request_tiles() {
   return syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
 }
 
-// Two rows of inputs as one of pairs, the first in the low half.
+// Packs two rows of inputs into one row of pairs, the first input in the low half.
 SOLIDTEX_MATRIX_UNIT inline __m512i pair_of(__m512 first, __m512 second) {
   const __m512i half = _mm512_set1_epi32(0x8000), high = _mm512_set1_epi32(-0x10000);
   const __m512i low = _mm512_srli_epi32(_mm512_add_epi32(_mm512_castps_si512(first), half), 16);
@@ -140,7 +140,7 @@ SOLIDTEX_MATRIX_UNIT inline __m512i pair_of(__m512 first, __m512 second) {
   return _mm512_ternarylogic_epi32(low, top, high, 0xF8);  // low | (top & high)
 }
 
-// The parts of octaves [count][pitch], each pair of them twice: [2 * count][pitch].
+// Splits octaves [count][pitch] into pairs of parts, each pair twice: [2 * count][pitch].
 SOLIDTEX_MATRIX_UNIT void split_octaves(const float* octaves, int count, int points, int pitch,
                                         std::uint32_t* pairs) {
   const __m512i half = _mm512_set1_epi32(0x8000), high_bits = _mm512_set1_epi32(-0x10000);
@@ -155,7 +155,7 @@ SOLIDTEX_MATRIX_UNIT void split_octaves(const float* octaves, int count, int poi
     }
 }
 
-// The sums of one tile of outputs for kTiles tiles of points.
+// Sums one tile of outputs for kTiles tiles of points.
 template <int kTiles>
 SOLIDTEX_MATRIX_UNIT inline void sum_tiles(const std::uint16_t* weights, int steps,
                                            const std::uint32_t* inputs, int pitch, Sums& sums) {
@@ -247,7 +247,7 @@ SOLIDTEX_MATRIX_UNIT void MatrixNetwork::evaluate(int count, Block& block) const
   const std::size_t unit_row = octave_rows_ * static_cast<std::size_t>(pitch);
   int octave = 0;
   for (const Layer& layer : layers_) {
-    // Octaves end where units begin, in every layer at the same row.
+    // Octaves end where units begin, at the same row in every layer.
     const std::ptrdiff_t octave_pairs = static_cast<std::ptrdiff_t>(layer.octave_steps) * kTile;
     std::uint32_t* inputs = block.current_.get() + unit_row - octave_pairs * pitch;
     split_octaves(block.octave(octave), layer.octaves, point_tiles * kTile, pitch, inputs);
@@ -263,7 +263,7 @@ SOLIDTEX_MATRIX_UNIT void MatrixNetwork::evaluate(int count, Block& block) const
 
 bool MatrixNetwork::supported() { return false; }
 
-void MatrixNetwork::evaluate(int, Block&) const { std::abort(); }  // never made
+void MatrixNetwork::evaluate(int, Block&) const { std::abort(); }  // never called
 
 #endif
 

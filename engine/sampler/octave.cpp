@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Double = hn::ScalableTag<double>;
 using Doubles = hn::Vec<Double>;
 
-// The vector of one axis' cells that begins at index i.
+// Stores one vector of cells on one axis, from index i on.
 HWY_INLINE void StoreCells(Doubles at, int axis, int i, OctaveCells& cells) {
   const Double d;
   const hn::Rebind<float, Double> df;
@@ -29,7 +29,7 @@ HWY_INLINE void StoreCells(Doubles at, int axis, int i, OctaveCells& cells) {
   const auto period = hn::Set(d, 0x1p32), frequency = hn::Set(d, 0x1p-32);
   const auto whole = hn::Floor(at);
   hn::Store(hn::DemoteTo(df, hn::Sub(at, whole)), df, cells.fraction[axis] + i);
-  if (hn::AllTrue(d, hn::Lt(hn::Abs(whole), hn::Set(d, 0x1p31)))) {  // as good as always
+  if (hn::AllTrue(d, hn::Lt(hn::Abs(whole), hn::Set(d, 0x1p31)))) {  // nearly always
     return hn::Store(hn::DemoteTo(di, whole), di, cells.corner[axis] + i);
   }
   const auto rest = hn::Sub(whole, hn::Mul(hn::Floor(hn::Mul(whole, frequency)), period));
@@ -39,7 +39,7 @@ HWY_INLINE void StoreCells(Doubles at, int axis, int i, OctaveCells& cells) {
   hn::Store(hn::DemoteTo(di, hn::IfThenElseZero(inside, wrapped)), di, cells.corner[axis] + i);
 }
 
-// Whole vectors: what is computed behind `count` is never read as a result.
+// Whole vectors: results beyond `count` are undefined.
 void FindOctaveCells(const double* transform, const PlanarPositions& positions, int count,
                      OctaveCells& cells) {
   const Double d;
@@ -90,7 +90,7 @@ namespace solidtex::engine {
 
 namespace {
 
-// A whole number modulo 2^32; every step is exact. What is not a number gives 0.
+// Returns a whole number modulo 2^32. Every step is exact. NaN gives 0.
 std::int32_t wrap(double whole) {
   const double rest = whole - std::floor(whole * 0x1p-32) * 0x1p32;
   return rest < 0x1p32 ? static_cast<std::int32_t>(static_cast<std::uint32_t>(rest)) : 0;

@@ -1,5 +1,5 @@
-// Where points fall on the octaves' lattices: a block of points on one octave's, or one point on
-// all of them.
+// Cells of the octaves' lattices that contain points: a block of points in one octave, or one point
+// in all octaves.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace solidtex::engine {
 inline constexpr int kOctaveBlock = 48;  // points: whole vectors and register tiles on every target
 
 struct PlanarPositions {
-  // From (x, y, z) triples.
+  // Splits (x, y, z) triples into planes.
   void assign(const double* positions, int count) {
     for (int p = 0; p < count; ++p)
       for (int a = 0; a < 3; ++a) axis[a][p] = positions[3 * p + a];
@@ -33,7 +33,7 @@ struct OctaveCells {
   }
 };
 
-// Octaves side by side: entry [i] belongs to octave i. Rounded up to kStep octaves.
+// All octaves, planar: entry [i] belongs to octave i. Rounded up to kStep octaves.
 struct OctaveBank {
   static constexpr int kStep = 16;  // whole vectors on every target
 
@@ -49,11 +49,11 @@ struct OctaveBank {
   std::vector<std::uint32_t> key[4];
 };
 
-// transform (3 x 3, row-major) times each position, all in double, split into cell and fraction.
+// Transforms each position (3 x 3, row-major) in double and splits it into cell and fraction.
 void find_octave_cells(const double* transform, const PlanarPositions& positions, int count,
                        OctaveCells& cells);
 
-// The same for one position and the octaves [first, first + count) of a bank.
+// Transforms one position by the octaves [first, first + count) of a bank.
 void find_point_cells(const OctaveBank& bank, int first, int count, const double position[3],
                       OctaveCells& cells);
 

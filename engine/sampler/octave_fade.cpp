@@ -8,7 +8,7 @@ namespace {
 using Vector = std::array<double, 3>;
 using Terms = std::array<double, Spread::kTerms>;
 
-// Whatever numbers a file holds, no product of terms overflows.
+// Keeps products of terms finite for every file.
 constexpr double kLimit = 1e15;
 
 Vector cross(const Vector& a, const Vector& b) {
@@ -22,7 +22,7 @@ void add_products(const Vector& v, double* sum) {
   for (std::size_t i = 0; i < 6; ++i) sum[i] += product[i];
 }
 
-// Of the matrix M that is the sum of v v': its entries, those of its cofactors, its determinant.
+// Terms of the matrix M = sum of v v': its entries, those of its cofactors, its determinant.
 Terms terms_of(const std::array<Vector, 3>& vectors) {
   Terms terms{};
   const auto& [a, b, c] = vectors;
@@ -82,7 +82,7 @@ FadeDivisors OctaveFade::divisors(int octave, const PlanarSpreads& spreads) cons
     const float rate = rates_[k][static_cast<std::size_t>(octave)];
     for (int p = 0; p < kOctaveBlock; ++p) sums[p] += rate * spreads.terms[k][p];
   }
-  // Rounding alone takes a sum below zero.
+  // Only rounding makes a sum negative.
   for (float& sum : sums) sum = 1 + std::max(sum, 0.0f);
   return result;
 }

@@ -1,4 +1,4 @@
-// How much of an octave is left in the mean over a footprint.
+// Fading of octaves: how much of an octave remains in the mean over a footprint.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace solidtex::engine {
 
-// What fading needs to know of a footprint with the axes a, b, c, of S = (a a' + b b' + c c') / 2:
-// its six entries, those of its cofactors, and its determinant.
+// Terms of a footprint with the axes a, b, c: the matrix S = (a a' + b b' + c c') / 2, its six
+// entries, those of its cofactors, and its determinant.
 struct Spread {
   static constexpr std::size_t kTerms = 13;
 
@@ -18,17 +18,17 @@ struct Spread {
   std::array<float, kTerms> terms{};
 };
 
-// Those of a block of points, side by side.
+// Terms of a block of points, planar.
 struct PlanarSpreads {
   void assign(const Spread* spreads, int count);
 
-  // Half of the terms of cubes are zero: which ones are not, in ascending order.
+  // Indices of the terms that are not zero, ascending. Half of a cube's terms are zero.
   std::array<std::size_t, Spread::kTerms> used;
   std::size_t used_count = 0;
   alignas(64) float terms[Spread::kTerms][kOctaveBlock] = {};
 };
 
-// What the values of an octave, and their derivatives, are divided by at a block of points.
+// Divisors of an octave's values and derivatives at a block of points.
 struct FadeDivisors {
   void apply(int count, float* values) const {
     for (int p = 0; p < count; ++p) values[p] /= divisor[p];
@@ -36,23 +36,23 @@ struct FadeDivisors {
   float divisor[kOctaveBlock];
 };
 
-// An octave of transform T is divided by det(I + T S T'). For a cube of edge e whose axes are those
-// of the octave's lattice that is the product of 1 + (e |t|)^2 / 8, t the rows of T: less than one
-// cell hardly matters, several average out. With 1/4 instead of 1/8 averages over 2 and 4 texels of
-// grey stone were missed by a quarter more. What a footprint is narrow in does not fade.
+// An octave with the transform T is divided by det(I + T S T'). For a cube with edge e along the
+// axes of the octave's lattice this is the product of 1 + (e |t|)^2 / 8 over the rows t of T: less
+// than one cell hardly fades, several cells average out. Where a footprint is narrow nothing fades.
+// docs/experiments/engine-constants.md compares the factor 1/8 with others.
 class OctaveFade {
  public:
   explicit OctaveFade(const OctaveBank& octaves);
 
   FadeDivisors divisors(int octave, const PlanarSpreads& spreads) const;
 
-  // The variance that is left of all octaves together, as if they weighed the same, in [0, 1].
+  // Returns the fraction of the variance of all octaves, equally weighted, that remains.
   float kept(const Spread& spread) const;
 
  private:
-  // det(I + T S T') = 1 + <T'T, S> + <cof(T'T), cof(S)> + det(T'T) det(S), which is 1 + a product
-  // of two rows of terms, without cancellation however narrow a footprint is. Those of T, where
-  // entries off the diagonal count twice, per octave, rounded up to OctaveBank::kStep octaves.
+  // det(I + T S T') = 1 + <T'T, S> + <cof(T'T), cof(S)> + det(T'T) det(S) is 1 plus a product of
+  // two rows of terms, without cancellation for narrow footprints. These are the terms of T per
+  // octave, entries off the diagonal doubled, rounded up to OctaveBank::kStep octaves.
   int octaves_;
   std::array<std::vector<float>, Spread::kTerms> rates_;
 };

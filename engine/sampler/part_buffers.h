@@ -1,4 +1,4 @@
-// Working memory for some points: a block of them, or one alone.
+// Working memory of a part of a batch: a block of points, or one point.
 #pragma once
 
 #include <hwy/aligned_allocator.h>
@@ -14,15 +14,15 @@
 
 namespace solidtex::engine {
 
-// Where the points are, and where that is in one octave.
+// Positions of points and their cells in one octave.
 struct Lookup {
   PlanarPositions positions;
   OctaveCells cells;
 };
 
-// Planar. An activation buffer has the rows of a layer's input: the previous layer's units, then
-// its octaves. There are three derivative_count of each: for a block side by side in the row, for
-// one point as three buffers of their own, so that neighbouring units lie side by side.
+// Planar buffers. An activation buffer has the rows of a layer's input: units of the previous
+// layer, then octaves. Each row has three derivatives: for a block in the same row, for one point
+// in three buffers of their own, so that neighbouring units are contiguous.
 struct PartBuffers {
   PartBuffers(std::size_t rows, std::size_t count, bool with_derivatives_)
       : is_point(count == 1),

@@ -12,16 +12,16 @@ namespace solidtex::engine {
 
 namespace {
 
-// Up to so many points are evaluated one by one: a block costs as much as four of them.
+// Up to this many points are evaluated one by one: a block costs as much as four points.
 constexpr std::size_t kFewPoints = 4;
 
-// Of a batch, those at its end that do not fill a block.
+// Returns the number of points at the end of a batch that are evaluated one by one.
 std::size_t alone(std::size_t count) {
   const std::size_t rest = count % kOctaveBlock;
   return rest <= kFewPoints ? rest : 0;
 }
 
-// What a layer does to the derivatives of its inputs, but for the activation.
+// Returns the layer for derivatives of its inputs, without the activation.
 LinearLayer without_bias(const LinearLayer& layer) {
   LinearLayer result = layer;
   std::ranges::fill(result.bias, 0.0f);
@@ -29,14 +29,14 @@ LinearLayer without_bias(const LinearLayer& layer) {
   return result;
 }
 
-// From [channel][pitch] to [point][channel]; gives the end of what was written.
+// Converts [channel][pitch] to [point][channel]. Returns the end of the output.
 float* interleave(const float* planar, int pitch, int count, int channels, float* values) {
   for (int p = 0; p < count; ++p)
     for (int c = 0; c < channels; ++c) *values++ = planar[c * pitch + p];
   return values;
 }
 
-// Working memory of one point: on the stack for networks of usual sizes.
+// Working memory of one point, on the stack for networks of usual size.
 class PointBuffer {
  public:
   explicit PointBuffer(std::size_t size) {
@@ -54,7 +54,8 @@ class PointBuffer {
   float* data_;
 };
 
-// Layer 0 sees the same input everywhere: bias + W c, summed in double, in ascending order.
+// Layer 0 has the same input everywhere: its bias becomes bias + W c, summed in double in ascending
+// order.
 std::vector<float> folded_bias(const SamplerModel& model) {
   const SamplerModel::HiddenLayer& layer = model.hidden[0];
   std::vector<float> bias(model.width);
@@ -68,7 +69,7 @@ std::vector<float> folded_bias(const SamplerModel& model) {
   return bias;
 }
 
-// The columns of [weight | noise]; `inputs` of weight's columns are used (none for layer 0).
+// Packs the columns of [weight | noise]. Uses `inputs` columns of weight, none for layer 0.
 LinearLayer pack(const Tensor& weight, const Tensor& noise, std::vector<float> bias, int inputs,
                  int octaves, float negative_slope) {
   const auto outputs = static_cast<int>(bias.size());
@@ -105,7 +106,7 @@ Sampler::Sampler(const SamplerModel& model, NoiseScheme scheme, std::uint64_t se
     fast_.emplace(std::span(layers_).first(hidden.size()));
 }
 
-// Rows of an activation buffer: what the kernels write behind the last output included.
+// Rows of an activation buffer, including the padding that kernels write.
 std::size_t Sampler::activation_rows() const {
   return static_cast<std::size_t>(std::max(width_, channels()) + PointLayer::kStep +
                                   octaves_per_layer_);
@@ -208,7 +209,7 @@ void Sampler::octave_noise(int octave, int count, Lookup& lookup, float* values)
 void Sampler::octave_derivatives(int octave, int count, Lookup& lookup, float* values,
                                  float* const* derivatives) const {
   const std::array<double, 9> transform = octaves_.transform_of(octave);
-  float entries[9];  // those of the file
+  float entries[9];  // as stored in the file
   std::ranges::transform(transform, entries, [](double e) { return static_cast<float>(e); });
   find_octave_cells(transform.data(), lookup.positions, count, lookup.cells);
   solidtex_1::trilinear_normal_derivatives(octaves_.key_of(octave), lookup.cells.view(), entries,
@@ -262,7 +263,7 @@ void Sampler::evaluate_point(const double* position, float* values) const {
   std::copy_n(current, channels(), values);
 }
 
-// The value of every octave at one position.
+// Evaluates every octave at one position.
 void Sampler::point_noise(const double* position, float* values) const {
   OctaveCells cells;
   for (int first = 0; first < octaves_.count; first += kOctaveBlock) {

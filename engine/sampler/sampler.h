@@ -1,4 +1,5 @@
-// Point family: octave noise -> MLP -> channels (GramGAN section 3.1, equations 1 and 2).
+// Evaluator of the sampler family: octave noise -> MLP -> channels (GramGAN, section 3.1, equations
+// 1 and 2).
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,7 @@
 
 namespace solidtex::engine {
 
-// Full: float32 throughout. Fast: see docs/numerics.md.
+// full: float32. fast: bfloat16 products, see docs/numerics.md.
 enum class Precision { full, fast };
 
 struct Lookup;
@@ -27,28 +28,27 @@ class Sampler {
 
   int channels() const { return layers_.back().outputs; }
 
-  // Evaluates `count` points on the calling thread. Positions are double (x, y, z) triples in
-  // texels; values are count x channels. The bits of a point do not depend on its neighbours.
-  // Most efficient in multiples of kOctaveBlock points.
+  // Evaluates `count` points on the calling thread. Positions are (x, y, z) triples in texels,
+  // values are count x channels. The bits of a point do not depend on the other points. Multiples
+  // of kOctaveBlock points are the most efficient.
   void evaluate(const double* positions, std::size_t count, float* values) const;
 
-  // The same with octaves faded: each point has a footprint, and an octave counts the less the more
-  // of its cells that covers. An empty one, or null for none of any point, gives the bits of
-  // evaluate. Where asked for, also how values change with the position: count x channels x 3. All
-  // in full precision.
+  // Evaluates points with footprints, in full precision: an octave fades as the footprint covers
+  // more of its cells. An empty footprint, or null footprints, gives the bits of evaluate.
+  // jacobians receives count x channels x 3 derivatives unless it is null.
   void evaluate_faded(const double* positions, const Spread* footprints, std::size_t count,
                       float* values, float* jacobians = nullptr) const;
 
-  // How much fading leaves of the octaves' variance: 1 of an empty footprint, 0 of a vast one.
+  // Returns the fraction of the octaves' variance that a footprint keeps, from 1 to 0.
   float kept(const Spread& footprint) const { return fade_.kept(footprint); }
 
  private:
-  // So many points at a time: a block, or one.
+  // Evaluates `part` points at a time: a block or one.
   void evaluate_parts(const double* positions, const Spread* footprints, std::size_t count,
                       std::size_t part, float* values, float* jacobians) const;
   void evaluate_part(const double* positions, const Spread* footprints, int count,
                      PartBuffers& buffers, float* values, float* jacobians) const;
-  // One layer, and the same for the derivatives of its inputs.
+  // Evaluates one layer and its derivatives.
   void block_layer(std::size_t layer, int count, PartBuffers& buffers) const;
   void point_layer(std::size_t layer, PartBuffers& buffers) const;
   void evaluate_fast(const double* positions, std::size_t count, float* values) const;
@@ -63,13 +63,13 @@ class Sampler {
   int width_, octaves_per_layer_;
   OctaveBank octaves_;
   OctaveFade fade_;
-  // The hidden layers read [previous layer, octave noise]; layer 0 reads noise only, since its
-  // constant input is part of its bias. The last one is the linear output.
+  // Hidden layers read [previous layer, octave noise]. Layer 0 reads only noise: its constant input
+  // is folded into its bias. The last layer is the linear output.
   std::vector<LinearLayer> layers_;
-  std::vector<PointLayer> point_layers_;        // the same
-  std::vector<LinearLayer> derivative_layers_;  // without biases and activations
+  std::vector<PointLayer> point_layers_;        // the same layers
+  std::vector<LinearLayer> derivative_layers_;  // the same layers without bias and activation
   std::vector<PointLayer> point_derivative_layers_;
-  std::optional<MatrixNetwork> fast_;  // the same, where fast precision is asked for and there
+  std::optional<MatrixNetwork> fast_;  // the hidden layers in fast precision
 };
 
 }  // namespace solidtex::engine

@@ -1,4 +1,4 @@
-// Handles: references, parameters by name, who hears of errors, threads, statistics.
+// Handles: references, parameters, error callbacks, threads, statistics.
 #include <solidtex/solidtex.h>
 #include <tbb/task_arena.h>
 
@@ -86,30 +86,31 @@ TEST_CASE("handles: the last reference frees, from any thread", "[handles]") {
   CHECK(right == 400);
 }
 
-TEST_CASE("handles: a host hears of every error of its texture, and of no other", "[handles]") {
+TEST_CASE("handles: the error callback runs for every error of its texture and for no other",
+          "[handles]") {
   struct Host {
-    std::vector<std::string> heard;
-    static void hear(void* user, solidtex_status status, const char* message) {
-      static_cast<Host*>(user)->heard.push_back(std::to_string(status) + " " + message);
+    std::vector<std::string> reported;
+    static void callback(void* user, solidtex_status status, const char* message) {
+      static_cast<Host*>(user)->reported.push_back(std::to_string(status) + " " + message);
     }
   } host;
   solidtex_texture* texture = solidtex_new();
-  REQUIRE(solidtex_set_error_callback(texture, Host::hear, &host) == SOLIDTEX_OK);
+  REQUIRE(solidtex_set_error_callback(texture, Host::callback, &host) == SOLIDTEX_OK);
   CHECK(solidtex_open(texture, "no/such.solidtex") == SOLIDTEX_IO_ERROR);
-  REQUIRE(host.heard.size() == 1);
-  CHECK(host.heard[0].find("2 no/such.solidtex") == 0);
+  REQUIRE(host.reported.size() == 1);
+  CHECK(host.reported[0].find("2 no/such.solidtex") == 0);
   CHECK(solidtex_set_integer(texture, "sed", 1) == SOLIDTEX_INVALID_ARGUMENT);
   CHECK(solidtex_channel_count(texture) == 0);
-  REQUIRE(host.heard.size() == 3);
-  CHECK(host.heard[2] == "1 texture is not open");
-  // The thread's own message is the first one.
+  REQUIRE(host.reported.size() == 3);
+  CHECK(host.reported[2] == "1 texture is not open");
+  // The thread keeps its first message.
   CHECK(std::string(solidtex_error_message()).find("no/such.solidtex") != std::string::npos);
   const auto bytes = tiny_sampler_file();
   CHECK(solidtex_open_memory(texture, bytes.data(), bytes.size()) == SOLIDTEX_OK);
   CHECK(solidtex_channel_count(nullptr) == 0);
-  CHECK(host.heard.size() == 3);
+  CHECK(host.reported.size() == 3);
   CHECK(solidtex_channel_name(texture, 7) == nullptr);
-  CHECK(host.heard.back() == "1 channel is 7, expected less than 3");
+  CHECK(host.reported.back() == "1 channel is 7, expected less than 3");
   solidtex_clear_error();
   solidtex_release(texture);
 }
@@ -121,7 +122,7 @@ TEST_CASE("handles: threads change no bit, the caller's arena or the texture's o
     for (const std::uint64_t threads : {1, 2, 5}) {
       const auto texture = solidtex::texture::from_memory(bytes, {.threads = threads});
       CHECK(scattered_values(texture) == expected);
-      // More callers than it has threads.
+      // More callers than threads.
       std::atomic<int> wrong = 0;
       std::vector<std::thread> callers;
       for (int i = 0; i < 4; ++i)
@@ -134,7 +135,7 @@ TEST_CASE("handles: threads change no bit, the caller's arena or the texture's o
   }
 }
 
-TEST_CASE("handles: a query in an arena of its own is stopped, too, and fails as others do",
+TEST_CASE("handles: a query in an arena of its own is cancelled and fails like others",
           "[handles][threads]") {
   const auto bytes = tiny_lattice_file();
   int calls = 0;
@@ -168,7 +169,7 @@ TEST_CASE("handles: copies share a texture", "[handles]") {
   CHECK(kept[0].statistics().point_count == 10000);
 }
 
-TEST_CASE("handles: statistics count what was answered", "[handles]") {
+TEST_CASE("handles: statistics count evaluated points and voxels", "[handles]") {
   for (const auto& bytes : {tiny_lattice_file(), tiny_sampler_file()}) {
     const auto texture = solidtex::texture::from_memory(bytes);
     const std::size_t channels = texture.channel_count();

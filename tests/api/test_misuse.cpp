@@ -1,4 +1,4 @@
-// What a host does wrong: every call answers with a code and a message that names it.
+// Misuse: every wrong call returns a status and a message that names the fault.
 #include <solidtex/solidtex.h>
 
 #include <cmath>
@@ -141,7 +141,7 @@ TEST_CASE("misuse: structs of older and newer headers", "[misuse]") {
   float values[2] = {};
   REQUIRE(solidtex_eval_points(opened.texture, nullptr, point, 1, values, nullptr) == SOLIDTEX_OK);
 
-  // An older struct ends after voxel_count: what lies behind it stays as it was.
+  // An older struct ends after voxel_count: the library does not write beyond it.
   solidtex_statistics old = {};
   old.struct_size = offsetof(solidtex_statistics, hit_count);
   old.hit_count = 77;
@@ -163,7 +163,7 @@ TEST_CASE("misuse: structs of older and newer headers", "[misuse]") {
   CHECK(error_has("solidtex_statistics.struct_size is 80, expected 72: this library, version"));
   solidtex_clear_error();
 
-  // A struct that ends before `axes` has none.
+  // A struct that ends before `axes` has no axes.
   const float radius = 2;
   solidtex_footprints footprints = {offsetof(solidtex_footprints, axes), &radius,
                                     reinterpret_cast<const float*>(8)};
@@ -221,7 +221,7 @@ TEST_CASE("misuse: the entry for all footprints gives the bits of the older func
   }
 }
 
-TEST_CASE("misuse: parameters that are not there, or out of range, or too late", "[misuse]") {
+TEST_CASE("misuse: parameters that are unknown, out of range or set too late", "[misuse]") {
   const Closed closed;
   const auto refused = [](solidtex_status status, const char* part) {
     const bool named = error_has(part);
@@ -310,7 +310,7 @@ TEST_CASE("misuse: random and damaged bytes are no model", "[misuse]") {
     REQUIRE(solidtex_open_memory(closed.texture, valid.data(), size) == SOLIDTEX_INVALID_MODEL);
     solidtex_clear_error();
   }
-  // What has failed may be tried again.
+  // A texture that failed to open can be opened again.
   CHECK(solidtex_open_memory(closed.texture, valid.data(), valid.size()) == SOLIDTEX_OK);
   CHECK(std::string(solidtex_name(closed.texture)) == "tiny-field");
 }
@@ -331,7 +331,7 @@ TEST_CASE("misuse: the first error of a thread is kept, and is its own", "[misus
   solidtex_clear_error();
 }
 
-TEST_CASE("lookup: a bare name is searched for, an unknown one lists what there is", "[lookup]") {
+TEST_CASE("lookup: a bare name is found, an unknown one lists the known ones", "[lookup]") {
   namespace fs = std::filesystem;
   const fs::path folder =
       fs::temp_directory_path() / ("solidtex-lookup-" + std::to_string(getpid()));

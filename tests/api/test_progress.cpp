@@ -1,4 +1,4 @@
-// A host hears how much of its queries is done, on its own thread, and stops them.
+// Progress: the callback runs on the querying thread and cancels queries.
 #include <solidtex/solidtex.h>
 
 #include <algorithm>
@@ -20,24 +20,24 @@ constexpr int64_t kOrigin[3] = {-5, 7, 1000}, kSize[3] = {300, 70, 70};
 
 struct Host {
   int stop_at = 0;  // the number of the call that is answered with "stop", 0 for none
-  std::vector<double> heard = {};
+  std::vector<double> reported = {};
   bool on_other_thread = false;
   std::thread::id thread = std::this_thread::get_id();
 
-  static int hear(void* user, double done) {
+  static int callback(void* user, double done) {
     Host& host = *static_cast<Host*>(user);
     host.on_other_thread |= std::this_thread::get_id() != host.thread;
-    host.heard.push_back(done);
-    return static_cast<int>(host.heard.size()) == host.stop_at;
+    host.reported.push_back(done);
+    return static_cast<int>(host.reported.size()) == host.stop_at;
   }
 };
 
 struct Opened {
   solidtex_texture* texture = solidtex_new();
   explicit Opened(const std::vector<std::byte>& bytes, Host* host = nullptr) {
-    // What a thread heard of another query must be so long ago.
+    // The thread's last report of another query must be long enough ago.
     if (host) std::this_thread::sleep_for(std::chrono::milliseconds(60));
-    solidtex_set_progress_callback(texture, host ? Host::hear : nullptr, host);
+    solidtex_set_progress_callback(texture, host ? Host::callback : nullptr, host);
     REQUIRE(solidtex_open_memory(texture, bytes.data(), bytes.size()) == SOLIDTEX_OK);
     solidtex_clear_error();
   }
@@ -50,7 +50,7 @@ struct Opened {
     values = room(static_cast<std::size_t>(kSize[0] * kSize[1] * kSize[2]));
     return solidtex_eval_box(texture, kOrigin, kSize, values.data());
   }
-  // With footprints or without, in a cube so large that there are many bricks.
+  // Queries with or without footprints, in a cube of many bricks.
   solidtex_status points(std::vector<float>& values, float radius = 0) const {
     std::vector<float> places(3 * 40000);
     for (std::size_t i = 0; i < places.size(); ++i)
@@ -79,7 +79,7 @@ bool stopped(solidtex_status status) {
 
 }  // namespace
 
-TEST_CASE("progress: a query that is told to stop says so and leaves work undone", "[progress]") {
+TEST_CASE("progress: a cancelled query returns its status and leaves work undone", "[progress]") {
   const auto bytes =
       GENERATE(as<std::vector<std::byte>>{}, tiny_lattice_file(), tiny_sampler_file());
   for (const bool box : {true, false}) {
@@ -88,12 +88,12 @@ TEST_CASE("progress: a query that is told to stop says so and leaves work undone
     std::vector<float> values;
     CHECK(stopped(box ? opened.box(values) : opened.points(values)));
     CHECK(unwritten(values) > 0);
-    CHECK(host.heard == std::vector<double>{0});
+    CHECK(host.reported == std::vector<double>{0});
     CHECK_FALSE(host.on_other_thread);
   }
 }
 
-TEST_CASE("progress: hearing of it changes no bit, and it never goes back", "[progress]") {
+TEST_CASE("progress: the callback changes no bit, and progress never decreases", "[progress]") {
   const auto bytes =
       GENERATE(as<std::vector<std::byte>>{}, tiny_lattice_file(), tiny_sampler_file());
   const float radius = GENERATE(0.0f, 3.0f, 20.0f);
@@ -106,38 +106,38 @@ TEST_CASE("progress: hearing of it changes no bit, and it never goes back", "[pr
   const Opened opened(bytes, &host);
   CHECK(opened.points(values, radius) == SOLIDTEX_OK);
   CHECK(values == expected);
-  REQUIRE(!host.heard.empty());
-  CHECK(std::is_sorted(host.heard.begin(), host.heard.end()));
-  CHECK(host.heard.front() >= 0);
-  CHECK(host.heard.back() <= 1);
+  REQUIRE(!host.reported.empty());
+  CHECK(std::is_sorted(host.reported.begin(), host.reported.end()));
+  CHECK(host.reported.front() >= 0);
+  CHECK(host.reported.back() <= 1);
   CHECK_FALSE(host.on_other_thread);
 }
 
-TEST_CASE("progress: a long query is stopped on its way", "[progress]") {
+TEST_CASE("progress: a long query is cancelled on its way", "[progress]") {
   Host host{.stop_at = 4};
   const Opened opened(tiny_sampler_file(), &host);
   std::vector<float> values;
   solidtex_status status = SOLIDTEX_OK;
   // Until a box is large enough for this machine.
   for (int64_t edge = 128; status == SOLIDTEX_OK && edge <= 1024; edge *= 2) {
-    host.heard.clear();
+    host.reported.clear();
     const int64_t size[3] = {edge, edge, 128};
     values = opened.room(static_cast<std::size_t>(edge * edge * 128));
     status = solidtex_eval_box(opened.texture, kOrigin, size, values.data());
   }
   CHECK(stopped(status));
-  REQUIRE(host.heard.size() == 4);
-  CHECK(std::is_sorted(host.heard.begin(), host.heard.end()));
-  CHECK(host.heard.back() > 0);
+  REQUIRE(host.reported.size() == 4);
+  CHECK(std::is_sorted(host.reported.begin(), host.reported.end()));
+  CHECK(host.reported.back() > 0);
   const double written = 1 - static_cast<double>(unwritten(values)) / double(values.size());
-  CHECK(host.heard.back() < written + 0.1);  // cubes at the edges of the box are smaller
+  CHECK(host.reported.back() < written + 0.1);  // cubes at the edges of the box are smaller
 }
 
-TEST_CASE("progress: each thread's queries tell it on that thread", "[progress]") {
+TEST_CASE("progress: each thread's queries call back on that thread", "[progress]") {
   struct Threads {
     std::thread::id wrong = std::this_thread::get_id();
     std::atomic<int> calls = 0, on_wrong = 0;
-    static int hear(void* user, double) {
+    static int callback(void* user, double) {
       auto& threads = *static_cast<Threads*>(user);
       ++threads.calls;
       threads.on_wrong += std::this_thread::get_id() == threads.wrong;
@@ -146,7 +146,7 @@ TEST_CASE("progress: each thread's queries tell it on that thread", "[progress]"
   } threads;
   solidtex_texture* texture = solidtex_new();
   const auto bytes = tiny_lattice_file();
-  solidtex_set_progress_callback(texture, Threads::hear, &threads);
+  solidtex_set_progress_callback(texture, Threads::callback, &threads);
   REQUIRE(solidtex_open_memory(texture, bytes.data(), bytes.size()) == SOLIDTEX_OK);
   std::thread([&] {
     std::vector<float> values(static_cast<std::size_t>(kSize[0] * kSize[1] * kSize[2]) * 2);

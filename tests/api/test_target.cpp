@@ -1,5 +1,5 @@
-// SOLIDTEX_TARGET through the public library: the same bits on every instruction set. It is read
-// once in a process, so each has one of its own: this program, run again for a hidden test case.
+// SOLIDTEX_TARGET through the public library: the same bits on every instruction set. A process
+// reads the variable once, so each case runs this program again for a hidden test case.
 #include <sys/wait.h>
 
 #include <cstdint>
@@ -31,7 +31,7 @@ Outcome run_with_target(const std::string& target) {
   return {WEXITSTATUS(pclose(pipe)), text};
 }
 
-// From "<begin>" to the end of its line.
+// Returns the text from `begin` to the end of its line.
 std::string line_after(const std::string& text, const std::string& begin) {
   const std::size_t at = text.find(begin);
   if (at == std::string::npos) return "";
@@ -64,7 +64,7 @@ TEST_CASE("print values", "[.]") {
   } catch (const solidtex::error& error) {
     message = error.what();
   }
-  if (target.empty()) {  // opening fails the same way
+  if (target.empty()) {  // opening fails in the same way
     CHECK_THROWS_WITH(solidtex::texture("granite-grey"), message);
     std::printf("refused: %s\n", message.c_str());
     FAIL();

@@ -1,4 +1,4 @@
-// solidtex.hpp over the shared library: what it reports, and that it answers as solidtex.h does.
+// solidtex.hpp over the shared library: facts, and the values of solidtex.h.
 #include <algorithm>
 #include <cmath>
 #include <solidtex/solidtex.hpp>
@@ -63,7 +63,7 @@ TEST_CASE("wrapper: points at voxel centres are the voxels, bit for bit", "[api]
   }
 }
 
-TEST_CASE("wrapper: a moved texture is the same, its cache reports what it did", "[api]") {
+TEST_CASE("wrapper: a moved texture is the same, and its cache has statistics", "[api]") {
   auto first = solidtex::texture::from_memory(tiny_lattice_file(), {.cache_limit_bytes = 1 << 20});
   const auto expected = box_of(first, {0, 0, 0}, 4);
   const solidtex::texture second = std::move(first);

@@ -1,4 +1,4 @@
-// Valid model files in memory, so that these tests need nothing but the public library.
+// Valid model files in memory: these tests need only the public library.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ inline std::string escaped(const std::string& text) {
   return result;
 }
 
-// A safetensors file whose tensors hold small varied values.
+// A safetensors file whose tensors hold small, varied values.
 inline std::vector<std::byte> tiny_file(const std::string& document,
                                         const std::vector<TinyTensor>& tensors) {
   std::string header = R"({"__metadata__":{"solidtex":")" + escaped(document) + "\"}";

@@ -1,4 +1,4 @@
-// What tests of kernels compare.
+// Shared by tests of kernels.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace solidtex::engine {
 
-// The values of a block without what lies between its rows.
+// Returns the values of a block without the padding of its rows.
 inline std::vector<float> values_of(const Block& block) {
   std::vector<float> values;
   const Volume& v = block.volume();

@@ -1,5 +1,5 @@
-// Models built in memory for the tests: Gutierrez et al.'s generator, a small graph with every
-// operation, and a sampler. Weights are random but the same in every run.
+// Models built in memory: the generator of Gutierrez et al., a small graph with every operation,
+// and a sampler. Weights are random and the same in every run.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@ class Weights {
  public:
   explicit Weights(unsigned seed) : random_(seed) {}
 
-  // Uniform in +-limit; fan-in scaled when limit is 0.
+  // Uniform in [-limit, limit]. A limit of 0 scales by fan-in.
   se::Tensor operator()(std::vector<std::int64_t> shape, float limit = 0) {
     se::Tensor tensor{shape, {}};
     std::size_t count = 1;
@@ -31,7 +31,7 @@ class Weights {
   std::mt19937 random_;
 };
 
-// Appends nodes to a graph; each function gives the new node's index.
+// Appends nodes to a graph. Each function returns the index of the new node.
 class LatticeBuilder {
  public:
   explicit LatticeBuilder(unsigned seed) : weights_(seed) {}
@@ -83,7 +83,7 @@ class LatticeBuilder {
   Weights weights_;
 };
 
-// Batch norm is folded; leaky ReLUs follow each convolution but the last.
+// Batch norm is folded. A leaky ReLU follows each convolution except the last.
 inline se::LatticeModel gutierrez(int coarsest = 5, int noise_channels = 3, int step_channels = 4) {
   LatticeBuilder b(1);
   const auto block = [&](int input, int channels) {
@@ -100,7 +100,7 @@ inline se::LatticeModel gutierrez(int coarsest = 5, int noise_channels = 3, int 
   return b.model;
 }
 
-// Every operation once or twice, odd channel counts, both distributions, a skip past an operation.
+// Every operation once or twice, odd channel counts, both distributions, and a skip connection.
 inline se::LatticeModel every_operation() {
   LatticeBuilder b(2);
   const int coarse = b.tanh(b.conv(b.noise(2, 2, se::Distribution::normal), 5, 3));

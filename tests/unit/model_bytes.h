@@ -1,4 +1,4 @@
-// The bytes of small model files, encoded independently of the reader.
+// Bytes of small model files, encoded independently of the reader.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ struct ModelBytes {
   nlohmann::json header = {};
   std::vector<float> values = {};
 
-  // Appends a tensor of `shape` with the values first, first + 0.01, ...
+  // Appends a tensor with the values first, first + 0.01, ...
   void add(const std::string& name, const std::vector<std::int64_t>& shape, float first = 0) {
     const std::size_t begin = values.size() * sizeof(float);
     std::int64_t count = 1;
@@ -47,7 +47,7 @@ inline nlohmann::json document_of(const std::string& family, const nlohmann::jso
           {family, architecture}};
 }
 
-// Coarse noise upsampled, joined with fine noise, then a 3^3 convolution to two channels.
+// Coarse noise, upsampled and concatenated with fine noise, then a 3^3 convolution to two channels.
 inline ModelBytes lattice_bytes() {
   const nlohmann::json nodes = nlohmann::json::parse(R"([
       {"name": "coarse", "op": "noise", "level": 1, "channels": 1, "distribution": "uniform"},

@@ -57,7 +57,7 @@ TEST_CASE("brick cache: the bound holds and the least recently used brick goes f
           "[cache][tsan]") {
   BrickCache cache(kValues, 3 * kBytes + 1, fill);  // three bricks, one shard
   for (int x = 0; x < 3; ++x) cache.get({x, 0, 0});
-  cache.get({0, 0, 0});  // now 1 is the least recent
+  cache.get({0, 0, 0});  // now 1 is the least recently used
   cache.get({3, 0, 0});
   CHECK(cache.stats().resident_bytes == 3 * kBytes);
   CHECK(cache.stats().miss_count == 4);
@@ -81,7 +81,8 @@ TEST_CASE("brick cache: many bricks never exceed the limit", "[cache][tsan]") {
   }
 }
 
-TEST_CASE("brick cache: a limit below one brick keeps nothing but still output", "[cache][tsan]") {
+TEST_CASE("brick cache: a limit below one brick keeps nothing but computes every brick",
+          "[cache][tsan]") {
   for (const std::uint64_t limit : {std::uint64_t{0}, kBytes - 1}) {
     BrickCache cache(kValues, limit, fill);
     for (int i = 0; i < 3; ++i) CHECK(cache.get({5, 6, 7}).get()[0] == value_of({5, 6, 7}));
@@ -98,7 +99,8 @@ TEST_CASE("brick cache: a brick in use outlives its place in the cache", "[cache
   CHECK(held.get()[50] == value_of({1, 2, 3}));
 }
 
-TEST_CASE("brick cache: threads that ask together share one computation", "[cache][tsan]") {
+TEST_CASE("brick cache: threads that request a brick together share one computation",
+          "[cache][tsan]") {
   std::atomic<int> built = 0;
   BrickCache cache(kValues, 1000 * kBytes, [&](const BrickKey& key, std::span<float> values) {
     ++built;
@@ -131,7 +133,7 @@ TEST_CASE("brick cache: threads under a tiny limit get right values", "[cache][t
   CHECK(cache.stats().hit_count + cache.stats().miss_count == 8 * 2000);
 }
 
-TEST_CASE("brick cache: a failure reaches everyone who waits and is tried again later",
+TEST_CASE("brick cache: a failure reaches all waiting threads, and the next request tries again",
           "[cache][tsan]") {
   std::atomic<bool> broken = true;
   BrickCache cache(kValues, 10 * kBytes, [&](const BrickKey& key, std::span<float> values) {

@@ -1,4 +1,4 @@
-// Filtered queries: what footprints see, on what they do not depend.
+// Queries with footprints: their values, and what these do not depend on.
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ std::vector<float> cubes(const std::vector<float>& radii) {
   return axes;
 }
 
-// Boxes, slabs, needles, points; an endless one and one of denormal numbers among them.
+// Boxes, slabs, needles and points, with an infinite and a denormal one.
 std::vector<float> mixed_axes(std::size_t count) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> component(-1, 1);
@@ -57,7 +57,7 @@ Vector scaled(const Vector& v, double factor) {
   return {v[0] * factor, v[1] * factor, v[2] * factor};
 }
 
-// Two directions at right angles to each other.
+// Returns two orthogonal directions.
 std::array<Vector, 2> random_plane(std::mt19937& random) {
   std::normal_distribution<double> normal;
   Vector a = {normal(random), normal(random), normal(random)};
@@ -75,8 +75,8 @@ struct Errors {
   double cube = 0, axes = 0;  // sums of squares
 };
 
-// Of the means over parallelograms `width` and `aspect` times as many texels wide, against those of
-// a grid of points in each: by a cube of the same area, and by axes.
+// Errors of means over parallelograms `width` texels wide and `aspect` times as long, by a cube of
+// equal area and by axes, against a grid of points.
 Errors errors_of(const Texture& texture, double width, double aspect) {
   constexpr int kPlaces = 40, kFine = 8, kLong = 128;
   const std::size_t channels = texture.model().channels.size();
@@ -109,7 +109,7 @@ Errors errors_of(const Texture& texture, double width, double aspect) {
   return errors;
 }
 
-// Radii of all sizes, with none and infinity among them.
+// Radii of all sizes, zero and infinity included.
 std::vector<float> mixed_radii(std::size_t count) {
   std::vector<float> radii;
   for (std::size_t i = 0; i < count; ++i)
@@ -118,7 +118,7 @@ std::vector<float> mixed_radii(std::size_t count) {
   return radii;
 }
 
-// The models, and with encoded albedo, whose values go below zero.
+// The models with albedo encoded as sRGB and values below zero.
 std::vector<Model> encoded_models() {
   std::vector<Model> result;
   for (Model model : models()) {
@@ -132,7 +132,7 @@ std::vector<Model> encoded_models() {
 
 }  // namespace
 
-TEST_CASE("texture: no footprint gives the bits of points", "[texture]") {
+TEST_CASE("texture: an empty footprint gives the bits of points", "[texture]") {
   const auto points = random_points(500, 10);
   for (const Model& model : encoded_models()) {
     const Texture texture(model, kSeed, kLargeCache);
@@ -170,7 +170,7 @@ TEST_CASE("texture: a footprint of voxels is their mean, an infinite one the mat
           "[texture]") {
   const Texture texture(tiny_lattice(), kSeed, kLargeCache);
   const std::size_t channels = texture.model().channels.size();
-  // The voxels of the second level of the pyramid are looked up for 0.75 of the edge.
+  // A quarter less than the edge of the footprint selects the second level of the pyramid.
   const float radius = 4 / 0.75f / 2;
   const LightChannels light(texture.model().channels, texture.model().color_space);
   Values found = filtered(texture, {-6, 10, 2}, {radius});
@@ -228,7 +228,7 @@ TEST_CASE("texture: three axes of a cube give the bits of its radius", "[texture
   }
 }
 
-TEST_CASE("texture: nearly a cube is nearly the same, in whatever order its axes are",
+TEST_CASE("texture: an almost cubic footprint is almost a cube, in every order of its axes",
           "[texture]") {
   const auto points = random_points(60, 40);
   for (const Model& model : encoded_models()) {
@@ -271,7 +271,7 @@ TEST_CASE("texture: a footprint is the mean of its parts", "[texture]") {
   for (std::size_t c = 0; c < 2; ++c) CHECK(found[c] == Approx((parts[c] + parts[2 + c]) / 2));
 }
 
-TEST_CASE("texture: axes see more of a slanted footprint than a cube does", "[texture]") {
+TEST_CASE("texture: axes approximate a slanted footprint better than a cube does", "[texture]") {
   for (const Model& model : models()) {
     const Texture texture(model, kSeed, kLargeCache);
     for (const double width : {1.0, 2.0}) {
@@ -284,7 +284,7 @@ TEST_CASE("texture: axes see more of a slanted footprint than a cube does", "[te
   }
 }
 
-TEST_CASE("texture: an endless axis sees the mean of the material", "[texture]") {
+TEST_CASE("texture: an endless axis gives the mean of the material", "[texture]") {
   for (const Model& model : encoded_models()) {
     const Texture texture(model, kSeed, kLargeCache);
     const Values mean = filtered(texture, {1, 2, 3}, {INFINITY});
@@ -293,7 +293,7 @@ TEST_CASE("texture: an endless axis sees the mean of the material", "[texture]")
   }
 }
 
-TEST_CASE("texture: an axis that is no number is named", "[texture]") {
+TEST_CASE("texture: an axis with a NaN is named", "[texture]") {
   std::vector<float> axes(9 * 20, 1.0f);
   axes[9 * 7 + 5] = std::nanf("");
   for (const Model& model : models()) {

@@ -1,4 +1,4 @@
-// Gradients: derivatives of what a query returns, of both families, with footprints and without.
+// Jacobians: derivatives of the values of queries, for both families, with footprints and without.
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -14,11 +14,11 @@ using namespace texture_queries;
 
 namespace {
 
-// Footprints of all points of a query.
+// Footprint of all points of a query.
 struct Footprint {
   std::string name;
   float radius = 0;              // of cubes
-  std::vector<float> axes = {};  // three of each point, where not empty
+  std::vector<float> axes = {};  // three axes, if not empty
 };
 
 const Footprint kPoint{"point"};
@@ -27,11 +27,11 @@ struct Found {
   Values values, jacobians;
 };
 
-Found ask(const Texture& texture, const std::array<double, 3>& origin, const Values& points,
-          const Footprint& footprint, bool with_gradients = true) {
+Found evaluate(const Texture& texture, const std::array<double, 3>& origin, const Values& points,
+               const Footprint& footprint, bool with_jacobians = true) {
   const std::size_t count = points.size() / 3, size = count * texture.model().channels.size();
-  Found found{Values(size), Values(with_gradients ? 3 * size : 0)};
-  const OutputView output{found.values.data(), with_gradients ? found.jacobians.data() : nullptr};
+  Found found{Values(size), Values(with_jacobians ? 3 * size : 0)};
+  const OutputView output{found.values.data(), with_jacobians ? found.jacobians.data() : nullptr};
   if (!footprint.axes.empty()) {
     Values axes;
     for (std::size_t p = 0; p < count; ++p)
@@ -55,27 +55,27 @@ std::vector<Footprint> footprints() {
           {"needle", 0, {7, 3, -2, 0, 0, 0, 0, 0, 0}}};
 }
 
-// Against differences to both sides, whose rounding is some 1e-7 / kStep, and which third
-// derivatives twist by kStep^2 / 6 of theirs. Where these do not agree
-// a plane between two cells, or the edge of an activation, lies between.
+// Compares derivatives with differences to both sides. Differences have a rounding error of about
+// 1e-7 / kStep and an error of kStep^2 / 6 times the third derivative. If they disagree with each
+// other a plane between two cells or the edge of an activation lies between.
 struct Agreement {
   std::size_t smooth = 0, wrong = 0, all = 0;
-  float largest = 0;  // gradient
+  float largest = 0;  // largest derivative
 };
 
 Agreement agreement_of(const Texture& texture, const Values& points, const Footprint& footprint) {
   constexpr float kStep = 1.0f / 128, kRounding = 4e-5f, kBend = 0.05f, kTwist = 6e-4f;
-  const Found here = ask(texture, {}, points, footprint);
+  const Found here = evaluate(texture, {}, points, footprint);
   Agreement result;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto moved = [&](float step) {
       Values to = points;
       for (std::size_t i = axis; i < to.size(); i += 3) to[i] += step;
-      return ask(texture, {}, to, footprint, false).values;
+      return evaluate(texture, {}, to, footprint, false).values;
     };
     const Values before = moved(-kStep), after = moved(kStep);
     for (std::size_t i = 0; i < before.size(); ++i) {
-      const float gradient = here.jacobians[3 * i + axis], size = std::fabs(gradient);
+      const float derivative = here.jacobians[3 * i + axis], size = std::fabs(derivative);
       const float up = (after[i] - here.values[i]) / kStep;
       const float down = (here.values[i] - before[i]) / kStep;
       const float low = std::min(up, down), high = std::max(up, down);
@@ -84,13 +84,13 @@ Agreement agreement_of(const Texture& texture, const Values& points, const Footp
       if (high - low > 2 * kRounding + kBend * size) continue;
       const float margin = kRounding + kTwist + 1e-3f * size;
       ++result.smooth;
-      result.wrong += gradient < low - margin || gradient > high + margin;
+      result.wrong += derivative < low - margin || derivative > high + margin;
     }
   }
   return result;
 }
 
-// Both families, with a channel of albedo that is encoded.
+// Both families, with one channel of albedo encoded as sRGB.
 std::vector<Model> encoded_models() {
   std::vector<Model> found = models();
   for (Model& model : found) {
@@ -100,7 +100,7 @@ std::vector<Model> encoded_models() {
   return found;
 }
 
-// Multiples of a 128th, so that steps between them are exact.
+// Multiples of 1/128: steps between them are exact.
 Values places(std::size_t count, float extent) {
   Values points = random_points(count, extent, 4);
   for (float& c : points) c = std::round(128 * c) / 128;
@@ -127,7 +127,7 @@ TEST_CASE("jacobians: derivatives of the values of every shipped lattice", "[jac
   for (const auto& entry : std::filesystem::directory_iterator(SOLIDTEX_MODELS)) {
     if (entry.path().extension() != ".solidtex") continue;
     Model model = read_model(entry.path());
-    // Samplers have too many edges for single precision: tests/unit/test_sampler.cpp takes double.
+    // Samplers have too many edges for single precision; tests/unit/test_sampler.cpp uses double.
     if (!std::holds_alternative<LatticeModel>(model.architecture)) continue;
     ++models;
     const Texture texture(std::move(model), kSeed, kLargeCache);
@@ -140,7 +140,7 @@ TEST_CASE("jacobians: derivatives of the values of every shipped lattice", "[jac
   CHECK(models > 3);
 }
 
-TEST_CASE("jacobians: asking for them changes no value, nor does anything else", "[jacobians]") {
+TEST_CASE("jacobians: they change no value, and nothing changes them", "[jacobians]") {
   const std::array<double, 3> far = {1e6, -7e5, 0x1p29};
   const Values points = random_points(500, 6);
   for (const Model& model : encoded_models()) {
@@ -148,15 +148,15 @@ TEST_CASE("jacobians: asking for them changes no value, nor does anything else",
     const Texture texture(model, kSeed, kLargeCache);
     std::vector<Found> together;
     for (const Footprint& footprint : footprints()) {
-      together.push_back(ask(texture, far, points, footprint));
+      together.push_back(evaluate(texture, far, points, footprint));
       const Found& all = together.back();
       CAPTURE(model.name, footprint.name);
-      CHECK(same(all.values, ask(texture, far, points, footprint, false).values));
+      CHECK(same(all.values, evaluate(texture, far, points, footprint, false).values));
       for (const std::size_t first : {0, 49, 133}) {
         for (const std::size_t count : {1, 48, 301}) {
           const auto begin = points.begin() + static_cast<std::ptrdiff_t>(3 * first);
-          const Found part =
-              ask(texture, far, {begin, begin + static_cast<std::ptrdiff_t>(3 * count)}, footprint);
+          const Found part = evaluate(
+              texture, far, {begin, begin + static_cast<std::ptrdiff_t>(3 * count)}, footprint);
           CHECK(std::equal(part.jacobians.begin(), part.jacobians.end(),
                            &all.jacobians[3 * channels * first]));
         }
@@ -166,7 +166,7 @@ TEST_CASE("jacobians: asking for them changes no value, nor does anything else",
       const Texture again(model, kSeed, kLargeCache);
       tbb::task_arena(3).execute([&] {
         for (std::size_t i = 0; i < together.size(); ++i) {
-          const Found found = ask(again, far, points, footprints()[i]);
+          const Found found = evaluate(again, far, points, footprints()[i]);
           CHECK(same(found.values, together[i].values));
           CHECK(same(found.jacobians, together[i].jacobians));
         }
@@ -175,16 +175,16 @@ TEST_CASE("jacobians: asking for them changes no value, nor does anything else",
   }
 }
 
-TEST_CASE("jacobians: an endless footprint sees none", "[jacobians]") {
+TEST_CASE("jacobians: those of an endless footprint are zero", "[jacobians]") {
   for (const Model& model : encoded_models()) {
     const Texture texture(model, kSeed, kLargeCache);
     const Footprint endless{"endless", std::numeric_limits<float>::infinity()};
-    for (const float negative_slope : ask(texture, {}, places(20, 9), endless).jacobians)
+    for (const float negative_slope : evaluate(texture, {}, places(20, 9), endless).jacobians)
       CHECK(negative_slope == 0);
   }
 }
 
-TEST_CASE("jacobians: those of albedo pass through light and back", "[jacobians]") {
+TEST_CASE("jacobians: those of albedo convert to linear light and back", "[jacobians]") {
   const LightChannels light({"albedo.r", "height"}, "srgb");
   float values[4] = {0.5f, 0.5f, -0.5f, -0.5f};
   float jacobians[12] = {1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 2, 3};

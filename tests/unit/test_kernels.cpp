@@ -36,7 +36,7 @@ Block random_block(const Box& box, int channels) {
   return block;
 }
 
-// Error 0 means the same bits: also of zeros, infinities and NaN.
+// Compares bits, those of zeros, infinities and NaN included.
 bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
@@ -79,7 +79,7 @@ TEST_CASE("conv3d is its reference bit for bit", "[kernels]") {
 }
 
 TEST_CASE("conv3d is a convolution", "[kernels]") {
-  // One tap at a time: the output is the input, shifted by that tap.
+  // One tap at a time: the output is the shifted input.
   const Block in = random_block(box_of(4, 5, 6), 2);
   for (int tap = 0; tap < 2 * 27; ++tap) {
     const LinearLayer layer(1, 2 * 27, {0.0f}, [&](int, int t) { return t == tap ? 1.0f : 0.0f; });
@@ -98,7 +98,7 @@ TEST_CASE("conv_transpose3d is its reference bit for bit", "[kernels]") {
            {std::array<std::int64_t, 3>{0, 0, 0}, {-3, 5, -7}, {-4, -1, 100001}}) {
         const std::array<std::int64_t, 3> size{3, 4, 37};
         CAPTURE(kernel, padding, out_lo);
-        // Generous input: every index that any tap can reach.
+        // Input that contains every index of every tap.
         Box in_box, out_box;
         for (int axis = 0; axis < 3; ++axis) {
           out_box.lo[axis] = out_lo[axis];

@@ -23,7 +23,7 @@ Box box_at(std::array<std::int64_t, 3> lo, std::array<std::int64_t, 3> size) {
   return {lo, {lo[0] + size[0], lo[1] + size[1], lo[2] + size[2]}};
 }
 
-// The values of `part` taken out of those of `whole`.
+// Returns the values of `part` from those of `whole`.
 std::vector<float> crop(const std::vector<float>& values, const Box& whole, const Box& part,
                         int channels) {
   std::vector<float> result;
@@ -58,7 +58,7 @@ void check_partitions(const LatticeModel& model, std::array<std::int64_t, 3> lo)
 
 }  // namespace
 
-TEST_CASE("any partition into boxes and any target give the same bits", "[field]") {
+TEST_CASE("any partition into boxes and any target give the same bits", "[lattice]") {
   constexpr std::int64_t far = std::int64_t{1} << 30;
   for (const std::array<std::int64_t, 3> lo :
        {std::array<std::int64_t, 3>{0, 0, 0}, {-5, -3, -6}, {far - 4, -far, 17}, {-far, far, -1}}) {
@@ -70,7 +70,7 @@ TEST_CASE("any partition into boxes and any target give the same bits", "[field]
 namespace {
 
 // Transposed convolutions of kernel 1 reach every other voxel, four of them every sixteenth: whole
-// steps need nothing of the coarse nodes.
+// steps need no coarse nodes.
 LatticeModel sparse_reader() {
   example::LatticeBuilder b(5);
   int sparse = b.conv(b.noise(4, 2), 3, 3);
@@ -79,7 +79,7 @@ LatticeModel sparse_reader() {
   return b.model;
 }
 
-// Voxels one by one, along the diagonal of y and z.
+// Compares single voxels along the diagonal of y and z.
 void check_voxels(const LatticeModel& model, const Box& whole) {
   const Lattice field(model, NoiseScheme::solidtex_1, kSeed);
   const std::vector<float> values = evaluate(field, whole);
@@ -93,7 +93,7 @@ void check_voxels(const LatticeModel& model, const Box& whole) {
 
 }  // namespace
 
-TEST_CASE("a box of many steps along x has the bits of its voxels", "[field]") {
+TEST_CASE("a box of many steps along x has the bits of its voxels", "[lattice]") {
   for (const std::int64_t lo : {-29, 3}) {  // across zero, and not
     check_voxels(example::every_operation(), box_at({lo, -3, 5}, {53, 2, 3}));
     check_voxels(example::gutierrez(2), box_at({lo, -3, 5}, {53, 2, 3}));
@@ -103,19 +103,19 @@ TEST_CASE("a box of many steps along x has the bits of its voxels", "[field]") {
       check_voxels(sparse_reader(), box_at({lo, -1, -1}, {size, 3, 3}));
 }
 
-TEST_CASE("an empty box writes nothing", "[field]") {
+TEST_CASE("an empty box writes nothing", "[lattice]") {
   const Lattice field(example::every_operation(), NoiseScheme::solidtex_1, kSeed);
   float untouched = 5;
   field.evaluate(box_at({0, 0, 0}, {3, 0, 3}), &untouched);
   CHECK(untouched == 5);
 }
 
-TEST_CASE("seeds give different fields", "[field]") {
+TEST_CASE("seeds give different textures", "[lattice]") {
   const Box box = box_at({0, 0, 0}, {4, 4, 4});
   CHECK(evaluate(Lattice(example::every_operation(), NoiseScheme::solidtex_1, 1), box) !=
         evaluate(Lattice(example::every_operation(), NoiseScheme::solidtex_1, 2), box));
 }
 
-TEST_CASE("a scheme without normal noise refuses a model that asks for it", "[field]") {
+TEST_CASE("a scheme without normal noise refuses a model that needs it", "[lattice]") {
   CHECK_THROWS(Lattice(example::every_operation(), NoiseScheme::solidtexturenets, 0));
 }

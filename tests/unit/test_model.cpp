@@ -25,7 +25,7 @@ std::string error_of(const std::vector<std::byte>& bytes) {
 
 std::string error_of(const ModelBytes& bytes) { return error_of(bytes.encode()); }
 
-// Flips bits, overwrites, removes or duplicates a stretch: one to four times.
+// Flips bits, or overwrites, removes or duplicates a range, one to four times.
 std::vector<std::byte> mutate(std::vector<std::byte> bytes, std::mt19937& random) {
   const auto below = [&](std::size_t limit) { return random() % limit; };
   for (std::size_t i = 0, count = 1 + below(4); i < count && !bytes.empty(); ++i) {
@@ -56,7 +56,7 @@ std::vector<std::byte> mutate(std::vector<std::byte> bytes, std::mt19937& random
 
 }  // namespace
 
-TEST_CASE("A field file becomes a resolved graph", "[model]") {
+TEST_CASE("A lattice file becomes a resolved graph", "[model]") {
   const ModelBytes bytes = lattice_bytes();
   const Model model = parse(bytes);
   CHECK(model.name == "tiny");
@@ -158,7 +158,7 @@ TEST_CASE("A file that cannot be read says why", "[model]") {
   }
 }
 
-TEST_CASE("What people have in place of a model is named, with the remedy", "[model]") {
+TEST_CASE("Other contents in place of a model are named, with the remedy", "[model]") {
   const auto error_of_text = [](const std::string& text) {
     const auto* first = reinterpret_cast<const std::byte*>(text.data());
     return error_of(std::vector<std::byte>(first, first + text.size()));

@@ -32,7 +32,7 @@ std::int32_t next(std::int32_t i) {
 }  // namespace
 
 TEST_CASE("solidtex-1 gives the numbers of docs/noise.md", "[noise]") {
-  // Worked out by hand from that page, in Python integers (tests/battery/noise_vectors.py).
+  // Computed in Python integers by tests/battery/noise_vectors.py.
   const StreamKey key = make_stream_key(1, 2, 3);
   CHECK(key.word[0] == 0x5E29B091u);
   CHECK(key.word[3] == 0x3C6585C2u);
@@ -57,7 +57,7 @@ TEST_CASE("normal noise is symmetric and monotonic", "[noise]") {
   for (std::uint32_t low = 0; low < 0x80000000u - 40499u; low += 40499u) {
     const float value = normal_from_bits(0x80000000u | low);
     CHECK(normal_from_bits(low) == -value);
-    // Neighbours may be equal or one rounding apart; over 40499 steps the order is plain.
+    // Neighbours may be equal or differ by rounding. Over 40499 steps the order is clear.
     decreases += value > previous;
     previous = value;
   }
@@ -129,7 +129,7 @@ TEST_CASE("trilinear lookups are lerps of single values, on every target", "[noi
     });
 }
 
-TEST_CASE("lookups near each other are those one by one, on every target", "[noise]") {
+TEST_CASE("lookups close together are those one by one, on every target", "[noise]") {
   constexpr int kPoints = 96;
   std::mt19937 random(8);
   const StreamKey key = make_stream_key(5, 6, 0);
@@ -162,7 +162,7 @@ TEST_CASE("derivatives of lookups are those of the reference, on every target", 
   constexpr float kTransform[9] = {0.5f, -0.25f, 0.1f, 0, 2, 0.3f, -1, 0.7f, 0.01f};
   std::mt19937 random(9);
   const StreamKey key = make_stream_key(5, 6, 0);
-  for (const std::uint32_t range : {3, 1000}) {  // near each other, and not
+  for (const std::uint32_t range : {3, 1000}) {  // close together, and not
     std::int32_t corner[3][kPoints];
     float fraction[3][kPoints];
     for (int axis = 0; axis < 3; ++axis)

@@ -11,7 +11,7 @@ namespace {
 
 using Indices = std::set<std::int64_t>;
 
-// The inputs that one output index reads, on one axis, straight from docs/file-format.md.
+// The inputs that one output index reads on one axis, by the definitions of docs/file-format.md.
 struct Reads {
   std::int64_t i;
 
@@ -34,7 +34,7 @@ struct Reads {
   }
 };
 
-// Every index of every node that an output range depends on.
+// Returns every index of every node on which an output range depends.
 std::vector<Indices> dependencies(const LatticeModel& model, std::int64_t lo, std::int64_t hi) {
   std::vector<Indices> result(model.nodes.size());
   for (auto i = lo; i < hi; ++i) result.back().insert(i);
@@ -82,7 +82,7 @@ TEST_CASE("an output that no tap reaches needs nothing", "[regions]") {
 
 namespace {
 
-// Side lengths of the noise boxes that one voxel needs on one axis, index = level.
+// Returns the sides of the noise boxes that one voxel needs, by level.
 std::array<std::int64_t, 6> noise_sides(const LatticeModel& model, std::int64_t position) {
   const std::vector<Box> regions =
       required_regions(model, box_at({position, position, position}, {1, 1, 1}));
@@ -110,7 +110,7 @@ TEST_CASE("one voxel never needs more noise than Gutierrez et al. bound", "[regi
   }
   CHECK(largest == std::array<std::int64_t, 6>{9, 11, 12, 13, 13, 9});
 
-  // The boxes of all 32^3 positions: their noise values in one channel, and how many are smaller.
+  // Boxes of all 32^3 positions: noise values in one channel, and how many boxes are smaller.
   int smaller = 0;
   std::int64_t most = 0;
   for (const auto& x : sides)

@@ -32,13 +32,13 @@ std::vector<float> evaluate(const Sampler& sampler, const std::vector<double>& p
   return values;
 }
 
-struct Gradients {
+struct Jacobians {
   std::vector<float> values, jacobians;
 };
 
-Gradients gradients_of(const Sampler& sampler, const std::vector<double>& positions) {
+Jacobians jacobians_of(const Sampler& sampler, const std::vector<double>& positions) {
   const std::size_t count = positions.size() / 3;
-  Gradients found;
+  Jacobians found;
   found.values.resize(count * static_cast<std::size_t>(sampler.channels()));
   found.jacobians.resize(3 * found.values.size());
   sampler.evaluate_faded(positions.data(), nullptr, count, found.values.data(),
@@ -46,7 +46,7 @@ Gradients gradients_of(const Sampler& sampler, const std::vector<double>& positi
   return found;
 }
 
-// Equation 2 of GramGAN in double, with nothing folded.
+// Equation 2 of GramGAN in double, without folding.
 std::vector<double> by_definition(const SamplerModel& model, const double* at) {
   const auto octave = [&](int i) {
     const NoiseStream noise(NoiseScheme::solidtex_1, kSeed, static_cast<std::uint32_t>(i), 0);
@@ -90,7 +90,7 @@ std::vector<double> by_definition(const SamplerModel& model, const double* at) {
   return product(model.output_weight, model.output_bias);
 }
 
-// Units and octaves that fill no tile and no vector, and more than one.
+// Units and octaves that fill no tile and no vector, or more than one.
 std::vector<SamplerModel> odd_models() {
   return {example::sampler(), example::sampler(3, 2, 5, 4), example::sampler(4, 3, 33, 1),
           example::sampler(1, 2, 1, 1), example::sampler(20, 2, 40, 20)};
@@ -125,11 +125,11 @@ TEST_CASE("jacobians are the derivatives of equation 2", "[sampler]") {
     const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
     const std::size_t count = model.width < 64 ? 100 : 20;
     const std::vector<double> positions = random_positions(count, -20);
-    const Gradients found = gradients_of(sampler, positions);
+    const Jacobians found = jacobians_of(sampler, positions);
     CHECK(found.values == evaluate(sampler, positions));
     const auto channels = static_cast<std::size_t>(sampler.channels());
     float largest = 0;
-    // Rounding moves what is within 1e-7 or so of an activation's edge to its other side.
+    // Rounding moves values within about 1e-7 of an activation's edge to its other side.
     std::size_t wrong = 0;
     for (std::size_t p = 0; p < count; ++p)
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -140,9 +140,9 @@ TEST_CASE("jacobians are the derivatives of equation 2", "[sampler]") {
         const std::vector<double> before = by_definition(model, low.data());
         const std::vector<double> after = by_definition(model, high.data());
         for (std::size_t c = 0; c < channels; ++c) {
-          const float gradient = found.jacobians[3 * (p * channels + c) + axis];
-          wrong += gradient != Approx((after[c] - before[c]) / (2 * kStep)).margin(2e-5);
-          largest = std::max(largest, std::fabs(gradient));
+          const float derivative = found.jacobians[3 * (p * channels + c) + axis];
+          wrong += derivative != Approx((after[c] - before[c]) / (2 * kStep)).margin(2e-5);
+          largest = std::max(largest, std::fabs(derivative));
         }
       }
     CAPTURE(model.width, wrong, count);
@@ -151,19 +151,19 @@ TEST_CASE("jacobians are the derivatives of equation 2", "[sampler]") {
   }
 }
 
-TEST_CASE("a gradient's bits depend neither on its neighbours nor on the target", "[sampler]") {
+TEST_CASE("a jacobian's bits depend neither on its neighbours nor on the target", "[sampler]") {
   const std::vector<double> positions = random_positions(150, 1e6);
   for (const SamplerModel& model : odd_models()) {
     const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
     const auto channels = static_cast<std::size_t>(sampler.channels());
-    const Gradients together = gradients_of(sampler, positions);
+    const Jacobians together = jacobians_of(sampler, positions);
     testing::on_every_target([&] {
-      CHECK(gradients_of(sampler, positions).jacobians == together.jacobians);
+      CHECK(jacobians_of(sampler, positions).jacobians == together.jacobians);
       for (const std::size_t first : {0, 1, 47, 101})
         for (const std::size_t count : {1, 2, 17, 49}) {
           const auto begin = positions.begin() + static_cast<std::ptrdiff_t>(3 * first);
-          const Gradients part =
-              gradients_of(sampler, {begin, begin + static_cast<std::ptrdiff_t>(3 * count)});
+          const Jacobians part =
+              jacobians_of(sampler, {begin, begin + static_cast<std::ptrdiff_t>(3 * count)});
           CAPTURE(first, count);
           CHECK(std::equal(part.values.begin(), part.values.end(),
                            &together.values[channels * first]));
@@ -218,7 +218,7 @@ TEST_CASE("fast precision is near full precision", "[sampler]") {
     float largest = 0;
     for (std::size_t i = 0; i < full.size(); ++i)
       largest = std::max(largest, std::fabs(fast[i] - full[i]));
-    CHECK(largest < 1.0f / 255);  // docs/numerics.md asks this of 99.9 % of the values only
+    CHECK(largest < 1.0f / 255);  // docs/numerics.md requires this of 99.9 % of the values
   }
   for (const SamplerModel& model : odd_models()) {
     const std::vector<double> positions = random_positions(100, 7);

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::int64_t kFar = std::int64_t{1} << 30;
 
-// Offsets of the centres of a box's voxels from its corner, in its own order.
+// Returns the offsets of a box's voxel centres from its corner, in the order of its voxels.
 std::vector<float> centres(const Index3& size) {
   std::vector<float> points;
   for (std::int64_t x = 0; x < size[0]; ++x) {
@@ -70,7 +70,7 @@ bool varied(const Values& values) {
   return *high - *low > 0.05f && std::isfinite(*low) && std::isfinite(*high);
 }
 
-// Real threads even on a machine with fewer cores.
+// Four threads, also on machines with fewer cores.
 struct FourThreads {
   tbb::global_control control{tbb::global_control::max_allowed_parallelism, 4};
 };
@@ -91,7 +91,7 @@ TEST_CASE("texture: a point at a voxel centre is the voxel, bit for bit", "[text
   }
 }
 
-TEST_CASE("texture: points of the field are cubic convolutions of voxels", "[texture]") {
+TEST_CASE("texture: points of a lattice are cubic convolutions of voxels", "[texture]") {
   // Keys 1981, equation 6 with a = -3/4, by the distance from a voxel centre.
   const auto weight = [](double s) {
     const double a = -0.75;
@@ -252,8 +252,8 @@ TEST_CASE("texture: the host's rounding mode does not matter, and is left alone"
   }
 }
 
-// Tagged for ThreadSanitizer: it cannot see into Debian's oneTBB and takes the hand-over of a task
-// to a worker for a race, so here every thread works alone in an arena of its own.
+// For ThreadSanitizer: it cannot see into Debian's oneTBB and reports the hand-over of a task to a
+// worker as a race. So every thread has an arena of its own here.
 TEST_CASE("texture: threads share one texture and compute each brick once", "[texture][tsan]") {
   const auto points = random_points(4000, 30);
   for (const std::uint64_t limit : {std::uint64_t{300000}, kLargeCache}) {

@@ -30,7 +30,7 @@ Block random_block(const Box& box, int channels) {
   return block;
 }
 
-// The box with `margin` more cells on every side.
+// Returns the box with `margin` more cells on every side.
 Box grown(Box box, std::int64_t margin) {
   for (int axis = 0; axis < 3; ++axis) {
     box.lo[axis] -= margin;
@@ -39,7 +39,7 @@ Box grown(Box box, std::int64_t margin) {
   return box;
 }
 
-// A window of a box, with its memory.
+// A plane ring of a box, with its memory.
 struct Store {
   Store(const Box& box, int channels, int parities)
       : window(box, channels, parities, box.size(0)), memory(window.memory(), 0.5f) {
@@ -76,10 +76,10 @@ struct Source {
 
 struct ConvCase {
   std::vector<Source> sources;
-  std::vector<int> outputs;  // of the 3^3 convolution and the 1^3 ones behind it
+  std::vector<int> outputs;  // outputs of the 3^3 convolution and of the 1^3 ones after it
   std::array<std::int64_t, 3> lo, size;
-  int tile = 2;    // along x; 1: summed tap by tap
-  int wider = 0;   // by so many voxels in z the last source exceeds what is needed
+  int tile = 2;    // along x; 1 sums tap by tap
+  int wider = 0;   // extra voxels of the last source along z
   int origin = 0;  // of tiles
 
   Box box() const { return {lo, {lo[0] + size[0], lo[1] + size[1], lo[2] + size[2]}}; }
@@ -116,7 +116,7 @@ ConvChain random_chain(const ConvCase& c) {
   return chain;
 }
 
-// The chain by the loops that define it.
+// The chain computed by the reference loops.
 Block expected_block(const ConvChain& chain, const Block& in, const Box& box) {
   Block out(box, chain.is_direct() ? chain.taps.outputs : chain.first.outputs);
   if (chain.is_direct())

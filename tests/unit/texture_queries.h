@@ -1,4 +1,4 @@
-// What tests of textures share: small models of both families, and their queries as vectors.
+// Shared by tests of textures: small models of both families, and queries that return vectors.
 #pragma once
 
 #include <array>
@@ -46,7 +46,7 @@ inline std::vector<float> random_points(std::size_t count, float extent, unsigne
   return points;
 }
 
-// Bit for bit; a bool, so that a failure does not print thousands of floats.
+// Compares bits. Returns a bool, so that a failure does not print thousands of floats.
 inline bool same(const Values& a, const Values& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
@@ -65,7 +65,7 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-// Both families in turn.
+// Both families.
 inline std::vector<Model> models() { return {tiny_lattice(), tiny_sampler()}; }
 
 }  // namespace texture_queries

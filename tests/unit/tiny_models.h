@@ -1,4 +1,4 @@
-// The smallest models that exercise a whole family, made in memory.
+// The smallest models that exercise a whole family.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,8 @@ inline Tensor tensor(std::vector<std::int64_t> shape, float first, float step) {
   return result;
 }
 
-// Noise on two levels, the coarse one upsampled and joined, then a 3^3 convolution to two channels.
+// Noise on two levels, the coarse one upsampled and concatenated, then a 3^3 convolution to two
+// channels.
 inline Model tiny_lattice() {
   LatticeModel lattice;
   lattice.nodes.push_back({"coarse", NoiseOp{Distribution::uniform}, {}, 1, 1});
