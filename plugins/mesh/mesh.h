@@ -1,4 +1,4 @@
-// Triangle meshes, loaded through assimp, for whatever needs one: the renderer, the baker, plugins.
+// Triangle meshes for whatever needs one: the renderer, the baker, plugins.
 #pragma once
 
 #include <filesystem>
@@ -17,13 +17,29 @@ struct MeshError : std::runtime_error {
 // normals and uvs are empty, or as long as positions.
 struct Mesh {
   std::string file;
-  std::vector<glm::vec3> positions, normals;
+  std::vector<glm::vec3> positions, normals;  // positions relative to the origin
   std::vector<glm::vec2> uvs;
   std::vector<glm::uvec3> triangles;
+
+  // Zero, unless the mesh lies so far away that single precision would lose its detail there.
+  glm::dvec3 origin{0};
+  // By how much a coordinate may differ from the one that was exported, in the mesh's units.
+  double rounding_error = 0;
+  // What reading the file found worth saying, one line each, without the file's name.
+  std::vector<std::string> warnings{};
+
+  glm::dvec3 position(std::size_t vertex) const { return origin + glm::dvec3(positions[vertex]); }
 };
 
-// Reads an OBJ or PLY file. Throws MeshError, naming the file, for a mesh that is missing, cannot
-// be read, is empty, has a vertex that is not finite or a face that refers to no vertex.
+// The formats that load_mesh reads, for messages.
+inline constexpr const char* kMeshFormats = "*.ply, *.obj, *.gltf, *.glb, *.stl or *.off";
+
+// Reads a PLY, OBJ, glTF, STL or OFF file, told by its extension in small or capital letters.
+// Polygons become triangles. Throws MeshError for a mesh that is missing, cannot be read, is
+// empty, has a vertex that is not finite or a face that refers to no vertex.
 Mesh load_mesh(const std::filesystem::path& file);
+
+// A warning where rounding moves the mesh by a large part of a texel or more, else empty.
+std::string rounding_warning(const Mesh& mesh, double texels_per_unit);
 
 }  // namespace solidtex::mesh

@@ -27,6 +27,10 @@ Placement place(const Mesh& mesh, const std::array<std::int64_t, 3>& origin,
   std::ranges::transform(origin, placement.origin.begin(),
                          [](std::int64_t texel) { return static_cast<double>(texel); });
   placement.texels_per_unit = texels_per_unit ? *texels_per_unit : default_texels_per_unit(mesh);
+  for (int axis = 0; axis < 3; ++axis) {
+    placement.origin[static_cast<std::size_t>(axis)] +=
+        placement.texels_per_unit * mesh.origin[axis];
+  }
   return placement;
 }
 

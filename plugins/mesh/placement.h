@@ -9,7 +9,7 @@
 
 namespace solidtex::mesh {
 
-// A point p of the mesh is looked up at origin + texels_per_unit * p, in texels.
+// A point p relative to the mesh's origin is looked up at origin + texels_per_unit * p, in texels.
 struct Placement {
   std::array<double, 3> origin{};
   double texels_per_unit = 1;
@@ -18,8 +18,9 @@ struct Placement {
 // Texels along the longest side of a mesh that nobody has scaled: enough to see the material.
 inline constexpr double kDefaultExtent = 512;
 
-// At an origin in texels; without texels_per_unit the longest side of the mesh's box is
-// kDefaultExtent long. Throws MeshError for a mesh that is then a single point.
+// With the zero of the mesh's coordinates at an origin in texels; without texels_per_unit the
+// longest side of the mesh's box is kDefaultExtent long. Throws MeshError for a mesh that is then a
+// single point.
 Placement place(const Mesh& mesh, const std::array<std::int64_t, 3>& origin,
                 std::optional<double> texels_per_unit);
 

@@ -1,46 +1,20 @@
 #include "plugins/mesh/vertices.h"
 
-#include <cstdint>
-#include <cstring>
-#include <string>
-#include <unordered_map>
+#include "plugins/mesh/vertex_table.h"
 
 namespace solidtex::mesh {
-namespace {
-
-// All that is known of a vertex, bit for bit.
-std::string bytes_of(const Mesh& mesh, unsigned vertex) {
-  std::string bytes;
-  const auto add = [&](const auto& values) {
-    if (values.empty()) return;
-    bytes.append(reinterpret_cast<const char*>(&values[vertex]), sizeof values[vertex]);
-  };
-  add(mesh.positions);
-  add(mesh.normals);
-  add(mesh.uvs);
-  return bytes;
-}
-
-}  // namespace
 
 Mesh share_vertices(Mesh mesh) {
   if (mesh.positions.size() < 3 * mesh.triangles.size()) return mesh;
-  Mesh shared;
-  shared.file = mesh.file;
-  std::unordered_map<std::string, unsigned> known;
+  Mesh shared = mesh;
+  shared.positions.clear(), shared.normals.clear(), shared.uvs.clear();
+  VertexTable table(shared, !mesh.normals.empty(), !mesh.uvs.empty());
   std::vector<unsigned> index(mesh.positions.size());
-  for (unsigned v = 0; v < mesh.positions.size(); ++v) {
-    const auto next = static_cast<unsigned>(shared.positions.size());
-    const auto [entry, is_new] = known.try_emplace(bytes_of(mesh, v), next);
-    index[v] = entry->second;
-    if (!is_new) continue;
-    shared.positions.push_back(mesh.positions[v]);
-    if (!mesh.normals.empty()) shared.normals.push_back(mesh.normals[v]);
-    if (!mesh.uvs.empty()) shared.uvs.push_back(mesh.uvs[v]);
+  for (std::size_t v = 0; v < index.size(); ++v) {
+    index[v] = table.add(mesh.positions[v], mesh.normals.empty() ? glm::vec3(0) : mesh.normals[v],
+                         mesh.uvs.empty() ? glm::vec2(0) : mesh.uvs[v]);
   }
-  for (const glm::uvec3& t : mesh.triangles) {
-    shared.triangles.emplace_back(index[t.x], index[t.y], index[t.z]);
-  }
+  for (glm::uvec3& t : shared.triangles) t = {index[t.x], index[t.y], index[t.z]};
   return shared;
 }
 

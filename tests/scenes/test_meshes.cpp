@@ -34,8 +34,8 @@ const std::string kPlyHeader =
 TEST_CASE("Invalid meshes are refused by name") {
   const TemporaryFolder folder;
   check_refused(folder / "missing.ply", "no such file");
-  write_text(folder / "mesh.stl", "solid");
-  check_refused(folder / "mesh.stl", "*.obj or *.ply");
+  write_text(folder / "mesh.fbx", "solid");
+  check_refused(folder / "mesh.fbx", "*.ply, *.obj, *.gltf, *.glb, *.stl or *.off");
   write_text(folder / "empty.ply", "");
   check_refused(folder / "empty.ply", "header without an end");
   write_text(folder / "words.obj", "this is no mesh\n");

@@ -29,11 +29,15 @@ constexpr int texels_at_a_time = 1 << 16;
 constexpr int default_atlas_size = 1024;
 
 mesh::Placement placement_of(const BakeOptions& options, const Mesh& mesh) {
-  if (options.texels_per_unit != 0) {
-    return mesh::place(mesh, options.origin, options.texels_per_unit);
-  }
-  const mesh::Placement placement = mesh::place(mesh, options.origin, std::nullopt);
-  std::cerr << fmt::format("{}: --texels-per-unit {:.6g}\n", mesh.file, placement.texels_per_unit);
+  const bool is_given = options.texels_per_unit != 0;
+  const mesh::Placement placement = mesh::place(
+      mesh, options.origin, is_given ? std::optional(options.texels_per_unit) : std::nullopt);
+  const auto say = [&](const std::string& text) {
+    if (!text.empty()) std::cerr << mesh.file << ": " << text << '\n';
+  };
+  for (const std::string& warning : mesh.warnings) say(warning);
+  say(mesh::rounding_warning(mesh, placement.texels_per_unit));
+  if (!is_given) say(fmt::format("--texels-per-unit {:.6g}", placement.texels_per_unit));
   return placement;
 }
 

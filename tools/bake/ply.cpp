@@ -13,6 +13,9 @@ namespace {
 
 using mesh::Mesh;
 
+// Single precision suffices near zero only.
+bool needs_doubles(const Mesh& mesh) { return mesh.origin != glm::dvec3(0); }
+
 std::string header_of(const Mesh& mesh, const std::vector<PlyProperty>& properties) {
   std::string text = "ply\nformat binary_";
   text += std::endian::native == std::endian::little ? "little" : "big";
@@ -26,7 +29,7 @@ std::string header_of(const Mesh& mesh, const std::vector<PlyProperty>& properti
     }
     text += "property " + type + " " + name + "\n";
   };
-  for (const char* name : {"x", "y", "z"}) add("float", name);
+  for (const char* name : {"x", "y", "z"}) add(needs_doubles(mesh) ? "double" : "float", name);
   if (!mesh.normals.empty()) {
     for (const char* name : {"nx", "ny", "nz"}) add("float", name);
   }
@@ -47,7 +50,11 @@ void append(std::string& bytes, const T& value) {
 
 void append_vertex(std::string& bytes, const Mesh& mesh, const std::vector<PlyProperty>& properties,
                    std::size_t vertex) {
-  append(bytes, mesh.positions[vertex]);
+  if (needs_doubles(mesh)) {
+    append(bytes, mesh.position(vertex));
+  } else {
+    append(bytes, mesh.positions[vertex]);
+  }
   if (!mesh.normals.empty()) append(bytes, mesh.normals[vertex]);
   if (!mesh.uvs.empty()) append(bytes, mesh.uvs[vertex]);
   for (const PlyProperty& property : properties) {
