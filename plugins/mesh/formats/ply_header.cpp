@@ -51,8 +51,9 @@ class HeaderReader {
 
   PlyHeader read() {
     std::optional<std::string_view> line = lines_.take();
-    if (!line || take_word(*line) != "ply")
+    if (line && take_word(*line) != "ply") {
       refuse(file_, "no PLY file", "\"ply\" as its first line");
+    }
     while ((line = lines_.take())) {
       if (!read_line(*line)) return finish();
     }
