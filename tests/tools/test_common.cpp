@@ -3,8 +3,9 @@
 #include <iterator>
 
 #include "catch.hpp"
-#include "tools/common/atomic_file.h"
 #include "tools/common/cli.h"
+#include "tools/common/limits.h"
+#include "tools/common/output_file.h"
 #include "tools/common/progress.h"
 
 using namespace solidtex::tools;
@@ -109,6 +110,79 @@ TEST_CASE("An existing output is only overwritten by force") {
   CHECK_NOTHROW(refuse_overwrite(folder / "out", true));
 }
 
+TEST_CASE("Error messages name the target, not the temporary file") {
+  const Folder folder;
+  const fs::path target = folder / "out.npy";
+  CHECK_THROWS_WITH(write_completely(target,
+                                     [](const fs::path& file) {
+                                       write(file, "half");
+                                       throw WriteError(file, "a reason");
+                                     }),
+                    target.string() + ": cannot write: a reason");
+  CHECK(folder.entry_count() == 0);
+  CHECK_THROWS_AS(write_completely(target, [](const fs::path&) { throw Interrupted(); }),
+                  Interrupted);
+  CHECK(folder.entry_count() == 0);
+}
+
+TEST_CASE("Extensions are compared in small letters") {
+  CHECK(lower_extension("a.b/PICTURE.Exr") == ".exr");
+  CHECK(lower_extension("folder") == "");
+}
+
+TEST_CASE("Available memory is the least that any limit leaves") {
+  const Folder folder;
+  const auto put = [&](const fs::path& file, const std::string& text) {
+    fs::create_directories((folder / "x").parent_path() / file.parent_path());
+    write((folder / "x").parent_path() / file, text);
+  };
+  const auto available = [&] { return available_memory((folder / "x").parent_path()); };
+  constexpr std::uint64_t mib = 1 << 20;
+  put("proc/meminfo", "MemTotal: 900000 kB\nMemAvailable: 204800 kB\nSwapFree: 1024 kB\n");
+  CHECK(available() == 201 * mib);
+  put("proc/self/cgroup", "3:cpu,cpuacct:/a/b\n2:memory:/a/b\n1:pids:/\n0::/c/d\n");
+  CHECK(available() == 201 * mib);
+
+  // Version 2: the group has no limit, the one around it has.
+  const auto number = [](std::uint64_t bytes) { return std::to_string(bytes) + "\n"; };
+  put("sys/fs/cgroup/c/d/memory.max", "max\n");
+  put("sys/fs/cgroup/c/d/memory.current", number(100 * mib));
+  put("sys/fs/cgroup/c/memory.max", number(150 * mib));
+  put("sys/fs/cgroup/c/memory.current", number(140 * mib));
+  CHECK(available() == 10 * mib);
+  // Pages of files can be taken back.
+  put("sys/fs/cgroup/c/memory.stat",
+      "anon 5\ninactive_file " + number(20 * mib) + "active_file " + number(30 * mib));
+  CHECK(available() == 60 * mib);
+
+  // Version 1.
+  put("sys/fs/cgroup/memory/a/b/memory.limit_in_bytes", number(100 * mib));
+  put("sys/fs/cgroup/memory/a/b/memory.usage_in_bytes", number(95 * mib));
+  put("sys/fs/cgroup/memory/a/b/memory.stat", "total_inactive_file " + number(mib));
+  CHECK(available() == 6 * mib);
+  put("sys/fs/cgroup/memory/a/b/memory.usage_in_bytes", number(110 * mib));
+  CHECK(available() == 0);
+}
+
+TEST_CASE("Bytes are printed in the unit that suits") {
+  CHECK(format_bytes(0) == "0 bytes");
+  CHECK(format_bytes(1023) == "1023 bytes");
+  CHECK(format_bytes(1536) == "1.5 KiB");
+  CHECK(format_bytes(92.0 * 0x1p40) == "92.0 TiB");
+  CHECK(format_bytes(0x1p80) == "1048576.0 EiB");
+}
+
+TEST_CASE("What needs more than there is is refused with both numbers") {
+  CHECK_NOTHROW(check_memory("a.vdb", 1, ""));
+  CHECK_THROWS_WITH(check_memory("a.vdb", 0x1p70, "use .npy"),
+                    ContainsSubstring("a.vdb: needs 1024.0 EiB of memory, ") &&
+                        ContainsSubstring("iB are available; use .npy"));
+  const Folder folder;
+  CHECK_NOTHROW(check_disk(folder / "a.npy", 1, ""));
+  CHECK_THROWS_WITH(check_disk(folder / "a.npy", 0x1p70, ""),
+                    ContainsSubstring("a.npy: needs 1024.0 EiB on the disk, "));
+}
+
 TEST_CASE("Durations read like a clock") {
   CHECK(format_duration(0) == "0:00");
   CHECK(format_duration(59.6) == "1:00");
@@ -123,6 +197,7 @@ TEST_CASE("The exit code says how a tool ended") {
   CHECK(run({"--help"}, [] { FAIL("work on --help"); }) == exit_success);
   CHECK(run({}, [] { FAIL("work without an output"); }) == exit_usage);
   CHECK(run({"-o", "x"}, [] { throw std::runtime_error("broken"); }) == exit_failure);
+  CHECK(run({"-o", "x"}, [] { throw std::bad_alloc(); }) == exit_failure);
   CHECK(run({"-o", "x"}, [] { throw Interrupted(); }) == exit_interrupted);
 }
 

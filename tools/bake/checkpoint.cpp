@@ -8,7 +8,7 @@
 #include <string>
 
 #include "plugins/mesh/fingerprint.h"
-#include "tools/common/atomic_file.h"
+#include "tools/common/output_file.h"
 
 namespace solidtex::tools {
 namespace {
@@ -30,18 +30,17 @@ std::uint64_t fingerprint_of(std::span<const float> values) {
 }
 
 [[noreturn]] void fail(const std::filesystem::path& file) {
-  throw std::runtime_error(
-      fmt::format("{}: cannot be written ({})", file.string(), std::strerror(errno)));
+  throw WriteError(file, std::strerror(errno));
 }
 
-// Appears complete, so that there is never half a header.
+// The file appears complete: there is never half a header.
 void begin(const std::filesystem::path& file, const ordered_json& identity) {
-  AtomicFile whole(file);
-  std::ofstream stream(whole.temporary_path(), std::ios::binary);
-  stream << kKind << '\n' << identity.dump() << '\n';
-  stream.close();
-  if (!stream) fail(file);
-  whole.commit();
+  write_completely(file, [&](const std::filesystem::path& temporary) {
+    const std::string header = std::string(kKind) + '\n' + identity.dump() + '\n';
+    OutputFile stream(temporary);
+    stream.write(0, header.data(), header.size());
+    stream.close();
+  });
 }
 
 void check_identity(const std::filesystem::path& file, std::istream& stream,

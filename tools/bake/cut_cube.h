@@ -1,36 +1,42 @@
-// A unit cube with the octant nearest to the viewer removed, and rays that hit it.
+// The scene of the preview: a unit cube whose nearest octant is cut out, on a floor, lit by a soft
+// sun and an even sky.
 #pragma once
 
-#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
 #include <optional>
 
 namespace solidtex::tools {
 
-using Vec3 = std::array<double, 3>;
-
-inline Vec3 operator+(const Vec3& a, const Vec3& b) {
-  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-}
-inline Vec3 operator-(const Vec3& a, const Vec3& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-inline Vec3 operator*(double s, const Vec3& a) { return {s * a[0], s * a[1], s * a[2]}; }
-inline double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Vec3 normalized(const Vec3& a);
-
 struct Ray {
-  Vec3 origin, direction;
+  glm::dvec3 origin, direction;
 };
 
 struct Hit {
-  double distance;
-  Vec3 point, normal;
+  glm::dvec3 point, normal;
 };
 
-// The cube is [0, 1]^3 without (0.5, 1]^3.
+// The first hit of the cube [0, 1]^3 without (0.5, 1]^3.
 std::optional<Hit> intersect_cut_cube(const Ray& ray);
+
+// A low-discrepancy sequence in the unit square, shifted by a hash of the pixel. The same seed
+// gives the same points.
+class SampleSequence {
+ public:
+  explicit SampleSequence(std::uint32_t pixel);
+  glm::dvec2 next();
+
+ private:
+  glm::dvec2 point_;
+};
+
+// Light that arrives at a surface point: 1 on an unshaded surface that faces up.
+double irradiance(const glm::dvec3& point, const glm::dvec3& normal, SampleSequence& samples);
+
+// Linear gray of the unshaded floor and of the backdrop.
+inline constexpr double backdrop = 0.62;
+
+// The camera ray through (x, y) of the image plane, each in [0, 1] from the top left.
+Ray camera_ray(double x, double y);
 
 }  // namespace solidtex::tools

@@ -11,11 +11,13 @@
 #include "plugins/mesh/atlas.h"
 #include "plugins/mesh/fingerprint.h"
 #include "plugins/mesh/vertices.h"
+#include "tools/bake/channels.h"
 #include "tools/bake/checkpoint.h"
-#include "tools/bake/encoding.h"
-#include "tools/bake/exr_file.h"
+#include "tools/bake/image_file.h"
 #include "tools/bake/ply.h"
 #include "tools/common/cli.h"
+#include "tools/common/limits.h"
+#include "tools/common/output_file.h"
 #include "tools/common/progress.h"
 
 namespace solidtex::tools {
@@ -52,7 +54,7 @@ int atlas_size(const BakeOptions& options) {
   return static_cast<int>(x);
 }
 
-// What must be the same for a bake to go on with the same bits.
+// Settings that must be equal for a bake to continue with the same bits.
 nlohmann::ordered_json identity_of(const BakeOptions& options, const Mesh& mesh,
                                    const mesh::Placement& placement,
                                    const solidtex::texture& texture) {
@@ -82,6 +84,7 @@ std::vector<float> vertex_values(const Mesh& mesh, const mesh::Placement& placem
   Progress progress("Baking " + texture.name(), mesh.positions.size());
   const std::vector<float> radii = mesh::vertex_radii(mesh);
   std::vector<float> values, part;
+  values.reserve(radii.size() * texture.channel_count());
   for (std::size_t first = 0; first < radii.size(); first += vertices_at_a_time) {
     throw_if_interrupted();
     const std::size_t count = std::min(vertices_at_a_time, radii.size() - first);
@@ -98,7 +101,7 @@ std::vector<float> vertex_values(const Mesh& mesh, const mesh::Placement& placem
   return values;
 }
 
-// A colour as red, green and blue; all else as floats by the channel's own name.
+// A color as red, green and blue; other channels as floats with their own names.
 std::vector<PlyProperty> properties_of(const solidtex::texture& texture,
                                        const std::vector<float>& values, bool in_bytes) {
   const std::size_t channels = texture.channel_count();
@@ -120,9 +123,21 @@ std::vector<PlyProperty> properties_of(const solidtex::texture& texture,
   return properties;
 }
 
+// Values, properties and the bytes of the file are in memory together.
+void check_vertex_room(const fs::path& output, const Mesh& mesh, std::size_t channels) {
+  const std::size_t floats =
+      3 * mesh.positions.size() + 3 * mesh.normals.size() + 2 * mesh.uvs.size();
+  const double values = static_cast<double>(mesh.positions.size() * channels);
+  const double file = static_cast<double>(4 * floats + 13 * mesh.triangles.size()) + values;
+  check_memory(output.string(), 2 * sizeof(float) * values + file, "--to uv writes band by band");
+  check_disk(output, file, "");
+  check_file_size(output, file, "");
+}
+
 void bake_vertices(const BakeOptions& options, Mesh loaded, const solidtex::texture& texture,
                    const fs::path& file) {
   const Mesh mesh = mesh::share_vertices(std::move(loaded));
+  check_vertex_room(options.output, mesh, texture.channel_count());
   const mesh::Placement placement = placement_of(options, mesh);
   const std::vector<float> values =
       vertex_values(mesh, placement, texture, checkpoint_of(options, mesh, placement, texture));
@@ -179,7 +194,7 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
 void check_mesh_options(const BakeOptions& options) {
   const bool is_atlas = options.to == "uv";
   const char* extension = is_atlas ? ".exr" : ".ply";
-  if (options.output.extension() != extension) {
+  if (lower_extension(options.output) != extension) {
     throw std::runtime_error(fmt::format("-o {}: expected a name that ends in {} with --to {}",
                                          options.output.string(), extension, options.to));
   }

@@ -1,8 +1,8 @@
 #include <bit>
 #include <sstream>
 
-#include "tools/bake/output_file.h"
 #include "tools/bake/sink.h"
+#include "tools/common/output_file.h"
 
 namespace solidtex::tools {
 namespace {
@@ -32,7 +32,7 @@ class NpySink : public Sink {
 
   std::int64_t depth() const override { return volume_.size[2]; }
 
-  // Rows that go through all of z lie one behind the other in the file.
+  // Rows that hold all of z are contiguous in the file.
   void take(const Piece& piece) override {
     const std::int64_t rows = piece.size[2] == volume_.size[2] ? piece.size[1] : 1;
     const std::size_t count = static_cast<std::size_t>(rows * piece.size[2]) * volume_.channels();

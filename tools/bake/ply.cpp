@@ -5,8 +5,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "tools/bake/encoding.h"
-#include "tools/bake/output_file.h"
+#include "tools/bake/image_file.h"
+#include "tools/common/output_file.h"
 
 namespace solidtex::tools {
 namespace {

@@ -1,5 +1,4 @@
-// A picture of the material for the eye: a cube cut open, three slices along the axes, one at 45
-// degrees.
+// The preview of a material: a cube cut open, three slices along the axes, one at 45 degrees.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +8,9 @@
 
 namespace solidtex::tools {
 
-// The cube begins at the volume's origin and is as large as the volume, within 128 to 192 voxels.
-// `group` is the colour or channel to show (see channel_group). Throws Interrupted after Ctrl-C.
+// The cube begins at the volume's origin and is as large as the volume, clamped to 128 to 192
+// voxels. `group` is the channel group to show (see channel_group). Throws Interrupted after
+// Ctrl-C.
 void write_preview(const std::filesystem::path& path, const Volume& volume,
                    const std::string& group);
 

@@ -1,20 +1,25 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "tools/bake/encoding.h"
+#include "tools/bake/channels.h"
+#include "tools/bake/image_file.h"
 #include "tools/bake/sink.h"
 #include "tools/common/cli.h"
+#include "tools/common/limits.h"
 
 namespace solidtex::tools {
 namespace {
 
-constexpr std::int64_t brick = 16, max_slab_bytes = 192 << 20;
+constexpr std::int64_t brick = 16;
+constexpr std::uint64_t max_slab_bytes = 192 << 20;
 
-// Slices to hold at a time: whole bricks where memory allows one.
+// The number of slices to hold at a time: whole bricks where they fit.
 std::int64_t slab_depth(const Volume& volume) {
   const auto slice_bytes = volume.size[0] * volume.size[1] *
                            static_cast<std::int64_t>(volume.channels() * sizeof(float));
-  const std::int64_t slices = std::max(max_slab_bytes / slice_bytes, std::int64_t{1});
+  const auto slab_bytes =
+      static_cast<std::int64_t>(std::min(max_slab_bytes, available_memory() / 4));
+  const std::int64_t slices = std::max(slab_bytes / slice_bytes, std::int64_t{1});
   return slices < brick ? slices : slices / brick * brick;
 }
 
@@ -45,7 +50,7 @@ class SliceSink : public Sink {
   void finish() override {}
 
  private:
-  // Some neighbouring slices, which are written when the last piece of them has come.
+  // Neighboring slices, written when their last piece has come.
   struct Slab {
     Index3 offset, size;
     std::vector<float> values;  // [x][y][z][channel]
@@ -73,7 +78,7 @@ class SliceSink : public Sink {
     for (std::int64_t z = 0; z < slab_.size[2]; ++z) {
       throw_if_interrupted();
       if (format_ == "exr") {
-        write_exr(path("", slab_.offset[2] + z), exr_image(z), exr_names_);
+        write_exr(path("", slab_.offset[2] + z), z);
         continue;
       }
       for (const ChannelGroup& group : groups_) {
@@ -89,7 +94,7 @@ class SliceSink : public Sink {
     return folder_ / (prefix + number + "." + format_);
   }
 
-  // An image of `count` channels, each taken from the slab by value_of(voxel, channel).
+  // An image of `count` channels; value_of(voxel, channel) gives each value.
   template <class ValueOf>
   Image image_of(std::int64_t z, std::size_t count, const ValueOf& value_of) const {
     Image image(static_cast<int>(slab_.size[0]), static_cast<int>(slab_.size[1]),
@@ -111,10 +116,13 @@ class SliceSink : public Sink {
     });
   }
 
-  Image exr_image(std::int64_t z) const {
-    return image_of(z, channels_, [&](const float* voxel, std::size_t i) {
+  void write_exr(const std::filesystem::path& path, std::int64_t z) const {
+    const Image image = image_of(z, channels_, [&](const float* voxel, std::size_t i) {
       return light_value(voxel[i], encodings_[i]);
     });
+    ExrFile file(path, image.width, image.height, exr_names_);
+    file.write_rows(image.values.data(), image.height);
+    file.close();
   }
 
   std::filesystem::path folder_;

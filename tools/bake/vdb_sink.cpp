@@ -6,9 +6,10 @@
 #include <iostream>
 #include <stdexcept>
 
-#include "tools/bake/channel_groups.h"
-#include "tools/bake/output_file.h"
+#include "tools/bake/channels.h"
 #include "tools/bake/sink.h"
+#include "tools/common/limits.h"
+#include "tools/common/output_file.h"
 
 namespace solidtex::tools {
 namespace {
@@ -21,7 +22,7 @@ float value_at(const float* voxel, const ChannelGroup& group, const openvdb::Flo
   return voxel[group.channels[0]];
 }
 
-// Every voxel of the piece becomes active, zero ones too: this is a dense volume.
+// Every voxel of the piece becomes active, zeros too: the volume is dense.
 template <class Grid>
 void fill(Grid& grid, const Volume& volume, const Piece& piece, const ChannelGroup& group) {
   auto accessor = grid.getAccessor();
@@ -46,7 +47,7 @@ openvdb::GridBase::Ptr make_grid(const Volume& volume, const ChannelGroup& group
     grid = openvdb::FloatGrid::create();
   }
   grid->setName(group.name);
-  // World coordinates are texels: voxel i is sampled at its centre, i + 0.5.
+  // World coordinates are texels: voxel i is sampled at its center, i + 0.5.
   const auto transform = openvdb::math::Transform::createLinearTransform(1.0);
   transform->postTranslate({0.5, 0.5, 0.5});
   grid->setTransform(transform);
@@ -59,8 +60,8 @@ openvdb::GridBase::Ptr make_grid(const Volume& volume, const ChannelGroup& group
   return grid;
 }
 
-// OpenVDB's own File does not notice a full disk; this writes the same bytes through a stream that
-// does.
+// Writes the bytes of openvdb::io::File through a stream that reports a full disk, which File does
+// not.
 class StreamArchive : public openvdb::io::Archive {
  public:
   void write_grids(std::ostream& stream, const openvdb::GridCPtrVec& grids) const {

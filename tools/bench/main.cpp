@@ -10,7 +10,7 @@
 #include "tools/bench/compare.h"
 #include "tools/bench/options.h"
 #include "tools/bench/report.h"
-#include "tools/common/atomic_file.h"
+#include "tools/common/output_file.h"
 
 namespace {
 

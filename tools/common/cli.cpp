@@ -1,7 +1,9 @@
 #include "tools/common/cli.h"
 
 #include <csignal>
+#include <cstdio>
 #include <iostream>
+#include <new>
 
 namespace solidtex::tools {
 namespace {
@@ -9,6 +11,15 @@ namespace {
 volatile std::sig_atomic_t interrupt_flag = 0;
 
 void on_signal(int) { interrupt_flag = 1; }
+
+constexpr char out_of_memory[] =
+    "out of memory: the system gave no more; close other programs, raise `ulimit -v`, or make less "
+    "at a time";
+
+int fail(const CLI::App& app, const char* message, int exit_code = exit_failure) {
+  std::cerr << app.get_name() << ": " << message << '\n';
+  return exit_code;
+}
 
 }  // namespace
 
@@ -26,11 +37,6 @@ void throw_if_interrupted() {
   if (interrupted()) throw Interrupted();
 }
 
-void refuse_overwrite(const std::filesystem::path& path, bool force) {
-  if (!force && std::filesystem::exists(std::filesystem::symlink_status(path)))
-    throw std::runtime_error(path.string() + ": exists already (--force overwrites it)");
-}
-
 void add_precision(CLI::App& app, std::string& precision) {
   app.add_option("--precision", precision,
                  "full (default), or fast: sampler models only, almost all values within 1/255")
@@ -45,17 +51,21 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? exit_success : exit_usage;
   }
+  signal(SIGXFSZ, SIG_IGN);  // a file that reaches `ulimit -f` is a failed write, with its message
   try {
     work();
     std::cout.flush();
-    if (!std::cout) throw std::runtime_error("standard output: cannot write");
+    if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout))
+      throw std::runtime_error("standard output: cannot write");
     return exit_success;
   } catch (const Interrupted& error) {
-    std::cerr << app.get_name() << ": " << error.what() << '\n';
-    return exit_interrupted;
+    return fail(app, error.what(), exit_interrupted);
+  } catch (const std::bad_alloc&) {
+    return fail(app, out_of_memory);
+  } catch (const solidtex::error& error) {
+    return fail(app, error.status() == SOLIDTEX_OUT_OF_MEMORY ? out_of_memory : error.what());
   } catch (const std::exception& error) {
-    std::cerr << app.get_name() << ": " << error.what() << '\n';
-    return exit_failure;
+    return fail(app, error.what());
   }
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <functional>
 #include <solidtex/solidtex.hpp>
 #include <stdexcept>
@@ -26,9 +25,6 @@ class Interrupted : public std::runtime_error {
 void install_interrupt_handler();
 bool interrupted();
 void throw_if_interrupted();
-
-// Throws when `path` exists, unless `force`.
-void refuse_overwrite(const std::filesystem::path& path, bool force);
 
 // Adds --precision full|fast.
 void add_precision(CLI::App& app, std::string& precision);

@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "tools/common/cli.h"
+#include "tools/common/output_file.h"
 #include "tools/common/progress.h"
 #include "tools/render/output.h"
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <solidtex/pathtracer.hpp>
 #include <string>
 
@@ -15,10 +14,6 @@ void check_output(const std::filesystem::path& output, const Options& options);
 void check_checkpoint(const Options& options);
 // Checks that the image fits into memory and its file on the disk.
 void check_room(const pathtracer::RenderSettings& settings, const std::filesystem::path& output);
-
-// Calls `write` with a temporary file name and renames it to the target. Errors name the target.
-void write_completely(const std::filesystem::path& target,
-                      const std::function<void(const std::filesystem::path&)>& write);
 
 // Writes all AOVs to an EXR, or the first one to a PNG, completely or not at all. Returns the
 // legend of a PNG's colors, if any.

@@ -1,26 +1,46 @@
-#include "tools/bake/exr_file.h"
+#include "tools/bake/image_file.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <png.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <exception>
 #include <optional>
 
-#include "tools/bake/output_file.h"
+#include "tools/common/output_file.h"
 
 namespace solidtex::tools {
 namespace {
 
-// What OpenEXR writes. Failures are kept: its destructors swallow exceptions.
-class Stream : public Imf::OStream {
+using Bytes = std::vector<unsigned char>;
+
+Bytes encode_png(const std::filesystem::path& path, const Image& image) {
+  Bytes pixels(image.values.size());
+  std::transform(image.values.begin(), image.values.end(), pixels.begin(), to_8_bits);
+  png_image header = {};
+  header.version = PNG_IMAGE_VERSION;
+  header.width = static_cast<png_uint_32>(image.width);
+  header.height = static_cast<png_uint_32>(image.height);
+  header.format = image.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
+  Bytes bytes(size);
+  if (!png_image_write_to_memory(&header, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
+    throw WriteError(path, header.message);
+  bytes.resize(size);
+  return bytes;
+}
+
+// The stream that OpenEXR writes to. It keeps a failure until check(): OpenEXR's destructors
+// swallow exceptions.
+class ExrStream : public Imf::OStream {
  public:
-  explicit Stream(const std::filesystem::path& path) : Imf::OStream(path.c_str()), file_(path) {}
+  explicit ExrStream(const std::filesystem::path& path) : Imf::OStream(path.c_str()), file_(path) {}
 
   void write(const char* data, int count) override {
     if (failure_) return;
@@ -54,8 +74,19 @@ Imf::Header header_of(int width, int height, const std::vector<std::string>& nam
 
 }  // namespace
 
+std::uint8_t to_8_bits(float value) {
+  return value > 0 ? static_cast<std::uint8_t>(std::lround(std::min(value, 1.0f) * 255)) : 0;
+}
+
+void write_png(const std::filesystem::path& path, const Image& image) {
+  const Bytes bytes = encode_png(path, image);
+  OutputFile file(path);
+  file.write(0, bytes.data(), bytes.size());
+  file.close();
+}
+
 struct ExrFile::State {
-  Stream stream;
+  ExrStream stream;
   std::vector<std::string> names;
   std::size_t width;
   int row = 0;
@@ -64,7 +95,7 @@ struct ExrFile::State {
 
 ExrFile::ExrFile(const std::filesystem::path& path, int width, int height,
                  const std::vector<std::string>& names)
-    : state_(new State{Stream(path), names, static_cast<std::size_t>(width), 0, std::nullopt}) {
+    : state_(new State{ExrStream(path), names, static_cast<std::size_t>(width), 0, std::nullopt}) {
   state_->image.emplace(state_->stream, header_of(width, height, names));
 }
 

@@ -1,6 +1,7 @@
-#include "tools/bake/channel_groups.h"
+#include "tools/bake/channels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace solidtex::tools {
@@ -11,14 +12,14 @@ std::string prefix(const std::string& name) {
   return dot == std::string::npos ? std::string() : name.substr(0, dot);
 }
 
-// The file's colour space is that of albedo; all other channels are plain data.
+// The color space of the file is that of albedo; all other channels are plain data.
 Encoding encoding_of(const std::string& channel, const std::string& color_space) {
   if (prefix(channel) != "albedo") return Encoding::data;
   if (color_space == "srgb") return Encoding::srgb;
   return color_space == "linear" ? Encoding::linear : Encoding::data;
 }
 
-// Indices of PREFIX.r, PREFIX.g and PREFIX.b; nothing unless all three are there.
+// Indices of PREFIX.r, PREFIX.g and PREFIX.b; empty unless all three exist.
 std::vector<std::size_t> color_channels(const std::vector<std::string>& names,
                                         const std::string& prefix) {
   std::vector<std::size_t> channels;
@@ -30,12 +31,17 @@ std::vector<std::size_t> color_channels(const std::vector<std::string>& names,
   return channels;
 }
 
-}  // namespace
-
-std::vector<ChannelGroup> channel_groups(const solidtex::texture& texture) {
+std::vector<std::string> channel_names(const solidtex::texture& texture) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < texture.channel_count(); ++i)
     names.push_back(texture.channel_name(i));
+  return names;
+}
+
+}  // namespace
+
+std::vector<ChannelGroup> channel_groups(const solidtex::texture& texture) {
+  const std::vector<std::string> names = channel_names(texture);
   const std::string color_space = texture.color_space();
 
   std::vector<ChannelGroup> groups;
@@ -63,6 +69,32 @@ ChannelGroup channel_group(const solidtex::texture& texture, const std::string& 
   }
   if (name.empty()) return groups[0];
   throw std::runtime_error("--show " + name + ": " + texture.path() + " has " + names);
+}
+
+std::vector<Encoding> channel_encodings(const solidtex::texture& texture) {
+  std::vector<Encoding> encodings(texture.channel_count());
+  for (const ChannelGroup& group : channel_groups(texture))
+    for (const std::size_t channel : group.channels) encodings[channel] = group.encoding;
+  return encodings;
+}
+
+std::vector<std::string> exr_names(const solidtex::texture& texture) {
+  std::vector<std::string> names = channel_names(texture);
+  for (const ChannelGroup& group : channel_groups(texture)) {
+    if (group.name != "albedo" || group.channels.size() != 3) continue;
+    for (std::size_t i = 0; i < 3; ++i) names[group.channels[i]] = std::string(1, "RGB"[i]);
+  }
+  return names;
+}
+
+float srgb_to_linear(float value) {
+  if (!(value > 0.04045f)) return value / 12.92f;
+  return std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
+
+float linear_to_srgb(float value) {
+  if (!(value > 0.0031308f)) return value * 12.92f;
+  return 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
 }
 
 }  // namespace solidtex::tools

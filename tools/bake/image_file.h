@@ -1,0 +1,55 @@
+// Image files: PNG for the eye, EXR for values. Both by their own libraries, so that every failed
+// write is noticed. OpenImageIO would bring 260 shared libraries along.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace solidtex::tools {
+
+struct Image {
+  int width = 0, height = 0, channels = 0;
+  std::vector<float> values;  // row by row from the top
+
+  Image(int w, int h, int c)
+      : width(w),
+        height(h),
+        channels(c),
+        values(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) *
+               static_cast<std::size_t>(c)) {}
+  float* pixel(int x, int y) {
+    return &values[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                    static_cast<std::size_t>(x)) *
+                   static_cast<std::size_t>(channels)];
+  }
+};
+
+// A value in [0, 1] as 8 bits, clamped. NaN is 0.
+std::uint8_t to_8_bits(float value);
+
+// Writes sRGB-encoded values in 8 bits, one or three channels. Throws WriteError.
+void write_png(const std::filesystem::path& path, const Image& image);
+
+// An EXR with 32-bit float channels, written band by band: it need not fit into memory. All
+// functions throw WriteError.
+class ExrFile {
+ public:
+  ExrFile(const std::filesystem::path& path, int width, int height,
+          const std::vector<std::string>& channel_names);
+  ~ExrFile();
+
+  // The next rows from the top: values [y][x][channel].
+  void write_rows(const float* values, int count);
+
+  // After the last row.
+  void close();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace solidtex::tools

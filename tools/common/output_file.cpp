@@ -1,0 +1,115 @@
+#include "tools/common/output_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace solidtex::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+// "out/slices/" names the folder "out/slices".
+fs::path without_trailing_slash(const fs::path& path) {
+  return path.has_filename() ? path : path.parent_path();
+}
+
+// File systems take 255 bytes a name; the rest of the name needs some of them.
+constexpr std::size_t max_stem = 200;
+
+fs::path temporary_sibling(const fs::path& target) {
+  const std::string stem = target.stem().string().substr(0, max_stem);
+  return target.parent_path() /
+         ("." + stem + "." + std::to_string(getpid()) + ".tmp" + target.extension().string());
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(fs::path target)
+    : target_(without_trailing_slash(target)), temporary_(temporary_sibling(target_)) {
+  const fs::path folder = target_.parent_path();
+  std::error_code ignored;
+  if (!folder.empty() && !fs::is_directory(folder, ignored))
+    throw WriteError(target_, "there is no folder " + folder.string());
+  fs::remove_all(temporary_, ignored);
+  // Permissions alone do not tell: the file system may be read-only, or full.
+  const int probe = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL, 0666);
+  if (probe < 0) throw WriteError(target_, std::strerror(errno));
+  ::close(probe);
+  fs::remove(temporary_, ignored);
+}
+
+AtomicFile::~AtomicFile() {
+  std::error_code ignored;
+  fs::remove_all(temporary_, ignored);
+}
+
+void AtomicFile::commit() {
+  std::error_code problem;
+  fs::rename(temporary_, target_, problem);
+  if (problem)
+    throw std::runtime_error(target_.string() + ": cannot be replaced: " + problem.message());
+}
+
+void write_completely(const fs::path& target, const std::function<void(const fs::path&)>& write) {
+  AtomicFile file(target);
+  try {
+    write(file.temporary_path());
+  } catch (const std::exception& error) {
+    const std::string temporary = file.temporary_path().string();
+    std::string message = error.what();
+    const std::size_t place = message.find(temporary);
+    if (place == std::string::npos) throw;
+    throw std::runtime_error(message.replace(place, temporary.size(), file.target().string()));
+  }
+  file.commit();
+}
+
+OutputFile::OutputFile(fs::path path)
+    : path_(std::move(path)), file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+  if (file_ < 0) fail();
+}
+
+OutputFile::~OutputFile() {
+  if (file_ >= 0) ::close(file_);
+}
+
+void OutputFile::write(std::uint64_t offset, const void* bytes, std::size_t count) {
+  const auto* from = static_cast<const char*>(bytes);
+  while (count > 0) {
+    const ssize_t written = pwrite(file_, from, count, static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail();
+    from += written;
+    offset += static_cast<std::uint64_t>(written);
+    count -= static_cast<std::size_t>(written);
+  }
+}
+
+void OutputFile::close() {
+  const int file = file_;
+  file_ = -1;
+  if (::close(file) != 0) fail();
+}
+
+void OutputFile::fail() const { throw WriteError(path_, std::strerror(errno)); }
+
+void check_writable(const fs::path& path) { const AtomicFile probe(path); }
+
+void refuse_overwrite(const fs::path& path, bool force) {
+  std::error_code ignored;  // what cannot be looked at cannot be written either
+  if (!force && fs::exists(fs::symlink_status(path, ignored)))
+    throw std::runtime_error(path.string() + ": exists already (--force overwrites it)");
+}
+
+std::string lower_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char letter) { return std::tolower(letter); });
+  return extension;
+}
+
+}  // namespace solidtex::tools

@@ -1,0 +1,73 @@
+// Output files: they appear complete or not at all, and every failed write is an exception.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace solidtex::tools {
+
+// "FILE: cannot write: REASON"
+class WriteError : public std::runtime_error {
+ public:
+  WriteError(const std::filesystem::path& path, const std::string& reason)
+      : std::runtime_error(path.string() + ": cannot write: " + reason) {}
+};
+
+// Write to temporary_path(), a sibling of the target with the same extension, then commit().
+// Without commit() the temporary file or folder is removed and the target stays as it was.
+class AtomicFile {
+ public:
+  // Throws WriteError where nothing can be written beside the target.
+  explicit AtomicFile(std::filesystem::path target);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  const std::filesystem::path& target() const { return target_; }
+  const std::filesystem::path& temporary_path() const { return temporary_; }
+
+  // Replaces the target. A folder that holds something is never replaced: that is an error.
+  void commit();
+
+ private:
+  std::filesystem::path target_, temporary_;
+};
+
+// Calls `write` with a temporary name, which becomes the target's when it returns. Error messages
+// name the target instead of the temporary name.
+void write_completely(const std::filesystem::path& target,
+                      const std::function<void(const std::filesystem::path&)>& write);
+
+// A file that is written at any offset. Throws WriteError.
+class OutputFile {
+ public:
+  explicit OutputFile(std::filesystem::path path);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write(std::uint64_t offset, const void* bytes, std::size_t count);
+
+  // Some file systems report a failed write only here.
+  void close();
+
+ private:
+  [[noreturn]] void fail() const;
+
+  std::filesystem::path path_;
+  int file_;
+};
+
+// Throws WriteError where `path` cannot be created: no folder, no permission, a read-only disk.
+void check_writable(const std::filesystem::path& path);
+
+// Throws when `path` exists, unless `force`.
+void refuse_overwrite(const std::filesystem::path& path, bool force);
+
+// The extension in small letters: ".png" of "a.PNG".
+std::string lower_extension(const std::filesystem::path& path);
+
+}  // namespace solidtex::tools
