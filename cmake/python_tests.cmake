@@ -2,8 +2,8 @@
 # virtual environment; says so and adds none where there is no such interpreter.
 #
 # torch gets one thread: tests run beside each other (ctest -j), and on arrays as small as theirs
-# two threads that wait for a busy core are many times slower than one. Python tests are the long
-# ones, so they start first (COST).
+# two threads that wait for a busy core are many times slower than one. Threads of
+# tests that ask for more do not spin. Python tests are the long ones, so they start first (COST).
 set(SOLIDTEX_PYTHON ${PROJECT_SOURCE_DIR}/.venv/bin/python
     CACHE FILEPATH "Python with torch, for the Python tests")
 
@@ -21,7 +21,7 @@ function(solidtex_add_python_tests)
              COMMAND ${SOLIDTEX_PYTHON} -B -m pytest -q -s
                      -c ${PROJECT_SOURCE_DIR}/python_export/pyproject.toml ${file})
     set_tests_properties(${folder}.${name} PROPERTIES COST 10 ENVIRONMENT
-      "SOLIDTEX_BUILD=${PROJECT_BINARY_DIR};OMP_NUM_THREADS=1;\
+      "SOLIDTEX_BUILD=${PROJECT_BINARY_DIR};OMP_NUM_THREADS=1;OMP_WAIT_POLICY=PASSIVE;\
 PYTHONPATH=${PROJECT_SOURCE_DIR}/python_export:${PROJECT_BINARY_DIR}/python")
   endforeach()
 endfunction()
