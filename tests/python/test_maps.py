@@ -21,7 +21,8 @@ from solidtex_export.images.exemplar import (
     random_crops,
     random_symmetry,
 )
-from solidtex_export.images.photographs import ExemplarError, write_exr
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.images.photographs import write_exr
 
 torch.set_num_threads(1)
 SIZE = 44
@@ -214,7 +215,8 @@ def test_two_photographs_with_maps_of_their_own(
     with pytest.raises(SystemExit):
         cli_train.main([*photos, maps[0], *common])
     assert "--map: found 1 files for wear, expected 2, one for each" in capsys.readouterr().err
-    write_exr(files / "b.exr", ["R", "G", "B", "wear"], np.full((*SHAPE, 4), 0.5, np.float32))
+    values = np.random.default_rng(2).random((*SHAPE, 4)).astype(np.float32)
+    write_exr(files / "b.exr", ["R", "G", "B", "wear"], values)
     other = [str(files / "albedo.png"), str(files / "b.exr"), *common[:-1], str(files / "r2")]
     assert cli_train.main(other) == 1
     error = capsys.readouterr().err
@@ -241,7 +243,8 @@ def test_maps_that_do_not_fit_are_refused(files: Path) -> None:
     Image.new("L", (52, 61)).save(files / "tall.png")
     write_exr(files / "two.exr", ["wear", "x"], np.zeros((*SHAPE, 2), np.float32))
     write_exr(files / "part.exr", ["R", "G"], np.zeros((*SHAPE, 2), np.float32))
-    write_exr(files / "wear.exr", ["R", "G", "B", "wear"], np.zeros((*SHAPE, 4), np.float32))
+    values = np.random.default_rng(2).random((*SHAPE, 4)).astype(np.float32)
+    write_exr(files / "wear.exr", ["R", "G", "B", "wear"], values)
     write_exr(files / "twice.exr", ["R", "G", "B", "Y"], np.zeros((*SHAPE, 4), np.float32))
     write_exr(files / "chroma.exr", ["BY", "RY", "Y"], np.zeros((*SHAPE, 3), np.float32))
     cases = [

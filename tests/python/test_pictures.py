@@ -12,8 +12,9 @@ import OpenImageIO as oiio
 import pytest
 from PIL import Image, ImageOps
 
-from solidtex_export.images import photographs as pictures
-from solidtex_export.images.photographs import ExemplarError, read_picture, write_exr
+from solidtex_export.images import file_kinds
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.images.photographs import read_picture, write_exr
 
 SHAPE = (12, 10)  # rows, columns
 random = np.random.default_rng(4)
@@ -186,7 +187,7 @@ def bomb(path: Path) -> None:
         (flipped_byte, "found a damaged or unfinished picture"),
         (half_an_exr, "found a damaged or unfinished picture"),
         (see_through, "found pixels that are not opaque (0.833 % of them), expected an opaque"),
-        (inks, "found CMYK inks, whose colours depend on a printer, expected RGB"),
+        (inks, "found CMYK inks, whose colors depend on a printer, expected RGB"),
         (inks_tiff, "found CMYK inks"),
         (film, "found several pictures (frames, pages or parts), expected a file with one"),
         (film_webp, "found several pictures"),
@@ -212,8 +213,8 @@ def test_huge_pictures_are_refused_before_they_take_memory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Image.fromarray(COLORS).save(tmp_path / "a.png")
-    monkeypatch.setattr(pictures, "MAX_VALUES", COLORS.size - 1)
+    monkeypatch.setattr(file_kinds, "MAX_VALUES", COLORS.size - 1)
     with pytest.raises(ExemplarError, match="found 10 x 12 pixels of 3 channels, expected at most"):
         read_picture(tmp_path / "a.png")
-    monkeypatch.setattr(pictures, "MAX_VALUES", COLORS.size)
+    monkeypatch.setattr(file_kinds, "MAX_VALUES", COLORS.size)
     read_picture(tmp_path / "a.png")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,6 +13,10 @@ from solidtex_export.export.file_format.checks import ModelFileError
 from solidtex_export.export.lattice_state import StateError
 from solidtex_export.export.verification import engine
 from solidtex_export.export.verification.model_output import OutputError
+from solidtex_export.images.channels import Reading
+from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.images.value_range import Range, parse_range
 
 FAILURES = (ModelFileError, OutputError, StateError, OSError)
 
@@ -41,6 +45,38 @@ def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> 
     p.add_argument("-o", dest="output", metavar=name, type=Path, required=True,
                    help=f"the {suffix} file to write")  # fmt: skip
     p.add_argument("--force", action="store_true", help=f"replace {name} if it exists")
+
+
+def add_reading_arguments(p: argparse.ArgumentParser) -> None:
+    """The options of a command that reads photographs: how pixels become channels."""
+    p.add_argument("--range", dest="ranges", metavar="[NAME=]RANGE", action="append", default=[],
+                   type=named_range,
+                   help="scale the values LOW,HIGH of the photograph, or of the map NAME, to"
+                   " 0 ... 1; full: the whole range of the file's type, floats as they are; auto:"
+                   " the range of the bits that are used; labels: the values of a labelled"
+                   " picture as evenly spaced greys (default: full, with a warning or an error"
+                   " where that gives nearly black or white)")  # fmt: skip
+    p.add_argument("--layer", metavar="NAME",
+                   help="the layer or part of an EXR file whose color is the albedo (default: the"
+                   " only one with color)")  # fmt: skip
+
+
+def named_range(text: str) -> tuple[str, Range]:
+    name, _, limits = text.rpartition("=")
+    try:
+        return name, parse_range(limits)
+    except ExemplarError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def reading_of(args: argparse.Namespace) -> Reading:
+    return Reading(dict(args.ranges), args.layer)
+
+
+def print_notes(exemplars: Sequence[Exemplar]) -> None:
+    """Print what reading photographs changed or found strange."""
+    for note in dict.fromkeys(note for e in exemplars for note in e.notes):
+        print(note, file=sys.stderr)
 
 
 @contextmanager

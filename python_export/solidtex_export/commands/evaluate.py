@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import sys
 from pathlib import Path
@@ -15,8 +16,9 @@ from solidtex_export.evaluation.pictures import ORIENTATIONS
 from solidtex_export.evaluation.subjects import SMALLEST_PICTURE, UNLIMITED, Subject, SubjectError
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification.model_output import OutputError, check_output
+from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
-from solidtex_export.images.photographs import ExemplarError, read_picture
+from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -51,6 +53,7 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("--map", dest="maps", metavar="NAME=FILE", action="append", default=[],
                    type=named_file,
                    help="a further channel of the exemplar, as in solidtex-train")  # fmt: skip
+    cli.add_reading_arguments(p)
     p.add_argument("-o", dest="output", metavar="HTML", type=Path, help="write a report")
     p.add_argument("--json", metavar="JSON", type=Path, help="write all figures")
     p.add_argument("--pictures", metavar="FOLDER", type=Path,
@@ -120,6 +123,7 @@ def run(args: argparse.Namespace) -> None:
         training = model_file.read(args.model).document.get("training", {})
     photographs = zip(args.photos, args.maps, strict=True)
     exemplars = [load(path, maps, args, training) for path, maps in photographs]
+    cli.print_notes(exemplars)
     check_alike(exemplars)
     side = args.size or training.get("size", DEFAULT_SIDE)
     symmetry = args.symmetry or training.get("symmetry", "none")
@@ -142,15 +146,22 @@ def load(
 ) -> Exemplar:
     """The photograph at the model's scale: one pixel is one texel."""
     resolution = args.resolution or training.get("resolution", UNLIMITED)
-    crop = args.crop or trained_part(path, training)
+    trained = trained_record(path, training)
+    crop = args.crop or (training.get("crop") if trained is not None else None)
+    is_said = args.ranges or args.layer
+    reading = (
+        cli.reading_of(args) if is_said else Reading.of_record((trained or {}).get("reading", {}))
+    )
     needed = 2 * SMALLEST_PICTURE  # two crops side by side
-    return load_exemplar(path, resolution, needed, tuple(crop) if crop else None, maps)
+    return load_exemplar(
+        path, resolution, needed, tuple(crop) if crop else None, maps, reading=reading
+    )
 
 
-def trained_part(path: Path, training: dict[str, Any]) -> list[int] | None:
-    """Training's rectangle, of its own photograph only: other files may show that part alone."""
-    photographs = {e["sha256"] for e in training.get("exemplars", [])}
-    return training.get("crop") if read_picture(path).sha256 in photographs else None
+def trained_record(path: Path, training: dict[str, Any]) -> dict[str, Any] | None:
+    """What training says of this very file; another file may show its rectangle alone."""
+    sha256 = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+    return next((e for e in training.get("exemplars", []) if e["sha256"] == sha256), None)
 
 
 def make_subject(args: argparse.Namespace, training: dict[str, Any], side: int) -> Subject:

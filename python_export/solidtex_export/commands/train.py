@@ -13,11 +13,13 @@ import torch
 from solidtex_export.analysis.choice import suited
 from solidtex_export.analysis.lines import line_length
 from solidtex_export.analysis.symmetry import symmetry_of
+from solidtex_export.commands.cli import print_notes, reading_of
 from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.commands.train_options import DEFAULT_SIZE, check, parser, smallest_size
 from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
+from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.histograms import share_histograms
-from solidtex_export.images.photographs import ExemplarError, read_picture
+from solidtex_export.images.photographs import read_picture
 from solidtex_export.losses.descriptor.weights import SHIPPED, WeightsError, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.learned import LearnedDescriptor
@@ -48,10 +50,12 @@ FAILURES = (
 
 def make_trainer(args: argparse.Namespace) -> Trainer:
     choose_scale(args)
+    reading = reading_of(args)
     exemplars = [
-        load_exemplar(path, args.resolution, args.size, args.crop, maps, args.color_space)
+        load_exemplar(path, args.resolution, args.size, args.crop, maps, args.color_space, reading)
         for path, maps in zip(args.photos, args.maps, strict=True)
     ]
+    print_notes(exemplars)
     check_alike(exemplars)
     if args.settings.match_histograms:
         exemplars = share_histograms(exemplars)
@@ -77,7 +81,9 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
 def choose_scale(args: argparse.Namespace) -> None:
     """Slices of the default size see half of the photograph each way, or all of a small one."""
     if args.size is None:
-        sizes = [args.crop[2:] if args.crop else read_picture(p).size for p in args.photos]
+        sizes = [
+            args.crop[2:] if args.crop else read_picture(p, args.layer).size for p in args.photos
+        ]
         largest = min(DEFAULT_SIZE, args.resolution or DEFAULT_SIZE, *map(min, sizes))
         args.size = max(smallest_size(args.settings), largest)
     args.resolution = args.resolution or 2 * args.size

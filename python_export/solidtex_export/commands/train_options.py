@@ -10,7 +10,7 @@ import torch
 from solidtex_export.analysis.choice import LATTICE, SAMPLER
 from solidtex_export.commands import cli
 from solidtex_export.images.channels import check_map_name
-from solidtex_export.images.photographs import ExemplarError
+from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.losses.descriptor.weights import SHIPPED
 from solidtex_export.training.preset import Method
 from solidtex_export.training.preset_file import MethodError, load_method, shipped
@@ -46,6 +46,7 @@ def parser() -> argparse.ArgumentParser:
                    type=named_file,
                    help="a further channel of the photograph, of as many pixels: roughness, height"
                    " ...; with several photographs once for each, in order")  # fmt: skip
+    cli.add_reading_arguments(p)
     p.add_argument("--color-space", choices=("srgb", "linear"), default="srgb",
                    help="encoding of the colours that are learned and stored; files are converted,"
                    " EXR and float TIFF from linear, others from sRGB (default: srgb, whose"

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from solidtex_export.images.photographs import ExemplarError, Picture, refuse
+from solidtex_export.images.file_kinds import ExemplarError, refuse
+from solidtex_export.images.photographs import Picture
+from solidtex_export.images.value_range import Range, scaled
 
 COLOR: tuple[str, ...] = ("albedo.r", "albedo.g", "albedo.b")
 MAX_CHANNELS = 64  # as many as a model file holds
@@ -20,6 +23,11 @@ COLOR_OF = {"Y": COLOR} | {
     for name in (letter, f"albedo.{letter}")
 }
 """Which channels of a model a file's channel gives; Y is grey."""
+
+COLOR_LETTERS = {letter: letter for letter in "rgby"} | {"red": "r", "green": "g", "blue": "b"}
+NOT_COLOR = {"n", "normal", "normals", "p", "position", "motion", "velocity", "vector", "uv"}
+"""Words in the name of a layer that has vectors in R, G, B."""
+DEPTH = ("z", "zback", "depth", "depth.z")
 
 MAP_NAME = "[A-Za-z][A-Za-z0-9_.-]*"
 GREY_TOLERANCE = 2 / 255  # between channels of a grey map that was stored as colour
@@ -49,38 +57,129 @@ def groups(channels: Sequence[str]) -> list[Group]:
     return result
 
 
-def photo_channels(photo: Picture, color_space: str) -> Channels:
-    """Colours become albedo.*, encoded as `color_space` says; EXR may have any others beside."""
+@dataclass(frozen=True)
+class Reading:
+    """How pixels become channels where the command line says it: --range and --layer."""
+
+    ranges: Mapping[str, Range] = field(default_factory=dict)
+    """By the name of a map; "" for the photograph's color."""
+    layer: str | None = None
+    """Of an EXR file with several: its name, or that of the part."""
+
+    def record(self) -> dict[str, Any]:
+        """What a result and a model say of it; empty where nothing was said."""
+        ranges = {n: r if isinstance(r, str) else list(r) for n, r in self.ranges.items()}
+        said = {"ranges": ranges, "layer": self.layer}
+        return {name: value for name, value in said.items() if value}
+
+    @staticmethod
+    def of_record(record: Mapping[str, Any]) -> Reading:
+        ranges = record.get("ranges", {}).items()
+        return Reading(
+            {n: r if isinstance(r, str) else (r[0], r[1]) for n, r in ranges}, record.get("layer")
+        )
+
+
+AS_IS = Reading()
+
+
+@dataclass(frozen=True)
+class Read:
+    """Channels, and what reading them changed or found strange."""
+
+    channels: Channels
+    notes: list[str]
+
+
+def photo_channels(photo: Picture, color_space: str, reading: Reading = AS_IS) -> Read:
+    """Colors become albedo.*, encoded as `color_space` says; EXR may have any others beside."""
     found = f"the channels {', '.join(photo.names)}"
     if {"RY", "BY"} & set(photo.names):
-        raise refuse(photo.path, found + " (luminance and chroma)", "R, G, B")
-    result: Channels = {}
-    for name in photo.names:
-        for channel in COLOR_OF.get(name, (name,)):
-            if channel in result:
-                raise refuse(photo.path, f"{found}, of which two are {channel}", "one")
-            values = photo.channel(name)
-            if channel in COLOR:
-                values = _encoded(values, photo.is_float, color_space)
-            result[channel] = values
-    missing = [c for c in COLOR if c not in result]
+        raise refuse(
+            photo.path,
+            found + " (luminance and chroma)",
+            "R, G, B; convert it (for example exrmultipart, or oiiotool a.exr -o a.tif)",
+        )
+    sources, notes = _sources(photo, reading.layer)
+    given = [channel for channels in sources.values() for channel in channels]
+    twice = [channel for channel in given if given.count(channel) > 1]
+    if twice:
+        raise refuse(photo.path, f"{found}, of which two are {twice[0]}", "one")
+    missing = [c for c in COLOR if c not in given]
     if 0 < len(missing) < len(COLOR):
         raise refuse(photo.path, found, f"also {', '.join(missing)}")
-    if photo.path.suffix.lower() != ".exr" and (missing or len(result) > len(COLOR)):
+    if photo.format != "openexr" and (missing or len(given) > len(COLOR)):
         raise refuse(photo.path, found, "grey or R, G, B")
+    if missing:
+        notes.append(f"found no color in {found}: the model will have no albedo")
+    result = {c: photo.channel(name) for name, channels in sources.items() for c in channels}
+    colors = [name for name, channels in sources.items() if set(channels) <= set(COLOR)]
+    if colors:
+        color = scaled(photo, colors, reading.ranges.get(""), "--range ")
+        notes += color.notes
+        for name, values in zip(colors, np.moveaxis(color.values, 2, 0), strict=True):
+            for channel in sources[name]:
+                result[channel] = _encoded(values, color.is_linear, color_space)
+    return Read(result, notes)
+
+
+Sources = dict[str, tuple[str, ...]]
+"""Name in the file -> channels of the model that it gives."""
+
+
+def _sources(photo: Picture, layer: str | None) -> tuple[Sources, list[str]]:
+    """Of one color layer its color; without layers the color and all else but depth."""
+    names = photo.names
+    layers = color_layers(names)
+    has_color = any(name in COLOR_OF for name in names)
+    if layer is not None and layer not in layers and (layer != photo.part or not has_color):
+        known = ", ".join(layers) or "none"
+        raise refuse(photo.path, f"--layer {layer}", f"a layer with color: {known}")
+    if layer not in layers and (has_color or not layers):
+        depth = [name for name in names if name.lower() in DEPTH]
+        if len(depth) == len(names):
+            found = f"only the channel {', '.join(depth)} (distance from the camera)"
+            raise refuse(photo.path, found, "color (R, G, B), or properties of the material")
+        ignored = f"ignores {', '.join(depth)}: distance from the camera is no property of a solid"
+        return {n: COLOR_OF.get(n, (n,)) for n in names if n not in depth}, [ignored] * bool(depth)
+    if layer is None and len(layers) > 1:
+        found = f"several layers with color: {', '.join(layers)}"
+        raise refuse(photo.path, found, "one; choose it by --layer NAME")
+    chosen = layer if layer is not None else next(iter(layers))
+    others = [name for name in names if name not in layers[chosen]]
+    note = f"takes {', '.join(layers[chosen])} as the albedo"
+    return layers[chosen], [note + (f", ignores {', '.join(others)}" if others else "")]
+
+
+def color_layers(names: Sequence[str]) -> dict[str, Sources]:
+    """Layers of an EXR file with a color of their own: LAYER.R, LAYER.G, LAYER.B, or LAYER.Y."""
+    found: dict[str, dict[str, str]] = {}
+    for name in names:
+        layer, _, last = name.rpartition(".")
+        words = set(layer.lower().replace(".", " ").replace("_", " ").split())
+        if name not in COLOR_OF and last.lower() in COLOR_LETTERS and not words & NOT_COLOR:
+            found.setdefault(layer, {})[COLOR_LETTERS[last.lower()]] = name
+    result: dict[str, Sources] = {}
+    for layer, parts in found.items():
+        if set(parts) >= set("rgb"):
+            result[layer] = {parts[c[-1]]: (c,) for c in COLOR}
+        elif "y" in parts:
+            result[layer] = {parts["y"]: COLOR}
     return result
 
 
-def map_channels(name: str, picture: Picture) -> Channels:
-    """A grey map is the channel `name`, a coloured one is name.r, name.g and name.b; plain data."""
-    if len(picture.names) == 1:
-        return {name: picture.values[:, :, 0]}
-    if picture.names != RGB:
+def map_channels(name: str, picture: Picture, asked: Range | None = None) -> Read:
+    """A grey map is the channel `name`, a colored one is name.r, name.g and name.b; plain data."""
+    if len(picture.names) > 1 and picture.names != RGB:
         found = f"the channels {', '.join(picture.names)}"
         raise refuse(picture.path, found, f"one, or R, G, B, for --map {name}")
-    if np.ptp(picture.values, axis=2).max() <= GREY_TOLERANCE:
-        return {name: picture.values.mean(axis=2)}
-    return {f"{name}.{c.lower()}": picture.channel(c) for c in RGB}
+    read = scaled(picture, picture.names, asked, f"--range {name}=", is_map=True)
+    values = read.values
+    if len(picture.names) == 1:
+        return Read({name: values[:, :, 0]}, read.notes)
+    if np.ptp(values, axis=2).max() <= GREY_TOLERANCE:
+        return Read({name: values.mean(axis=2)}, read.notes)
+    return Read({f"{name}.{c.lower()}": values[:, :, i] for i, c in enumerate(RGB)}, read.notes)
 
 
 def check_map_name(name: str) -> None:

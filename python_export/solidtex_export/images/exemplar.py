@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -12,20 +13,17 @@ from PIL import Image
 from torch import Tensor
 
 from solidtex_export.images.channels import (
+    AS_IS,
     COLOR,
     RGB,
+    Reading,
     check_channels,
     map_channels,
     photo_channels,
     srgb_decode,
 )
-from solidtex_export.images.photographs import (
-    ExemplarError,
-    Picture,
-    read_picture,
-    refuse,
-    write_exr,
-)
+from solidtex_export.images.file_kinds import ExemplarError, refuse
+from solidtex_export.images.photographs import Picture, read_picture, write_exr
 
 Crop = tuple[int, ...]
 """x, y, width, height in pixels of the picture."""
@@ -46,6 +44,14 @@ class Exemplar:
     channels: tuple[str, ...] = COLOR
     color_space: str = "srgb"
     maps: dict[str, dict[str, str]] = field(default_factory=dict)
+    reading: Reading = AS_IS
+    notes: tuple[str, ...] = ()
+    """What reading changed or found strange, a line each that begins with the file."""
+
+    def record(self) -> dict[str, Any]:
+        """Which files it was read from, and how, for results and models."""
+        said = {"maps": self.maps, "reading": self.reading.record()}
+        return {"file": self.name, "sha256": self.sha256} | {k: v for k, v in said.items() if v}
 
 
 def load_exemplar(
@@ -55,15 +61,20 @@ def load_exemplar(
     crop: Crop | None = None,
     maps: Mapping[str, Path] | None = None,
     color_space: str = "srgb",
+    reading: Reading = AS_IS,
 ) -> Exemplar:
     """Read a photograph and its maps, reduced so that the shorter side has at most `resolution`.
 
     All channels are cropped and reduced alike, so they stay registered. `needed` is the shortest
     side that training can use, in pixels; `maps` are further files of the same size, by name.
     """
-    photo = read_picture(path)
-    channels = photo_channels(photo, color_space)
+    photo = read_picture(path, reading.layer)
+    read = photo_channels(photo, color_space, reading)
+    channels, notes = read.channels, _notes(photo, read.notes)
     records = {}
+    for name in reading.ranges:
+        if name and name not in (maps or {}):
+            raise ExemplarError(f"--range: found a range for {name}, expected one of a --map")
     for name, file in (maps or {}).items():
         picture = read_picture(file)
         if picture.size != photo.size:
@@ -71,7 +82,14 @@ def load_exemplar(
                 file, "{} x {} pixels".format(*picture.size),
                 "{} x {}, the size of {}".format(*photo.size, path),
             )  # fmt: skip
-        for channel, values in map_channels(name, picture).items():
+        if picture.origin != photo.origin:
+            raise refuse(
+                file, "a data window that begins at {}, {}".format(*picture.origin),
+                "{}, {}, as in {}".format(*photo.origin, path),
+            )  # fmt: skip
+        map_read = map_channels(name, picture, reading.ranges.get(name))
+        notes += _notes(picture, map_read.notes)
+        for channel, values in map_read.channels.items():
             if channel in channels:
                 raise refuse(file, f"a second channel {channel}", f"one, and {path} has it")
             channels[channel] = values
@@ -87,7 +105,13 @@ def load_exemplar(
     if COLOR[0] not in channels:
         color_space = "data"
     image = torch.from_numpy(np.stack([_reduced(p, resolution) for p in planes]))
-    return Exemplar(path.name, photo.sha256, image, tuple(channels), color_space, records)
+    return Exemplar(
+        path.name, photo.sha256, image, tuple(channels), color_space, records, reading, notes
+    )
+
+
+def _notes(picture: Picture, more: list[str]) -> tuple[str, ...]:
+    return tuple(f"{picture.path}: {note}" for note in (*picture.notes, *more))
 
 
 def check_alike(exemplars: Sequence[Exemplar]) -> None:

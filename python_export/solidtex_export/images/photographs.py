@@ -1,4 +1,4 @@
-"""Reads picture files of any depth and kind: every one is understood or refused, never guessed at.
+"""Reads picture files of any depth and kind: each is understood or refused, never guessed at.
 
 OpenImageIO does the decoding, as in the renderer, so that 16-bit PNG and TIFF, float TIFF and EXR
 keep their depth and EXR its channel names.
@@ -9,109 +9,180 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
 
-MAX_VALUES = 1 << 29  # 2 GiB as float: 178 megapixels of colour
-KINDS = "a picture (PNG, JPEG, TIFF, EXR ...)"
+from solidtex_export.images.color_profile import to_srgb
+from solidtex_export.images.file_kinds import PICTURE, check_file, check_header, refuse
 
-
-class ExemplarError(ValueError):
-    """A picture that cannot be trained on; the message names the file, found and expected."""
+PHOTOMETRIC_WHITE_IS_ZERO = 0
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture file, upright as its camera held it.
+    """A picture file, upright as its camera held it, without its alpha channel.
 
-    `values` [row, column, channel] are float32: whole-number pixels are scaled to 0 ... 1, float
-    ones are as they are. `names` are the file's own, one per channel: R, G, B, Y (grey) ...
+    `pixels` [row, column, channel] are as stored, in the file's type; `names` are the file's own,
+    one per channel: R, G, B, Y (grey) ... `notes` say what reading changed.
     """
 
     path: Path
     sha256: str
+    format: str  # as OpenImageIO names it: "tiff", "openexr" ...
     names: tuple[str, ...]
-    values: np.ndarray
-    is_float: bool
+    pixels: np.ndarray
+    origin: tuple[int, int] = (0, 0)  # column and row of the first pixel, in the display window
+    part: str = ""  # its name in an EXR of several parts
+    white_is_zero: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def is_float(self) -> bool:
+        return self.pixels.dtype.kind == "f"
+
+    @property
+    def full(self) -> float:
+        """The value of white: the largest one of a whole-number type, 1 of a float."""
+        return 1.0 if self.is_float else float(np.iinfo(self.pixels.dtype).max)
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """float32: whole-number pixels are scaled from 0 ... full to 0 ... 1, floats are not."""
+        pixels = self.pixels
+        if self.white_is_zero:
+            pixels = self.full - pixels.astype(np.float64)
+        return pixels.astype(np.float32) * np.float32(1 / self.full)
 
     @property
     def size(self) -> tuple[int, int]:
         """Columns and rows."""
-        return self.values.shape[1], self.values.shape[0]
+        return self.pixels.shape[1], self.pixels.shape[0]
 
     def channel(self, name: str) -> np.ndarray:
         return self.values[:, :, self.names.index(name)]
 
 
-def refuse(path: Path, found: str, expected: str) -> ExemplarError:
-    return ExemplarError(f"{path}: found {found}, expected {expected}")
+def read_picture(path: Path, layer: str | None = None) -> Picture:
+    """The picture in `path`; its alpha channel has to be opaque.
 
-
-def read_picture(path: Path) -> Picture:
-    """The picture in `path`, without its alpha channel, which has to be opaque."""
-    if not path.is_file():
-        raise refuse(path, "no such file", KINDS)
-    if path.stat().st_size == 0:
-        raise refuse(path, "an empty file", KINDS)
+    `layer` names a part of an EXR file that has several.
+    """
+    check_file(path)
     file = oiio.ImageInput.open(str(path))
     if file is None:
-        raise refuse(path, f"no readable picture ({_reason(oiio.geterror())})", KINDS)
+        raise refuse(path, f"no readable picture ({_reason(oiio.geterror())})", PICTURE)
     try:
+        part, notes = _part_with_color(path, layer)
+        if part:
+            file.seek_subimage(part, 0)
         spec = file.spec()
-        _check_header(path, file, spec)
-        values = file.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
-        if values is None or file.has_error:
+        check_header(path, spec)
+        pixels = file.read_image(part, 0, 0, spec.nchannels, oiio.UNKNOWN)
+        if pixels is None or file.has_error:
             reason = _reason(file.geterror())
             raise refuse(path, f"a damaged or unfinished picture ({reason})", "a whole one")
-        if file.seek_subimage(1, 0):
-            raise refuse(path, "several pictures (frames, pages or parts)", "a file with one")
+        format = file.format_name()
     finally:
         file.close()
-    values = _upright(values, spec.get_int_attribute("Orientation", 1))
     names = tuple(spec.channelnames)
-    _check_finite(path, names, values)
-    opaque = _opaque_channels(path, names, values)
+    _check_finite(path, names, pixels)
+    opaque = _opaque_channels(path, names, pixels)
+    names, pixels = tuple(names[i] for i in opaque), pixels[:, :, opaque]
+    origin = (0, 0)
+    if format == "openexr":
+        pixels, origin, more = _within_display(pixels, spec)
+        notes += more
+    white_is_zero = (
+        format == "tiff"
+        and spec.get_int_attribute("tiff:PhotometricInterpretation", -1)
+        == PHOTOMETRIC_WHITE_IS_ZERO
+    )
+    if white_is_zero:
+        notes.append("white is zero in this file: inverted")
+        if pixels.dtype == np.uint8:  # OpenImageIO inverts these, and no others
+            pixels = 255 - pixels
+    pixels, more = to_srgb(path, pixels, spec)
+    notes += more
+    pixels = _upright(pixels, spec.get_int_attribute("Orientation", 1))
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    names = tuple(names[i] for i in opaque)
-    is_float = spec.format.basetype in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
-    return Picture(path, digest, names, values[:, :, opaque], is_float)
+    name = spec.get_string_attribute("oiio:subimagename")
+    return Picture(path, digest, format, names, pixels, origin, name, white_is_zero, tuple(notes))
 
 
-def _check_header(path: Path, file: oiio.ImageInput, spec: oiio.ImageSpec) -> None:
-    """What can be refused before the pixels take memory."""
-    size = f"{spec.width} x {spec.height} pixels of {spec.nchannels} channels"
-    if spec.width * spec.height * spec.nchannels > MAX_VALUES:
-        limit = f"at most {MAX_VALUES // 10**6} million values in all; reduce it first"
-        raise refuse(path, size, limit)
-    if spec.depth > 1:
-        raise refuse(path, f"a volume of {spec.depth} layers", "a flat picture")
-    for attribute in spec.extra_attribs:
-        if attribute.name.endswith(":ColorSpace") and attribute.value == "CMYK":
-            raise refuse(
-                path,
-                "CMYK inks, whose colours depend on a printer",
-                "RGB; convert it to sRGB with its colour profile first",
-            )
+def _part_with_color(path: Path, layer: str | None) -> tuple[int, list[str]]:
+    """Which of a file's pictures is read: its only one, or the part of an EXR with the color.
+
+    Opens the file anew, because some formats cannot go back.
+    """
+    file = oiio.ImageInput.open(str(path))
+    if file is None:
+        raise refuse(path, f"no readable picture ({_reason(oiio.geterror())})", PICTURE)
+    if not file.seek_subimage(1, 0):
+        file.geterror()  # that there is no second one
+        return 0, []
+    if file.format_name() != "openexr":
+        raise refuse(path, "several pictures (frames, pages or parts)", "a file with one")
+    parts: list[tuple[str, Sequence[str]]] = []
+    while file.seek_subimage(len(parts), 0):
+        spec = file.spec()
+        parts.append((spec.get_string_attribute("oiio:subimagename"), spec.channelnames))
+    file.geterror()
+    named = [i for i, (name, _) in enumerate(parts) if name == layer]
+    colored = [i for i, (_, channels) in enumerate(parts) if _has_color(channels)]
+    chosen = named or colored
+    texts = [f"{name or 'without a name'} ({', '.join(c)})" for name, c in parts]
+    if len(chosen) != 1:
+        raise refuse(path, f"the parts {'; '.join(texts)}", "one with color; choose it by --layer")
+    return chosen[0], [f"reads the part {texts[chosen[0]]}, 1 of {len(parts)}"]
 
 
-def _check_finite(path: Path, names: tuple[str, ...], values: np.ndarray) -> None:
-    bad = np.argwhere(~np.isfinite(values))
+def _has_color(channels: Sequence[str]) -> bool:
+    last = {name.rpartition(".")[2].lower() for name in channels}
+    return last >= {"r", "g", "b"} or last >= {"red", "green", "blue"}
+
+
+def _within_display(
+    pixels: np.ndarray, spec: oiio.ImageSpec
+) -> tuple[np.ndarray, tuple[int, int], list[str]]:
+    """The part of an EXR's data window that its display window shows, and where that begins."""
+    left, top = max(spec.x, spec.full_x), max(spec.y, spec.full_y)
+    right = min(spec.x + spec.width, spec.full_x + spec.full_width)
+    bottom = min(spec.y + spec.height, spec.full_y + spec.full_height)
+    if left >= right or top >= bottom:  # nothing is shown: the data are all there is
+        left, top = spec.x, spec.y
+        right, bottom = spec.x + spec.width, spec.y + spec.height
+    origin = (left - spec.full_x, top - spec.full_y)
+    if (spec.width, spec.height) == (spec.full_width, spec.full_height) and origin == (0, 0):
+        return pixels, origin, []
+    shown = pixels[top - spec.y : bottom - spec.y, left - spec.x : right - spec.x]
+    note = (
+        f"the data window has {spec.width} x {spec.height} pixels, the display window"
+        f" {spec.full_width} x {spec.full_height}: reads the {right - left} x {bottom - top}"
+        " that both have"
+    )
+    return shown, origin, [note]
+
+
+def _check_finite(path: Path, names: tuple[str, ...], pixels: np.ndarray) -> None:
+    bad = np.argwhere(~np.isfinite(pixels))
     if len(bad):
         row, column, channel = bad[0]
         place = f"column {column}, row {row} of channel {names[channel]}"
-        raise refuse(path, f"{values[row, column, channel]} at {place}", "finite values")
+        raise refuse(path, f"{pixels[row, column, channel]} at {place}", "finite values")
 
 
-def _opaque_channels(path: Path, names: tuple[str, ...], values: np.ndarray) -> list[int]:
+def _opaque_channels(path: Path, names: tuple[str, ...], pixels: np.ndarray) -> list[int]:
     """Indices of all channels but alpha (A, or layer.A in EXR)."""
     kept = []
+    opaque = 1 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
     for i, name in enumerate(names):
         if name.split(".")[-1] != "A":
             kept.append(i)
-        elif (values[:, :, i] < 1).any():
-            share = 100 * float((values[:, :, i] < 1).mean())
+        elif (pixels[:, :, i] < opaque).any():
+            share = 100 * float((pixels[:, :, i] < opaque).mean())
             raise refuse(
                 path,
                 f"pixels that are not opaque ({share:.3g} % of them)",
@@ -120,14 +191,15 @@ def _opaque_channels(path: Path, names: tuple[str, ...], values: np.ndarray) -> 
     return kept
 
 
-def _upright(values: np.ndarray, orientation: int) -> np.ndarray:
-    if orientation == 1:
-        return values
-    buffer = oiio.ImageBuf(values)
-    buffer.orientation = orientation
-    pixels = oiio.ImageBufAlgo.reorient(buffer).get_pixels(oiio.FLOAT)
-    assert pixels is not None
-    return pixels
+def _upright(pixels: np.ndarray, orientation: int) -> np.ndarray:
+    """Turn and flip as the EXIF orientation says."""
+    if orientation in (5, 6, 7, 8):
+        pixels = pixels.swapaxes(0, 1)
+    if orientation in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    if orientation in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    return np.ascontiguousarray(pixels)
 
 
 def _reason(error: str) -> str:

@@ -75,7 +75,4 @@ class Config:
 
 def exemplar_records(exemplars: list[Exemplar]) -> list[dict[str, Any]]:
     """File names and hashes of the photographs, and of their maps where they have any."""
-    return [
-        {"file": e.name, "sha256": e.sha256, **({"maps": e.maps} if e.maps else {})}
-        for e in exemplars
-    ]
+    return [e.record() for e in exemplars]
