@@ -91,7 +91,7 @@ TEST_CASE("The snippets of materials and lights in docs/scene-format.md render")
   for (json& object : scene["objects"]) object["material"] = "paint";
   scene["lights"] = {
       json::parse(snippet("{\"sphere\"", "\n")),
-      json::parse(snippet("{\"mesh\": \"meshes/ball-cut.ply\", \"radiance\"", "\n"))};
+      json::parse(snippet("{\"mesh\": \"meshes/ball-cut.ply\", \"radiance\"", "]}\n"))};
   text = scene.dump();
   for (std::size_t at = 0; (at = text.find("\"meshes/", at)) != std::string::npos; ++at) {
     text.insert(at + 1, SOLIDTEX_SOURCE "/scenes/");
