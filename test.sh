@@ -3,8 +3,15 @@
 # every test through ctest, the Python ones included, as many at a time as there are cores. Safe to
 # run again.
 # Arguments are passed on to ctest:  ./test.sh -R field
+# With --long first it runs the tests labelled "long" instead, which take hours.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
+
+long=OFF label=()
+if [ "${1:-}" = --long ]; then
+  long=ON label=(-L long)
+  shift
+fi
 
 source setup/common.sh
 say "1/4  Debian packages"
@@ -12,9 +19,9 @@ install_debian_packages setup/debian-build.txt setup/debian-test.txt
 say "2/4  Python environment in .venv"
 prepare_venv
 say "3/4  building solidtex into build/"
-build_solidtex
-say "4/4  running all tests"
-ctest --test-dir build --output-on-failure --parallel "$(nproc)" "$@"
+build_solidtex -DSOLIDTEX_LONG_TESTS=$long
+say "4/4  running the tests"
+ctest --test-dir build --output-on-failure --parallel "$(nproc)" "${label[@]}" "$@"
 
 say "All tests passed."
 say "Next: train on a photograph of yours:  .venv/bin/solidtex-train photo.png --minutes 10 -o results/mine"

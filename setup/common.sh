@@ -44,8 +44,8 @@ build_jobs() {
   echo $((cores < gib ? cores : gib))
 }
 
-build_solidtex() {
-  cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release
+build_solidtex() {  # arguments are passed on to CMake
+  cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release "$@"
   cmake --build build --parallel "$(build_jobs)"
 }
 
