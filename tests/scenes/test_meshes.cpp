@@ -165,3 +165,92 @@ TEST_CASE("Repair accepts polygon soups: two components, an edge with three face
   pt::repair_mesh(nothing);
   CHECK(nothing.triangles.empty());
 }
+
+namespace {
+
+// A scene far away from zero: a cube with a solid texture, cut, lit by three kinds of lights.
+nlohmann::json far_scene(const glm::dvec3& origin, const TemporaryFolder& folder) {
+  const auto at = [&](double x, double y, double z) {
+    return nlohmann::json{origin.x + x, origin.y + y, origin.z + z};
+  };
+  std::ostringstream cube;
+  cube.precision(12);
+  for (const glm::vec3& p : make_cube().positions) {
+    cube << "v " << origin.x + p.x << ' ' << origin.y + p.y << ' ' << origin.z + p.z << '\n';
+  }
+  for (const glm::uvec3& t : make_cube().triangles) {
+    cube << "f " << t.x + 1 << ' ' << t.y + 1 << ' ' << t.z + 1 << '\n';
+  }
+  write_text(folder / "cube.obj", cube.str());
+  write_noise_model(folder / "noise.solidtex", 0);
+  const nlohmann::json back = {{{"translate", {-origin.x, -origin.y, -origin.z}}}};
+  nlohmann::json objects = {{{"mesh", "cube.obj"}, {"material", "object"}},
+                            {{"mesh", "cube.obj"}, {"material", "world"}}};
+  if (pt::can_repair_meshes()) {
+    objects[0]["cuts"] = {
+        {{"clip", {{"point", at(0, 0.5, 0)}, {"normal", {1, 1, 0}}}}},
+        {{"subtract", {{"sphere", 0.5}, {"transform", {{{"translate", at(1, 0, 1)}}}}}}}};
+  }
+  objects[1]["transform"] = {{{"translate", {2.5, 0, 0}}}};
+  const auto material = [&](const char* space) {
+    return nlohmann::json{{"type", "diffuse"},
+                          {"color",
+                           {{"solid", "noise.solidtex"},
+                            {"space", space},
+                            {"transform", back},
+                            {"texels_per_unit", 8}}}};
+  };
+  return {{"version", 1},
+          {"camera", {{"position", at(6, 5, 8)}, {"look_at", at(1, 0.5, 0.5)}, {"fov", 40}}},
+          {"materials", {{"object", material("object")}, {"world", material("world")}}},
+          {"objects", objects},
+          {"lights",
+           {{{"sphere", 1}, {"position", at(0, 8, 4)}, {"radiance", {3, 3, 3}}},
+            {{"position", at(8, 6, 2)},
+             {"look_at", at(0, 0, 0)},
+             {"size", {2, 2}},
+             {"radiance", {6, 6, 6}}},
+            {{"mesh", "cube.obj"},
+             {"transform", {{{"translate", {0, 6, 6}}}}},
+             {"radiance", {2, 2, 2}}}}},
+          {"environment", {{"color", {0.2, 0.2, 0.2}}}}};
+}
+
+pt::AovImage render_far(const glm::dvec3& origin, int turntable_frames) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.json", far_scene(origin, folder).dump());
+  pt::Sequence sequence(folder / "scene.json");
+  if (turntable_frames > 0) sequence.set_turntable(turntable_frames);
+  const pt::Scene& scene = sequence.frame(turntable_frames > 0 ? 1 : 0);
+  pt::RenderSettings settings = small_settings(48, 4);
+  settings.aovs = {pt::Aov::beauty, pt::Aov::position, pt::Aov::texcoord};
+  pt::Renderer renderer(scene, settings);
+  CHECK(renderer.render());
+  return renderer.image();
+}
+
+std::size_t count_differences(const std::vector<float>& a, const std::vector<float>& b,
+                              float tolerance) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) count += std::abs(a[i] - b[i]) > tolerance;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("A scene at map coordinates gives the image of the same scene at the origin") {
+  const glm::dvec3 far(465881.25, 5248342.5, 1200);
+  for (const int turntable_frames : {0, 5}) {
+    const pt::AovImage here = render_far(glm::dvec3(0), turntable_frames);
+    const pt::AovImage there = render_far(far, turntable_frames);
+    // Rounding moves a few paths over an edge.
+    const auto& beauty = there.values(pt::Aov::beauty);
+    const std::size_t differences = count_differences(here.values(pt::Aov::beauty), beauty, 1e-3f);
+    CAPTURE(turntable_frames, differences, beauty.size());
+    CHECK(save_unless(differences < beauty.size() / 50, pt::beauty(there), "far"));
+    CHECK(count_differences(here.values(pt::Aov::texcoord), there.values(pt::Aov::texcoord),
+                            0.01f) < beauty.size() / 50);
+    const auto& position = there.values(pt::Aov::position);
+    CHECK(std::abs(position[3 * (24 * 48 + 24) + 1] - 5248342.5f) < 4);
+  }
+}

@@ -37,7 +37,8 @@ struct Hit {
 
 // Input of shading at a point of an object. Normals have unit length and face the ray.
 struct SurfaceInteraction {
-  glm::vec3 position{0}, object_position{0};  // in world and object space
+  glm::vec3 position{0};         // in render space
+  glm::vec3 object_position{0};  // relative to the mesh's origin
   glm::vec3 geometric_normal{0}, normal{0};
   glm::vec2 uv{0};
   std::uint32_t object = 0, material = 0;

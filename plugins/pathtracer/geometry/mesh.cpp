@@ -112,7 +112,16 @@ Mesh make_half_space(const glm::vec3& point, const glm::vec3& normal, const Mesh
   return box;
 }
 
-void transform_mesh(Mesh& mesh, const glm::dmat4& transform) {
+glm::dmat4 between_origins(glm::dmat4 transform, const glm::dvec3& from, const glm::dvec3& to) {
+  const glm::dvec3 shift = glm::dmat3(transform) * from - to;
+  if (shift != glm::dvec3(0)) transform[3] += glm::dvec4(shift, 0);  // else keeps signed zeros
+  return transform;
+}
+
+void transform_mesh(Mesh& mesh, const glm::dmat4& world_transform, const glm::dvec3& origin) {
+  const glm::dmat4 transform = between_origins(world_transform, mesh.origin, origin);
+  mesh.origin = origin;
+  if (transform == glm::dmat4(1)) return;
   for (glm::vec3& p : mesh.positions) p = glm::vec3(transform * glm::dvec4(p, 1));
   const glm::dmat3 normals = glm::inverseTranspose(glm::dmat3(transform));
   for (glm::vec3& n : mesh.normals) n = glm::vec3(glm::normalize(normals * glm::dvec3(n)));

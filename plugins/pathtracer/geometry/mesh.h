@@ -52,7 +52,11 @@ Mesh make_sphere(float radius);
 // The half-space in front of a plane, as a box that is large enough for `mesh`.
 Mesh make_half_space(const glm::vec3& point, const glm::vec3& normal, const Mesh& mesh);
 
-// Transforms a mesh. Reverses its faces if the transform mirrors, so that they still face outward.
-void transform_mesh(Mesh& mesh, const glm::dmat4& transform);
+// Rewrites a transform for positions that are relative to the origins `from` and `to`.
+glm::dmat4 between_origins(glm::dmat4 transform, const glm::dvec3& from, const glm::dvec3& to);
+
+// Transforms a mesh, whose positions become relative to `origin`. Reverses its faces if the
+// transform mirrors, so that they still face outward.
+void transform_mesh(Mesh& mesh, const glm::dmat4& transform, const glm::dvec3& origin = {});
 
 }  // namespace solidtex::pathtracer

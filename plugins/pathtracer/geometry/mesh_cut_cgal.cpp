@@ -134,6 +134,8 @@ class Assembler {
  public:
   Assembler(const Mesh& mesh, const std::vector<Cut>& cuts) : mesh_(mesh), cuts_(cuts) {
     result_.file = mesh.file;
+    result_.origin = mesh.origin;
+    result_.rounding_error = mesh.rounding_error;
     has_uvs_ = !mesh.uvs.empty();
     has_normals_ = !mesh.normals.empty();
     for (const Cut& cut : cuts) has_normals_ = has_normals_ || !cut.tool.normals.empty();

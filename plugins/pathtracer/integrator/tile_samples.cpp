@@ -21,11 +21,11 @@ FirstHit first_hit(const Scene& scene, const CameraRays& camera, const Ray& ray,
                    const SurfaceInteraction& interaction, const MaterialSample& sample) {
   FirstHit hit{.albedo = sample.color,
                .normal = bumped_normal(interaction.normal, sample.height_gradient, -ray.direction),
-               .position = interaction.position,
+               .position = glm::vec3(scene.origin + glm::dvec3(interaction.position)),
                .depth = camera.depth_of(interaction.position),
                .is_object = true};
   if (const SolidColor* solid = solid_texture_of(scene.materials[interaction.material])) {
-    const TexelSpace space(*solid);
+    const TexelSpace space(*solid, position_origin(scene, *solid, interaction.object));
     const TexelSpace::Point point = space(interaction);
     hit.texcoord = glm::vec3(space.origin() + glm::dvec3(point.offset));
     hit.footprint = point.radius;

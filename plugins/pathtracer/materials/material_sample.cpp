@@ -42,7 +42,9 @@ glm::vec3 bumped_normal(const glm::vec3& normal, const glm::vec2& height_gradien
   return glm::normalize(bumped + (kMinCosine - cosine) * view);
 }
 
-MaterialEvaluator::Source::Source(const Scene& scene, const Material& material) {
+MaterialEvaluator::Source::Source(const Scene& scene, const Material& material,
+                                  const glm::dvec3& texture_origin)
+    : origin(texture_origin) {
   solid = std::get_if<SolidColor>(&material.color);
   solid_color = solid != nullptr;
   if (const auto* color = std::get_if<glm::vec3>(&material.color)) constant.color = *color;
@@ -68,7 +70,22 @@ MaterialEvaluator::Source::Source(const Scene& scene, const Material& material) 
 
 MaterialEvaluator::MaterialEvaluator(const Scene& scene, TextureFilter filter)
     : scene_(scene), filter_(filter) {
-  for (const Material& material : scene.materials) sources_.emplace_back(scene, material);
+  for (const Material& material : scene.materials) {
+    sources_.emplace_back(scene, material, glm::dvec3(0));
+  }
+  for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
+    const Material& material = scene.materials[scene.objects[i].material];
+    const SolidColor* solid = solid_texture_of(material);
+    const glm::dvec3 origin = solid ? position_origin(scene, *solid, i) : glm::dvec3(0);
+    if (origin == glm::dvec3(0)) continue;
+    if (object_sources_.empty()) {
+      for (const Object& object : scene.objects) {
+        object_sources_.push_back(static_cast<std::uint32_t>(object.material));
+      }
+    }
+    object_sources_[i] = static_cast<std::uint32_t>(sources_.size());
+    sources_.emplace_back(scene, material, origin);
+  }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
     const Source& source = sources_[object.material];
@@ -79,10 +96,15 @@ MaterialEvaluator::MaterialEvaluator(const Scene& scene, TextureFilter filter)
   }
 }
 
+MaterialEvaluator::Source& MaterialEvaluator::source_of(const SurfaceInteraction& interaction) {
+  return sources_[object_sources_.empty() ? interaction.material
+                                          : object_sources_[interaction.object]];
+}
+
 std::size_t MaterialEvaluator::operator()(std::span<const SurfaceInteraction> interactions,
                                           std::span<MaterialSample> samples) {
   for (std::size_t i = 0; i < interactions.size(); ++i) {
-    Source& source = sources_[interactions[i].material];
+    Source& source = source_of(interactions[i]);
     samples[i] = source.constant;
     look_up_images(source, interactions[i], samples[i]);
     if (source.solid) source.pending.push_back(static_cast<std::uint32_t>(i));
@@ -114,7 +136,7 @@ float MaterialEvaluator::filter_radius(float footprint) const {
 // Points are relative to the origin of the texel space.
 void MaterialEvaluator::place_points(const Source& source,
                                      std::span<const SurfaceInteraction> interactions) {
-  const TexelSpace space(*source.solid);
+  const TexelSpace space(*source.solid, source.origin);
   points_.clear();
   radii_.clear();
   axes_.clear();
@@ -163,7 +185,7 @@ void MaterialEvaluator::query(const Source& source,
   place_points(source, interactions);
   const std::size_t channel_count = source.texture->channel_count();
   values_.resize(radii_.size() * channel_count);
-  const glm::dvec3 place = TexelSpace(*source.solid).origin();
+  const glm::dvec3 place = TexelSpace(*source.solid, source.origin).origin();
   const std::array<double, 3> origin = {place.x, place.y, place.z};
   switch (filter_) {
     case TextureFilter::footprint:

@@ -43,7 +43,8 @@ class MaterialEvaluator {
  private:
   // Inputs of a material by kind: constants, images, channels of a solid texture.
   struct Source {
-    Source(const Scene& scene, const Material& material);
+    // `origin`: of the positions at which the solid texture is evaluated.
+    Source(const Scene& scene, const Material& material, const glm::dvec3& origin);
 
     MaterialSample constant;
     const ColorImage* color_image = nullptr;
@@ -54,6 +55,7 @@ class MaterialEvaluator {
     glm::uvec3 albedo{0};  // channels
     std::vector<std::pair<float MaterialSample::*, std::size_t>> channels;
     std::optional<Bump> bump;
+    glm::dvec3 origin;
     std::vector<std::uint32_t> pending;  // interactions of the current batch
   };
 
@@ -67,9 +69,12 @@ class MaterialEvaluator {
   void append_axes(const Source& source, const SurfaceInteraction& interaction);
   float filter_radius(float footprint) const;
 
+  Source& source_of(const SurfaceInteraction& interaction);
+
   const Scene& scene_;
   TextureFilter filter_;
-  std::vector<Source> sources_;  // per material
+  std::vector<Source> sources_;  // per material, then per object with an origin of its own
+  std::vector<std::uint32_t> object_sources_;  // per object; empty if all use their material's
   // Arguments and result of a query, kept to save allocations.
   std::vector<float> points_, radii_, values_;
   std::vector<float> axes_;   // of anisotropic footprints

@@ -7,10 +7,10 @@
 
 namespace solidtex::pathtracer {
 
-TexelSpace::TexelSpace(const SolidColor& color)
+TexelSpace::TexelSpace(const SolidColor& color, const glm::dvec3& origin)
     : world_space_(color.world_space),
       linear_(color.to_texels),
-      origin_(color.to_texels[3]),
+      origin_(linear_ * origin + glm::dvec3(color.to_texels[3])),
       scale_(std::cbrt(std::abs(glm::determinant(linear_)))) {}
 
 TexelSpace::Point TexelSpace::operator()(const SurfaceInteraction& interaction) const {
@@ -18,6 +18,10 @@ TexelSpace::Point TexelSpace::operator()(const SurfaceInteraction& interaction) 
   const double units = world_space_ ? 1.0 : interaction.object_scale;
   return {glm::vec3(linear_ * glm::dvec3(p)),
           static_cast<float>(interaction.footprint * units * scale_)};
+}
+
+glm::dvec3 position_origin(const Scene& scene, const SolidColor& color, std::uint32_t object) {
+  return color.world_space ? scene.origin : scene.meshes[scene.objects[object].mesh].origin;
 }
 
 std::array<glm::vec3, 2> footprint_axes(const SurfaceInteraction& interaction,

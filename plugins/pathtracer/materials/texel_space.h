@@ -17,7 +17,8 @@ class TexelSpace {
     float radius = 0;     // of the footprint
   };
 
-  explicit TexelSpace(const SolidColor& color);
+  // `origin`: of the positions that are mapped.
+  explicit TexelSpace(const SolidColor& color, const glm::dvec3& origin = {});
 
   // In double precision: textures may be evaluated far from their origin.
   const glm::dvec3& origin() const { return origin_; }
@@ -29,6 +30,9 @@ class TexelSpace {
   glm::dvec3 origin_;
   double scale_;  // texels per unit
 };
+
+// Returns the origin of the positions at which an object's solid texture is evaluated.
+glm::dvec3 position_origin(const Scene& scene, const SolidColor& color, std::uint32_t object);
 
 // Returns half the edges of the footprint of the ray's cone on the surface, in texels. The first
 // edge, along the ray, is the longer one. `world_to_texels` maps directions.

@@ -115,14 +115,16 @@ json document_at(const json& document, double frame) {
   return result;
 }
 
-json with_turned_camera(const json& document, double degrees) {
+json with_turned_camera(const json& document, double degrees, const glm::dvec3& origin) {
   json result = document;
   json& camera = result["camera"];
-  const glm::dvec3 center(to_vec3(camera["look_at"]));
+  const auto position_of = [&](const char* key) {
+    return origin + glm::dvec3(glm::vec3(to_dvec3(camera[key]) - origin));
+  };
+  const glm::dvec3 center = position_of("look_at");
   const glm::dvec3 up(to_vec3(camera.value("up", json{0, 1, 0})));
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(degrees), up);
-  const glm::dvec3 position =
-      center + glm::dmat3(turn) * (glm::dvec3(to_vec3(camera["position"])) - center);
+  const glm::dvec3 position = center + glm::dmat3(turn) * (position_of("position") - center);
   camera["position"] = {position.x, position.y, position.z};
   return result;
 }

@@ -1,6 +1,7 @@
 // Evaluates "animation" and turntables: the scene document of a frame.
 #pragma once
 
+#include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -13,7 +14,9 @@ void check_animation(const nlohmann::json& document, const std::string& file);
 nlohmann::json document_at(const nlohmann::json& document, double frame);
 
 // Returns the document with its camera rotated about the up direction through the look-at point,
-// counter-clockwise seen from above.
-nlohmann::json with_turned_camera(const nlohmann::json& document, double degrees);
+// counter-clockwise seen from above. Positions are rounded to single precision relative to
+// `origin`.
+nlohmann::json with_turned_camera(const nlohmann::json& document, double degrees,
+                                  const glm::dvec3& origin);
 
 }  // namespace solidtex::pathtracer

@@ -40,8 +40,8 @@ void read_camera(const SceneFile& file, Scene& scene) {
   const Place place("/camera");
   const json& camera = file.at(place);
   Camera& result = scene.camera;
-  result.position = to_vec3(camera["position"]);
-  result.look_at = to_vec3(camera["look_at"]);
+  result.position = to_render_space(scene, camera["position"]);
+  result.look_at = to_render_space(scene, camera["look_at"]);
   if (camera.contains("up")) result.up = to_vec3(camera["up"]);
   result.fov_degrees = camera["fov"];
   result.aperture = camera.value("aperture", result.aperture);

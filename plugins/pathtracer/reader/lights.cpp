@@ -22,11 +22,11 @@ RectangleLight make_rectangle(const glm::vec3& center, const glm::vec3& directio
   return {center - 0.5f * (width * u + height * v), width * u, height * v, radiance};
 }
 
-RectangleLight read_rectangle(const SceneFile& file, const Place& place) {
+RectangleLight read_rectangle(const SceneFile& file, const Scene& scene, const Place& place) {
   file.check_keys(place, "a rectangular light", {"position", "look_at", "size", "radiance"}, {});
   const json& light = file.at(place);
-  const glm::vec3 position = to_vec3(light["position"]);
-  const glm::vec3 direction = to_vec3(light["look_at"]) - position;
+  const glm::vec3 position = to_render_space(scene, light["position"]);
+  const glm::vec3 direction = to_render_space(scene, light["look_at"]) - position;
   if (glm::length(direction) == 0) {
     file.refuse(place / "look_at", quote_json(light["look_at"]),
                 "a point that is not the light's position");
@@ -35,19 +35,18 @@ RectangleLight read_rectangle(const SceneFile& file, const Place& place) {
                         to_vec3(light["radiance"]));
 }
 
-SphereLight read_sphere(const SceneFile& file, const Place& place) {
+SphereLight read_sphere(const SceneFile& file, const Scene& scene, const Place& place) {
   file.check_keys(place, "a spherical light", {"sphere", "position", "radiance"}, {});
   const json& light = file.at(place);
-  return {to_vec3(light["position"]), light["sphere"], to_vec3(light["radiance"])};
+  return {to_render_space(scene, light["position"]), light["sphere"], to_vec3(light["radiance"])};
 }
 
-MeshLight read_mesh(const SceneFile& file, MeshReader& meshes, const Place& place) {
+MeshLight read_mesh(const SceneFile& file, const Scene& scene, MeshReader& meshes,
+                    const Place& place) {
   file.check_keys(place, "a light of a mesh", {"mesh", "radiance"}, {"transform"});
   const json& light = file.at(place);
   MeshLight result{meshes.read_mesh(place / "mesh"), to_vec3(light["radiance"])};
-  if (light.contains("transform")) {
-    transform_mesh(result.mesh, file.transform(place / "transform"));
-  }
+  transform_mesh(result.mesh, file.transform(place / "transform"), scene.origin);
   double area = 0;
   for (const glm::uvec3& t : result.mesh.triangles) {
     const auto& p = result.mesh.positions;
@@ -62,11 +61,11 @@ MeshLight read_mesh(const SceneFile& file, MeshReader& meshes, const Place& plac
 void read_light(const SceneFile& file, Scene& scene, MeshReader& meshes, const Place& place) {
   const json& light = file.at(place);
   if (light.contains("sphere")) {
-    scene.sphere_lights.push_back(read_sphere(file, place));
+    scene.sphere_lights.push_back(read_sphere(file, scene, place));
   } else if (light.contains("mesh")) {
-    scene.mesh_lights.push_back(read_mesh(file, meshes, place));
+    scene.mesh_lights.push_back(read_mesh(file, scene, meshes, place));
   } else {
-    scene.lights.push_back(read_rectangle(file, place));
+    scene.lights.push_back(read_rectangle(file, scene, place));
   }
   if (to_vec3(light["radiance"]) == glm::vec3(0)) {
     file.refuse(place / "radiance", quote_json(light["radiance"]), "a radiance above 0");

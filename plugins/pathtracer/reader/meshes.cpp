@@ -24,6 +24,8 @@ Mesh MeshReader::read_mesh(const Place& place) {
       throw SceneError(mesh.file + ": found only degenerate triangles, expected a surface");
     }
     scene_.notes.push_back(describe(mesh, report));
+    const std::string name = std::filesystem::path(mesh.file).filename().string();
+    for (const std::string& warning : mesh.warnings) scene_.notes.push_back(name + ": " + warning);
     return mesh;
   });
 }
@@ -43,16 +45,15 @@ Cut MeshReader::read_cut(const Place& place, const Mesh& mesh) {
     if (to_vec3(plane["normal"]) == glm::vec3(0)) {
       file_.refuse(place / "clip" / "normal", quote_json(plane["normal"]), "a direction");
     }
-    cut.tool = make_half_space(to_vec3(plane["point"]), to_vec3(plane["normal"]), mesh);
+    const glm::vec3 point(to_dvec3(plane["point"]) - mesh.origin);
+    cut.tool = make_half_space(point, to_vec3(plane["normal"]), mesh);
     return cut;
   }
   const bool subtract = value.contains("subtract");
   cut.operation = subtract ? Cut::Operation::subtract : Cut::Operation::intersect;
   const Place shape = place / (subtract ? "subtract" : "intersect");
   cut.tool = read_tool(shape);
-  if (file_.at(shape).contains("transform")) {
-    transform_mesh(cut.tool, file_.transform(shape / "transform"));
-  }
+  transform_mesh(cut.tool, file_.transform(shape / "transform"), mesh.origin);
   return cut;
 }
 

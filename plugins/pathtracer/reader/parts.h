@@ -7,6 +7,11 @@
 
 namespace solidtex::pathtracer {
 
+// Converts a position from world space to render space.
+inline glm::vec3 to_render_space(const Scene& scene, const nlohmann::json& position) {
+  return glm::vec3(to_dvec3(position) - scene.origin);
+}
+
 void read_settings(const SceneFile& file, Scene& scene);
 void read_camera(const SceneFile& file, Scene& scene);
 void read_materials(const SceneFile& file, Scene& scene);

@@ -89,6 +89,7 @@ std::filesystem::path SceneFile::resolve(const Place& place) const {
 
 glm::dmat4 SceneFile::transform(const Place& place) const {
   glm::dmat4 result(1);
+  if (!document_.contains(place)) return result;
   for (std::size_t i = 0; i < at(place).size(); ++i) {
     result = read_step(at(place / i), place / i, label_) * result;
   }

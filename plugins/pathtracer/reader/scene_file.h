@@ -35,8 +35,8 @@ class SceneFile {
   // Resolves the file name at this place relative to the scene's folder.
   std::filesystem::path resolve(const Place& place) const;
 
-  // Composes the transform steps at this place, in order. Throws SceneError for a singular
-  // transform and for a rotation axis of length zero.
+  // Composes the transform steps at this place, in order; the identity if there is no such place.
+  // Throws SceneError for a singular transform and for a rotation axis of length zero.
   glm::dmat4 transform(const Place& place) const;
 
   // Throws SceneError if the object at this place, described by `owner`, lacks a required key or

@@ -1,4 +1,5 @@
 // Reads a scene file into a Scene, frame by frame.
+#include <cmath>
 #include <utility>
 
 #include "plugins/pathtracer/reader/animation.h"
@@ -56,17 +57,30 @@ void read_changes(const SceneFile& file, const json& before, Scene& scene) {
   scene.source = now.dump();
 }
 
+// Multiple of the camera's distance beyond which render space gets an origin of its own.
+constexpr double kFar = 1024;
+
+// Returns the look-at point, rounded, if the camera is far away from zero; otherwise zero.
+glm::dvec3 choose_origin(const json& camera) {
+  const glm::dvec3 look_at = to_dvec3(camera["look_at"]);
+  const double distance = glm::length(look_at - to_dvec3(camera["position"]));
+  if (distance == 0 || glm::length(look_at) <= kFar * distance) return glm::dvec3(0);
+  const double step = std::exp2(std::ceil(std::log2(distance)));
+  return glm::round(look_at / step) * step;
+}
+
 }  // namespace
 
 struct Sequence::State {
   explicit State(const std::filesystem::path& path) : file(path) {
     check_animation(file.document(), path.string());
+    scene.origin = choose_origin(file.document()["camera"]);
   }
 
   json document_of(int frame) const {
     json document = document_at(file.document(), turntable_frames > 0 ? 0 : frame);
     if (turntable_frames > 0)
-      document = with_turned_camera(document, 360.0 * frame / turntable_frames);
+      document = with_turned_camera(document, 360.0 * frame / turntable_frames, scene.origin);
     return document;
   }
 

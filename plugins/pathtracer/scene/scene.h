@@ -82,7 +82,7 @@ inline constexpr Input Material::*kInputs[] = {&Material::roughness, &Material::
 
 struct Object {
   std::size_t mesh = 0, material = 0;
-  glm::mat4 to_world{1};
+  glm::mat4 to_world{1};  // from the mesh's positions to render space
 };
 
 // Emits on the side that edge_u x edge_v points to.
@@ -98,7 +98,7 @@ struct SphereLight {
   glm::vec3 radiance{1};
 };
 
-// Emits on the front of its faces. Vertices are in world space.
+// Emits on the front of its faces. Vertices are in render space.
 struct MeshLight {
   Mesh mesh;
   glm::vec3 radiance{1};
@@ -110,7 +110,10 @@ struct EnvironmentImage {
   float rotation_degrees = 0;  // about the y axis
 };
 
+// All positions are in render space: world space relative to `origin`. The origin is zero unless
+// the camera is so far away from zero that single precision would lose detail.
 struct Scene {
+  glm::dvec3 origin{0};
   Camera camera;
   RenderSettings settings;
   Display display;
