@@ -14,7 +14,7 @@ from solidtex_export.analysis.grain import channel_axes, whiten
 from solidtex_export.commands import export as cli_export
 from solidtex_export.commands import train as cli_train
 from solidtex_export.export.file_format.model_file import read
-from solidtex_export.images.channels import groups, srgb_decode, srgb_encode
+from solidtex_export.images.channels import groups
 from solidtex_export.images.exemplar import (
     Exemplar,
     load_exemplar,
@@ -23,6 +23,7 @@ from solidtex_export.images.exemplar import (
 )
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.photographs import write_exr
+from solidtex_export.images.srgb import srgb_decode, srgb_encode
 
 torch.set_num_threads(1)
 SIZE = 44

@@ -12,8 +12,9 @@ import numpy as np
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification import engine
 from solidtex_export.generators.slices import SLICE_AXES
-from solidtex_export.images.channels import COLOR, srgb_encode
+from solidtex_export.images.channels import COLOR
 from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
+from solidtex_export.images.srgb import srgb_encode
 
 if TYPE_CHECKING:
     from solidtex import Texture

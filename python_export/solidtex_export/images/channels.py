@@ -12,6 +12,7 @@ import numpy as np
 
 from solidtex_export.images.file_kinds import ExemplarError, refuse
 from solidtex_export.images.photographs import Picture
+from solidtex_export.images.srgb import srgb_decode, srgb_encode
 from solidtex_export.images.value_range import Range, scaled
 
 COLOR: tuple[str, ...] = ("albedo.r", "albedo.g", "albedo.b")
@@ -211,14 +212,3 @@ def _encoded(values: np.ndarray, is_linear: bool, color_space: str) -> np.ndarra
     if not is_linear and color_space == "linear":
         return srgb_decode(values)
     return values
-
-
-def srgb_encode(linear: np.ndarray) -> np.ndarray:
-    """IEC 61966-2-1; continued as a straight line below 0."""
-    curve = 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055
-    return np.where(linear <= 0.0031308, 12.92 * linear, curve).astype(np.float32)
-
-
-def srgb_decode(encoded: np.ndarray) -> np.ndarray:
-    curve = ((np.maximum(encoded, 0.04045) + 0.055) / 1.055) ** 2.4
-    return np.where(encoded <= 0.04045, encoded / 12.92, curve).astype(np.float32)

@@ -8,8 +8,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from solidtex_export.images.channels import Group, groups, srgb_encode
+from solidtex_export.images.channels import Group, groups
 from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.images.srgb import srgb_encode
 
 QUANTILES = (0.005, 0.995)
 

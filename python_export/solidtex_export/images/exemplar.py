@@ -20,10 +20,10 @@ from solidtex_export.images.channels import (
     check_channels,
     map_channels,
     photo_channels,
-    srgb_decode,
 )
 from solidtex_export.images.file_kinds import ExemplarError, refuse
 from solidtex_export.images.photographs import Picture, read_picture, write_exr
+from solidtex_export.images.srgb import srgb_decode
 
 Crop = tuple[int, ...]
 """x, y, width, height in pixels of the picture."""

@@ -20,6 +20,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from solidtex_export.images.srgb import srgb_encoded
 from solidtex_export.losses.statistics import Features, gram
 
 WIDTHS = (64, 128, 256, 512, 512)
@@ -98,12 +99,6 @@ class VggDescriptor:
                 x = F.avg_pool2d(x, 2)
                 found[f"pool{group}"] = x
         return found
-
-
-def srgb_encoded(linear: Tensor) -> Tensor:
-    """IEC 61966-2-1; below black it stays linear, so that gradients do."""
-    curve = 1.055 * linear.clamp_min(0.0031308) ** (1 / 2.4) - 0.055
-    return torch.where(linear <= 0.0031308, 12.92 * linear, curve)
 
 
 def read_weights(path: Path) -> tuple[list[tuple[Tensor, Tensor]], Preprocessing]:
