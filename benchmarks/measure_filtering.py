@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How near footprint lookups come to true means of colours (docs/filtering.md).
+"""Error of filtered lookups against true means (docs/experiments/filtering-accuracy.md).
 
 For cubes of several edges in each model: how far their means deviate from the mean of all, the
 error of one plain lookup in the middle, of one and of four at random in the cube, and of the

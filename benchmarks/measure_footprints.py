@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How near footprints with three axes come to true means of colours (docs/filtering.md).
+"""Error of footprints with axes against true means (docs/experiments/footprint-axes.md).
 
 For parallelograms at random angles, one half-axis `width` texels and the other `aspect` times as
 long: how far their means deviate from the mean of all, the error of a cube of the same area, of

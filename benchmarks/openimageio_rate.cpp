@@ -1,6 +1,6 @@
 // solidtex_openimageio_rate [MODEL] [EDGE]: what evaluation through OpenImageIO costs beside direct
-// calls, and what its levels of detail cost: the tables of docs/hosts/openimageio.md. MODEL is
-// granite-grey and the volume has 256 texels along an edge unless named. Processor time, of all
+// calls, and what its levels of detail cost: the tables of docs/experiments/host-overhead.md. MODEL
+// is granite-grey and the volume has 256 texels along an edge unless named. Processor time, of all
 // threads together, the best of three.
 #include <OpenImageIO/Imath.h>
 #include <OpenImageIO/imagecache.h>

@@ -1,4 +1,4 @@
-"""Prints the table of docs/numerics.md: the C++ engine against a float64 evaluation.
+"""Prints the table of docs/experiments/full-precision.md: the C++ engine against float64.
 
     python -m solidtex_export.commands.measure_numerics [MODEL ...]
 

@@ -1,4 +1,4 @@
-"""Prints the table of docs/numerics.md on fast precision: how far it is from full precision.
+"""Prints the table of docs/experiments/fast-precision.md: fast precision against full precision.
 
     python -m solidtex_export.commands.measure_precision [MODEL ...]
 
