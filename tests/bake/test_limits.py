@@ -1,4 +1,4 @@
-"""solidtex-bake without enough memory or disk: it says so in a sentence and leaves nothing behind."""
+"""solidtex-bake without enough memory or disk: a sentence that says so, and nothing left behind."""
 
 import os
 import re
