@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -23,8 +24,8 @@ PROGRAM = "compare_peers.py"
 QUICK_SECONDS = 0.001
 
 EXAMPLES = f"""  {PROGRAM}
-  {PROGRAM} field.32 sampler.batch --clock cpu
-  {PROGRAM} field.256 --threads 1 --rounds 5 --json peers.json
+  {PROGRAM} lattice.32 sampler.batch --clock cpu
+  {PROGRAM} lattice.256 --threads 1 --rounds 5 --json peers.json
 Peers that are not installed are left out; pip install 'python_export[peers]' has them all."""
 
 
@@ -37,14 +38,15 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("cases", metavar="CASE", nargs="*", type=case_name,
                    help=f"what to measure (default: {' '.join(CASES)})")  # fmt: skip
     p.add_argument("--threads", type=positive, default=len(os.sched_getaffinity(0)),
-                   help="of field.256; the others run on one (default: all cores)")  # fmt: skip
+                   help="of lattice.256; the others run on one (default: all cores)")  # fmt: skip
     p.add_argument("--rounds", type=positive, default=3,
                    help="how often everything takes its turn (default 3)")  # fmt: skip
     p.add_argument("--seconds", type=float, default=1.0,
                    help="for each peer and size in a round, one call at least")  # fmt: skip
     p.add_argument("--clock", choices=CLOCKS, default="wall",
                    help="cpu: processor time over threads, for a busy machine")  # fmt: skip
-    p.add_argument("--field-model", metavar="MODEL", type=Path, default="granite-grey",
+    p.add_argument("--lattice-model", "--field-model", metavar="MODEL", type=Path,
+                   default="granite-grey",
                    help="a file or the name of a shipped model (default granite-grey)")  # fmt: skip
     p.add_argument("--sampler-model", metavar="MODEL", type=Path, default="stone-grey",
                    help="the same (default stone-grey)")  # fmt: skip
@@ -69,7 +71,7 @@ def compare(args: argparse.Namespace) -> None:
 
 
 def make_settings(args: argparse.Namespace) -> Settings:
-    paths = {"field": shipped(args.field_model), "sampler": shipped(args.sampler_model)}
+    paths = {"lattice": shipped(args.lattice_model), "sampler": shipped(args.sampler_model)}
     options = ["--rounds", "1", "--seconds", str(args.seconds), "--clock", args.clock]
     for family, path in paths.items():
         options += [f"--{family}-model", str(path)]
@@ -93,12 +95,14 @@ def shipped(model: Path) -> Path:
 def read_model(path: Path, family: str) -> ModelFile:
     model = model_file.read(path)
     found = model.document["family"]
+    found = "lattice" if found == "field" else found  # its name in files
     if found != family:
         raise OutputError(f"{path}: family: found {found!r}, expected {family!r}")
     return model
 
 
 def case_name(text: str) -> Case:
+    text = re.sub(r"^field\.", "lattice.", text)  # its old name
     if text not in CASES:
         raise argparse.ArgumentTypeError(f"found {text}, expected one of {', '.join(CASES)}")
     return CASES[text]

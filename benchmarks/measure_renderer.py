@@ -61,7 +61,9 @@ def main(arguments: list[str] | None = None) -> int:
     p.add_argument("--texels", type=float, default=200, help="in a unit; the ball has two (200)")
     p.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="(all)")
     p.add_argument("--rounds", type=int, default=3, help="how often each takes its turn (3)")
-    p.add_argument("--field-model", default="granite-grey", help="for frame (granite-grey)")
+    p.add_argument(
+        "--lattice-model", "--field-model", default="granite-grey", help="for frame (granite-grey)"
+    )
     p.add_argument("--sampler-model", default="stone-grey", help="for points (stone-grey)")
     p.add_argument("--quick", action="store_true", help="a benchmark that shows only that it runs")
     return cli.run(p, arguments, measure, (*cli.FAILURES, ValueError))
@@ -82,13 +84,13 @@ def measure(args: argparse.Namespace) -> None:
 
 
 def measure_frame(args: argparse.Namespace, folder: Path) -> None:
-    texture = {"solid": args.field_model, "texels_per_unit": args.texels}
+    texture = {"solid": args.lattice_model, "texels_per_unit": args.texels}
     colors = {"lattice texture": texture, "constant colour": CONSTANT}
     rounds: dict[str, list[list[Stats]]] = {name: [] for name in colors}
     for _ in range(args.rounds):
         for name, color in colors.items():
             rounds[name].append(render(args, folder, color, frames=2))
-    print(f"\nA frame with {args.field_model}, once its bricks exist: seconds")
+    print(f"\nA frame with {args.lattice_model}, once its bricks exist: seconds")
     for name, renders in rounds.items():
         print_parts(name, [frames[-1] for frames in renders], args.threads)
     pairs = zip(*rounds.values(), strict=True)
@@ -151,8 +153,9 @@ def benchmark(args: argparse.Namespace, folder: Path, case: str) -> float:
     command += ["--sampler-model", args.sampler_model, "--seconds", "2"]
     command += ["--json", str(report), "--force"] + (["--quick"] if args.quick else [])
     run(command)
-    found = json.loads(report.read_text())["cases"][0]
-    return found["units_per_call"] / found["median_seconds"] * 1e-6
+    runs = [r for r in json.loads(report.read_text())["benchmarks"] if r["run_type"] == "iteration"]
+    nanoseconds = statistics.median(r["real_time"] for r in runs)
+    return runs[0]["units_per_call"] / nanoseconds * 1e3
 
 
 def run(command: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""What is measured, and how: round after round, solidtex and every peer in turn."""
+"""The measured cases: solidtex and all peers take turns, round after round."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ class Case:
 
     def units(self, edge: int) -> int:
         """Voxels of a cube, or points."""
-        return edge**3 if self.family == "field" else edge
+        return edge**3 if self.family == "lattice" else edge
 
     def piece_name(self, piece: int) -> str:
-        return f"{piece}^3 blocks" if self.family == "field" else f"{piece} points"
+        return f"{piece}^3 blocks" if self.family == "lattice" else f"{piece} points"
 
 
 CASES = {
     case.name: case
     for case in (
-        Case("field.256", "field", 256, (32, 64, 128), (8, 12), parallel=True),
-        Case("field.32", "field", 32, (32,), (8,)),
+        Case("lattice.256", "lattice", 256, (32, 64, 128), (8, 12), parallel=True),
+        Case("lattice.32", "lattice", 32, (32,), (8,)),
         Case("sampler.batch", "sampler", 4096, (512, 1024, 4096), (16, 64)),
     )
 }
@@ -128,7 +128,7 @@ def measure_case(case: Case, settings: Settings) -> CaseResult:
 def candidates(case: Case, settings: Settings, threads: int) -> Iterator[Candidate]:
     """Of all peers that are installed, each warmed up by a call."""
     for piece in case.quick_pieces if settings.quick else case.pieces:
-        box = Box((0,) * 3, (piece,) * 3) if case.family == "field" else None
+        box = Box((0,) * 3, (piece,) * 3) if case.family == "lattice" else None
         model = onnx_model(settings.models[case.family], box)
         inputs = random_inputs(model, piece)
         for peer in PEERS:

@@ -19,7 +19,7 @@ class Peer:
     package: str
     load: Callable[[ModelProto, Inputs, int], Work]
     """Of a graph, its noise and a number of threads."""
-    families: tuple[str, ...] = ("field", "sampler")
+    families: tuple[str, ...] = ("lattice", "sampler")
 
     @property
     def version(self) -> str | None:
@@ -83,5 +83,5 @@ PEERS = (
     Peer("PyTorch", "torch", _torch("contiguous_format")),
     # Not what a network gets unasked, but convolutions are twice as fast: 122 instead of
     # 57 GFLOP/s for 24 to 24 channels on 66^3 voxels, one core with AVX-512.
-    Peer("PyTorch, channels last", "torch", _torch("channels_last_3d"), ("field",)),
+    Peer("PyTorch, channels last", "torch", _torch("channels_last_3d"), ("lattice",)),
 )

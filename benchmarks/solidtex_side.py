@@ -41,11 +41,12 @@ def run_case(program: Path, case: str, threads: int, options: Sequence[str]) -> 
 
 
 def parse(report: dict, case: str, threads: int) -> BenchResult:
-    (entry,) = (e for e in report["cases"] if (e["name"], e["threads"]) == (case, threads))
-    (peak,) = (p["flops"] for p in report["peaks"] if p["threads"] == threads)
+    name = f"{case}/threads:{threads}"
+    runs = [r for r in report["benchmarks"] if (r["name"], r["run_type"]) == (name, "iteration")]
+    (peak,) = (p["flops"] for p in report["context"]["peaks"] if p["threads"] == threads)
     return BenchResult(
-        entry["best_seconds"] / entry["units_per_call"],
-        entry["multiply_adds_per_unit"],
+        min(run["best_seconds"] for run in runs) / runs[0]["units_per_call"],
+        runs[0]["multiply_adds_per_unit"],
         peak,
-        report["target"],
+        report["context"]["target"],
     )

@@ -48,7 +48,7 @@ def compared(output: Path, *arguments: str) -> dict[str, Any]:
 def test_every_case_is_compared(tmp_path: Path, capsys: Any) -> None:
     report = compared(tmp_path / "a.json", "--threads", "2", "--clock", "cpu")
     names = [(case["name"], case["threads"]) for case in report["cases"]]
-    assert names == [("field.256", 2), ("field.32", 1), ("sampler.batch", 1)]
+    assert names == [("lattice.256", 2), ("lattice.32", 1), ("sampler.batch", 1)]
     text = capsys.readouterr().out
     for case in report["cases"]:
         assert len(case["peers"]) >= len({peer.package for peer in INSTALLED})
@@ -79,7 +79,7 @@ def test_missing_peers_are_left_out(tmp_path: Path, capsys: Any, monkeypatch: An
     ("arguments", "message"),
     [
         (["--bench", "absent"], "absent: cannot run"),
-        (["--field-model", "stone-grey"], "family: found 'sampler', expected 'field'"),
+        (["--field-model", "stone-grey"], "family: found 'sampler', expected 'lattice'"),
         (["--sampler-model", "marzipan"], "marzipan.solidtex: cannot read"),
         (["--json", "old.json"], "old.json: found an existing file"),
     ],
@@ -99,7 +99,7 @@ def test_refusals(
     [
         (["--help"], 0, "examples:"),
         (["--version"], 0, "0."),
-        (["field.17"], 2, "expected one of field.256, field.32, sampler.batch"),
+        (["field.17"], 2, "expected one of lattice.256, lattice.32, sampler.batch"),
         (["--threads", "0"], 2, "expected 1 or more"),
     ],
 )

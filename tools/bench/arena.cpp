@@ -3,6 +3,23 @@
 #include <pthread.h>
 
 namespace solidtex::tools {
+namespace {
+
+double read_clock(clockid_t id) {
+  timespec time = {};
+  clock_gettime(id, &time);
+  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
+}
+
+}  // namespace
+
+const char* clock_name(Clock clock) { return clock == Clock::wall ? "wall" : "cpu"; }
+
+Stopwatch::Stopwatch(Clock clock)
+    : id_(clock == Clock::wall ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID),
+      start_(read_clock(id_)) {}
+
+double Stopwatch::seconds() const { return read_clock(id_) - start_; }
 
 Arena::Arena(int threads) : threads_(threads), arena_(threads), members_(arena_) {}
 

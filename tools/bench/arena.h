@@ -1,4 +1,4 @@
-// So many threads to run a case on, and the time that they spend.
+// Clocks, and a number of threads to run a case on.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -8,9 +8,25 @@
 #include <map>
 #include <mutex>
 
-#include "tools/bench/clock.h"
-
 namespace solidtex::tools {
+
+// wall: elapsed time, which other programs lengthen.
+// cpu: processor time divided by the number of threads: the time of a quiet machine whose threads
+// are always busy. Use it on a machine that others use.
+enum class Clock { wall, cpu };
+
+const char* clock_name(Clock clock);
+
+// Seconds since its construction, on the thread that constructs and reads it.
+class Stopwatch {
+ public:
+  explicit Stopwatch(Clock clock);
+  double seconds() const;
+
+ private:
+  clockid_t id_;
+  double start_;
+};
 
 class Arena {
  public:
@@ -29,9 +45,8 @@ class Arena {
   }
 
  private:
-  // Collects the processor clocks of all threads that ever work in the arena. The clock of the
-  // whole process will not do: it knows what other threads did only up to their last timer tick,
-  // some milliseconds ago.
+  // The processor clocks of all threads that ever work in the arena. The clock of the process is
+  // too coarse: it counts other threads up to their last timer tick, milliseconds ago.
   class Members : public tbb::task_scheduler_observer {
    public:
     explicit Members(tbb::task_arena& arena);
@@ -41,7 +56,7 @@ class Arena {
 
    private:
     std::mutex mutex_;
-    std::map<clockid_t, double> clocks_;  // with what they said when their thread first came
+    std::map<clockid_t, double> clocks_;  // with their time when their thread first came
   };
 
   double now(Clock clock);

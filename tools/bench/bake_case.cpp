@@ -1,13 +1,12 @@
-// A bake to a file, by solidtex-bake as a program of its own: only so is its memory its own.
+// solidtex-bake in a process of its own, whose memory can be measured.
 #include "tools/bench/cases.h"
 #include "tools/bench/child.h"
 #include "tools/bench/cost.h"
-#include "tools/bench/temporary_file.h"
 
 namespace solidtex::tools {
 namespace {
 
-Repetition bake(const std::string& model, std::int64_t size, int threads, Clock clock) {
+Timing bake(const std::string& model, std::int64_t size, int threads, Clock clock) {
   const TemporaryFile file(".npy");
   const ChildUsage usage =
       run_child({sibling_program("solidtex-bake"), model, "--size", std::to_string(size),
@@ -20,14 +19,14 @@ Repetition bake(const std::string& model, std::int64_t size, int threads, Clock 
 
 std::vector<CaseInfo> bake_cases() {
   const auto make = [](Models& models, const CaseSettings& settings) {
-    const solidtex::texture& texture = models.field();
+    const solidtex::texture& texture = models.lattice();
     const std::int64_t size = settings.quick ? 20 : settings.bake_size;
     Case made;
     made.unit = "voxel";
     made.units_per_call = static_cast<double>(size * size * size);
     made.multiply_adds_per_unit =
         direct_multiply_adds(nlohmann::json::parse(texture.metadata_json()));
-    made.repeat = [path = texture.path(), size](Arena& arena, Clock clock) {
+    made.time_call = [path = texture.path(), size](Arena& arena, Clock clock) {
       return bake(path, size, arena.threads(), clock);
     };
     return made;

@@ -10,14 +10,16 @@
 namespace solidtex::tools {
 namespace {
 
+const std::string old_prefix = "field.", new_prefix = "lattice.";
+
 const solidtex::texture& opened(std::optional<solidtex::texture>& texture, const std::string& model,
                                 solidtex_family family, solidtex::options options = {}) {
   if (!texture) texture.emplace(model, options);
   if (texture->family() != family)
     throw std::runtime_error(
         fmt::format("{}: found a model of the {} family, expected one of the {} family", model,
-                    family == SOLIDTEX_FAMILY_FIELD ? "sampler" : "field",
-                    family == SOLIDTEX_FAMILY_FIELD ? "field" : "sampler"));
+                    family == SOLIDTEX_FAMILY_LATTICE ? "sampler" : "lattice",
+                    family == SOLIDTEX_FAMILY_LATTICE ? "lattice" : "sampler"));
   return *texture;
 }
 
@@ -29,8 +31,8 @@ std::string joined_names(const std::vector<CaseInfo>& cases) {
 
 }  // namespace
 
-const solidtex::texture& Models::field() {
-  return opened(field_, settings_.field_model, SOLIDTEX_FAMILY_FIELD);
+const solidtex::texture& Models::lattice() {
+  return opened(lattice_, settings_.lattice_model, SOLIDTEX_FAMILY_LATTICE);
 }
 
 const solidtex::texture& Models::sampler() {
@@ -44,7 +46,7 @@ const solidtex::texture& Models::fast_sampler() {
 
 std::vector<CaseInfo> all_cases() {
   std::vector<CaseInfo> result;
-  for (auto& cases : {field_cases(), sampler_cases(), noise_cases(), bake_cases()})
+  for (auto& cases : {lattice_cases(), sampler_cases(), noise_cases(), bake_cases()})
     result.insert(result.end(), cases.begin(), cases.end());
   return result;
 }
@@ -52,7 +54,9 @@ std::vector<CaseInfo> all_cases() {
 std::vector<CaseInfo> select_cases(const std::vector<std::string>& patterns) {
   const std::vector<CaseInfo> all = all_cases();
   const auto matches = [](const std::string& pattern, const CaseInfo& info) {
-    return fnmatch(pattern.c_str(), info.name.c_str(), 0) == 0;
+    const std::string name =
+        pattern.starts_with(old_prefix) ? new_prefix + pattern.substr(old_prefix.size()) : pattern;
+    return fnmatch(name.c_str(), info.name.c_str(), 0) == 0;
   };
   for (const std::string& pattern : patterns)
     if (std::none_of(all.begin(), all.end(),
@@ -69,11 +73,11 @@ std::vector<CaseInfo> select_cases(const std::vector<std::string>& patterns) {
   return result;
 }
 
-std::function<Repetition(Arena&, Clock)> timed(int calls, std::function<void()> prepare,
-                                               std::function<void()> work) {
+std::function<Timing(Arena&, Clock)> timed(int calls, std::function<void()> prepare,
+                                           std::function<void()> work) {
   return [calls, prepare = std::move(prepare), work = std::move(work)](Arena& arena, Clock clock) {
     prepare();
-    return Repetition{arena.time(clock, work) / calls};
+    return Timing{arena.time(clock, work) / calls};
   };
 }
 

@@ -1,4 +1,4 @@
-// The named cases: what each asks of the library, and how one repetition is timed.
+// The named cases: the calls that each makes, and how one call is timed.
 #pragma once
 
 #include <array>
@@ -14,35 +14,35 @@
 
 namespace solidtex::tools {
 
-struct Repetition {
+struct Timing {
   double seconds = 0;                     // of one call
   std::uint64_t peak_resident_bytes = 0;  // where the case measures memory
 };
 
 struct Case {
-  std::string unit;                   // "voxel", "point", "value"
-  double units_per_call = 1;          // a repetition is one call, or many short ones
-  double multiply_adds_per_unit = 0;  // of the direct method; 0 where there is nothing to count
-  std::function<Repetition(Arena&, Clock)> repeat;
+  std::string unit;  // "voxel", "point", "value"
+  double units_per_call = 1;
+  double multiply_adds_per_unit = 0;  // of direct convolution; 0 where there is nothing to count
+  std::function<Timing(Arena&, Clock)> time_call;  // of one call, or the mean of many short ones
 };
 
 struct CaseSettings {
-  std::string field_model = "granite-grey", sampler_model = "stone-grey";
+  std::string lattice_model = "granite-grey", sampler_model = "stone-grey";
   std::int64_t bake_size = 256;
-  bool quick = false;  // everything tiny: to see that it runs
+  bool quick = false;  // tiny sizes, one call: shows that a case runs
 };
 
-// Opens the models when the first case needs them; checks that each is of the family it stands for.
+// Opens each model when the first case needs it, and checks its family.
 class Models {
  public:
   explicit Models(const CaseSettings& settings) : settings_(settings) {}
-  const solidtex::texture& field();
+  const solidtex::texture& lattice();
   const solidtex::texture& sampler();
   const solidtex::texture& fast_sampler();
 
  private:
   const CaseSettings& settings_;
-  std::optional<solidtex::texture> field_, sampler_, fast_sampler_;
+  std::optional<solidtex::texture> lattice_, sampler_, fast_sampler_;
 };
 
 struct CaseInfo {
@@ -53,23 +53,24 @@ struct CaseInfo {
   std::function<Case(Models&, const CaseSettings&)> make;
 };
 
-std::vector<CaseInfo> field_cases();
+std::vector<CaseInfo> lattice_cases();
 std::vector<CaseInfo> sampler_cases();
 std::vector<CaseInfo> noise_cases();
 std::vector<CaseInfo> bake_cases();
 
 std::vector<CaseInfo> all_cases();
 
-// The cases that match any of the names or globs, in the order of the list; the usual ones where
-// there is none. Throws when one matches nothing.
+// The cases that match any of the names or globs, or the usual ones where there are none, in the
+// order of all_cases(). "field." at the beginning is an alias of "lattice.". Throws
+// std::invalid_argument when a pattern matches nothing.
 std::vector<CaseInfo> select_cases(const std::vector<std::string>& patterns);
 
-// Times `work`, which makes `calls` calls; `prepare` runs before, untimed.
-std::function<Repetition(Arena&, Clock)> timed(int calls, std::function<void()> prepare,
-                                               std::function<void()> work);
+// Times `work`, which makes `calls` calls. `prepare` runs before, untimed.
+std::function<Timing(Arena&, Clock)> timed(int calls, std::function<void()> prepare,
+                                           std::function<void()> work);
 
-// A place that no case of this process has asked for, further from every other than any network
-// reaches: nothing of what was computed before can be of use there.
+// A place that no case of this process has evaluated, further from every other than any receptive
+// field: nothing computed before can be reused there.
 std::array<std::int64_t, 3> unvisited_place();
 
 }  // namespace solidtex::tools

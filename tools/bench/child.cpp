@@ -42,13 +42,13 @@ double seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
 }
 
-// Polls, so that a signal to this program alone reaches the child as well.
+// Polls, so that a signal to this program alone also reaches the child.
 int wait(pid_t child, rusage& usage) {
   int status = 0;
-  bool told = false;
+  bool is_stopped = false;
   while (wait4(child, &status, WNOHANG, &usage) == 0) {
-    if (interrupted() && !told) kill(child, SIGTERM);
-    told = interrupted();
+    if (interrupted() && !is_stopped) kill(child, SIGTERM);
+    is_stopped = interrupted();
     std::this_thread::sleep_for(poll_interval);
   }
   return status;

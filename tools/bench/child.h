@@ -1,9 +1,12 @@
-// Another program, run to its end.
+// Other programs, and the files that they write.
 #pragma once
+
+#include <unistd.h>
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace solidtex::tools {
@@ -13,11 +16,30 @@ struct ChildUsage {
   std::uint64_t peak_resident_bytes = 0;
 };
 
-// Runs a program whose standard output is thrown away. Throws when it fails, with what it was, and
-// Interrupted after Ctrl-C, when it has stopped the program.
+// Runs a program and discards its standard output. Throws when the program fails. After Ctrl-C it
+// stops the program and throws Interrupted.
 ChildUsage run_child(const std::vector<std::string>& command);
 
 // A program in the folder of this one.
 std::filesystem::path sibling_program(const std::string& name);
+
+// A file name that only this process uses; the file is removed in the end.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& extension)
+      : path_(std::filesystem::temp_directory_path() /
+              ("solidtex-bench-" + std::to_string(getpid()) + extension)) {}
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace solidtex::tools

@@ -6,8 +6,7 @@
 #include <fstream>
 
 #include "tools/bench/child.h"
-#include "tools/bench/fused_targets.h"
-#include "tools/bench/temporary_file.h"
+#include "tools/bench/peak.h"
 
 namespace solidtex::tools {
 namespace {
@@ -32,8 +31,8 @@ std::vector<std::string> command(const BenchOptions& options, const std::string&
                                     std::to_string(measure.threads),
                                     "--clock",
                                     clock_name(measure.clock),
-                                    "--field-model",
-                                    options.cases.field_model,
+                                    "--lattice-model",
+                                    options.cases.lattice_model,
                                     "--sampler-model",
                                     options.cases.sampler_model,
                                     "--bake-size",
@@ -44,40 +43,35 @@ std::vector<std::string> command(const BenchOptions& options, const std::string&
   return words;
 }
 
-// A case with what each target reached, in the order of the targets.
+// The best rate of a case on each target, in the order of the targets.
 struct Row {
   std::string name, unit;
-  int threads;
   std::vector<double> units_per_second;
 };
 
-void take(const ordered_json& report, std::size_t target, std::size_t targets,
-          std::vector<Row>& rows) {
-  for (const ordered_json& found : report.at("cases")) {
-    const std::string name = found.at("name");
-    const int threads = found.at("threads");
-    auto row = std::find_if(rows.begin(), rows.end(), [&](const Row& known) {
-      return known.name == name && known.threads == threads;
-    });
+void add(const ordered_json& report, std::size_t target, std::size_t targets,
+         std::vector<Row>& rows) {
+  for (const ordered_json& run : report.at("benchmarks")) {
+    if (run.at("run_type") != "iteration") continue;
+    const std::string name = run.at("name");  // "lattice.256/threads:2"
+    auto row = std::ranges::find(rows, name, &Row::name);
     if (row == rows.end())
-      row =
-          rows.insert(rows.end(), {name, found.at("unit"), threads, std::vector<double>(targets)});
+      row = rows.insert(rows.end(), {name, run.at("label"), std::vector<double>(targets)});
     double& best = row->units_per_second[target];
-    best = std::max(best, found.at("units_per_second").get<double>());
+    best = std::max(best, run.at("units_per_second").get<double>());
   }
 }
 
 std::string text_of(const std::vector<std::string>& targets, const std::vector<Row>& rows) {
-  std::string text = fmt::format("{:<23} {:>7}", "case", "threads");
+  std::string text = fmt::format("{:<34}", "case");
   for (const std::string& target : targets) text += fmt::format(" {:>24}", target);
   for (const Row& row : rows) {
-    text += fmt::format("\n{:<23} {:>7}", row.name, row.threads);
+    text += fmt::format("\n{:<34}", row.name);
     for (const double rate : row.units_per_second)
       text += fmt::format(" {:>16} {:>5.1f} %", format_rate(rate, row.unit + "/s"),
                           100 * rate / row.units_per_second[0]);
   }
-  return text +
-         fmt::format("\n\nThe best of all rounds, and as a part of what {} reaches.\n", targets[0]);
+  return text + fmt::format("\n\nThe best of all rounds, and relative to {}.\n", targets[0]);
 }
 
 ordered_json json_of(const std::vector<std::string>& targets, const std::vector<Row>& rows,
@@ -86,10 +80,7 @@ ordered_json json_of(const std::vector<std::string>& targets, const std::vector<
   for (const Row& row : rows) {
     ordered_json rates = ordered_json::object();
     for (std::size_t i = 0; i < targets.size(); ++i) rates[targets[i]] = row.units_per_second[i];
-    cases.push_back({{"name", row.name},
-                     {"threads", row.threads},
-                     {"unit", row.unit},
-                     {"units_per_second", rates}});
+    cases.push_back({{"name", row.name}, {"unit", row.unit}, {"units_per_second", rates}});
   }
   return {{"targets", targets}, {"cases", cases}, {"runs", runs}};
 }
@@ -108,7 +99,7 @@ Report compare_targets(const BenchOptions& options) {
     for (std::size_t i = 0; i < targets.size(); ++i) {
       run_child(command(options, targets[i], json.path()));
       runs.push_back(ordered_json::parse(std::ifstream(json.path())));
-      take(runs.back(), i, targets.size(), rows);
+      add(runs.back(), i, targets.size(), rows);
     }
   return {text_of(targets, rows), json_of(targets, rows, runs)};
 }

@@ -1,4 +1,4 @@
-// The same cases on several instruction sets. A process has one, so each runs in its own.
+// Runs the same cases on several instruction sets. A process uses one: each runs in its own.
 #pragma once
 
 #include "tools/bench/options.h"

@@ -11,11 +11,11 @@ using nlohmann::json;
 
 double taps(const json& node) { return std::pow(node.at("kernel").get<double>(), 3); }
 
-double field_multiply_adds(const json& field) {
-  const std::vector<GraphNode> nodes = describe_graph(field);
+double lattice_multiply_adds(const json& lattice) {
+  const std::vector<GraphNode> nodes = describe_graph(lattice);
   double sum = 0;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const json& description = field.at("nodes")[i];
+    const json& description = lattice.at("nodes")[i];
     const GraphNode& node = nodes[i];
     if (node.op != "conv3d" && node.op != "conv_transpose3d") continue;
     const auto inputs = static_cast<double>(nodes[node.inputs.front()].channels);
@@ -26,8 +26,8 @@ double field_multiply_adds(const json& field) {
   return sum;
 }
 
-// Layer 0 reads a constant, which costs nothing a point; every layer but the last hidden one reads
-// its octaves.
+// Layer 0 reads a constant, which costs nothing a point. Every layer but the last hidden one reads
+// octaves.
 double sampler_multiply_adds(const json& sampler, double channels) {
   const double octaves = sampler.at("octaves"), layers = sampler.at("hidden_layers"),
                width = sampler.at("width");
@@ -37,7 +37,7 @@ double sampler_multiply_adds(const json& sampler, double channels) {
 }  // namespace
 
 double direct_multiply_adds(const json& document) {
-  if (document.at("family") == "field") return field_multiply_adds(document.at("field"));
+  if (document.at("family") == "field") return lattice_multiply_adds(document.at("field"));
   return sampler_multiply_adds(document.at("sampler"),
                                static_cast<double>(document.at("channels").size()));
 }

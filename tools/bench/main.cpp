@@ -1,11 +1,11 @@
-// solidtex-bench: times named cases of the library through its public interface.
+// solidtex-bench: measures named cases of the library through its public interface.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <iostream>
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "tools/bench/compare.h"
 #include "tools/bench/options.h"
@@ -18,17 +18,18 @@ using namespace solidtex::tools;
 
 void print_list() {
   for (const CaseInfo& info : all_cases())
-    std::cout << fmt::format("{:<23} {:<12} {}{}\n", info.name,
+    std::cout << fmt::format("{:<25} {:<12} {}{}\n", info.name,
                              info.parallel ? "all threads" : "one thread", info.about,
                              info.usual ? "" : " (only when named)");
 }
 
-void write_json(AtomicFile& file, const nlohmann::ordered_json& report) {
-  std::ofstream stream(file.temporary_path());
-  stream << report.dump(2) << '\n';
-  stream.close();
-  if (!stream) throw std::runtime_error(file.target().string() + ": cannot write");
-  file.commit();
+void write_json(const std::filesystem::path& target, const nlohmann::ordered_json& report) {
+  const std::string text = report.dump(2) + '\n';
+  write_completely(target, [&](const std::filesystem::path& temporary) {
+    OutputFile file(temporary);
+    file.write(0, text.data(), text.size());
+    file.close();
+  });
 }
 
 Report measure_here(const BenchOptions& options) {
@@ -46,22 +47,34 @@ void run(BenchOptions& options) {
   if (options.list) return print_list();
   options.measure.quick = options.cases.quick;
   install_interrupt_handler();
-  std::optional<AtomicFile> json;
   if (!options.json.empty()) {
     refuse_overwrite(options.json, options.force);
-    json.emplace(options.json);
+    check_writable(options.json);
   }
   const bool compare = options.compare_targets || options.targets.size() > 1;
   const Report report = compare ? compare_targets(options) : measure_here(options);
-  if (json) write_json(*json, report.json);
+  if (!options.json.empty()) write_json(options.json, report.json);
   std::cout << report.text;
+}
+
+// Gives --benchmark_... to Google Benchmark and returns the other arguments. Without interleaving
+// other programs could meet all repetitions of one case.
+std::vector<char*> other_arguments(int argc, char** argv) {
+  static char interleaving[] = "--benchmark_enable_random_interleaving=true";
+  std::vector<char*> own{argv[0], interleaving}, others;
+  for (int i = 0; i < argc; ++i)
+    (std::string(argv[i]).starts_with("--benchmark_") ? own : others).push_back(argv[i]);
+  int count = static_cast<int>(own.size());
+  benchmark::Initialize(&count, own.data());
+  return others;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::vector<char*> arguments = other_arguments(argc, argv);
   CLI::App app("Measures how fast this machine evaluates solid textures.", "solidtex-bench");
   BenchOptions options;
   add_options(app, options);
-  return run_tool(app, argc, argv, [&] { run(options); });
+  return run_tool(app, static_cast<int>(arguments.size()), arguments.data(), [&] { run(options); });
 }

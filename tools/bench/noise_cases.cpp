@@ -1,4 +1,4 @@
-// The seeded noise by itself: a box of a model that is one node of noise and nothing else.
+// The seeded noise alone: a box of a model that is one noise node.
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -45,7 +45,7 @@ Case noise_case(const std::string& distribution, const CaseSettings& settings) {
   Case made;
   made.unit = "value";
   made.units_per_call = static_cast<double>(count);
-  made.repeat = timed(
+  made.time_call = timed(
       1, [state] { state->corner = unvisited_place(); },
       [state, edge] {
         state->texture.eval_box(state->corner, {edge, edge, edge}, state->values);

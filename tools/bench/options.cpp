@@ -8,14 +8,15 @@ namespace {
 constexpr char examples[] =
     "Examples:\n"
     "  solidtex-bench                           the usual cases, on all cores\n"
-    "  solidtex-bench --list                    which cases there are\n"
-    "  solidtex-bench 'field.*' --seconds 10    more repetitions of some\n"
-    "  solidtex-bench field.256 --scaling       with one thread and with all, in turn\n"
-    "  solidtex-bench field.32 --target AVX2,AVX3\n"
+    "  solidtex-bench --list                    list the cases\n"
+    "  solidtex-bench 'lattice.*' --seconds 10    more repetitions of some\n"
+    "  solidtex-bench lattice.256 --scaling       with one thread and with all, in turn\n"
+    "  solidtex-bench lattice.32 --target AVX2,AVX3\n"
     "  solidtex-bench bake.memory --bake-size 1024\n"
-    "  solidtex-bench --clock cpu --json a.json for scripts, on a machine that others use";
+    "  solidtex-bench --clock cpu --json a.json for scripts, on a shared machine\n"
+    "Options of Google Benchmark (--benchmark_filter=REGEX, ...) are accepted as well.";
 
-// A pattern that matches nothing is wrong usage, like a wrong option.
+// A pattern that matches nothing is a usage error.
 std::string check_pattern(const std::string& pattern) {
   try {
     select_cases({pattern});
@@ -29,7 +30,8 @@ std::string check_pattern(const std::string& pattern) {
 
 void add_options(CLI::App& app, BenchOptions& options) {
   app.footer(examples);
-  app.add_option("CASES", options.patterns, "Names of cases, or globs (default: the usual ones)")
+  app.add_option("CASES", options.patterns,
+                 "Names of cases, or globs (default: the usual cases; field.* is lattice.*)")
       ->check(CLI::Validator(check_pattern, ""));
   app.add_flag("--list", options.list, "Print the cases instead of running them");
   options.measure.threads = tbb::info::default_concurrency();
@@ -39,26 +41,27 @@ void add_options(CLI::App& app, BenchOptions& options) {
   app.add_option("--seconds", options.measure.seconds, "Time for each case")
       ->check(CLI::Range(0.001, 86400.0))
       ->capture_default_str();
-  app.add_option("--rounds", options.measure.rounds, "Rounds over all cases that share this time")
+  app.add_option("--rounds", options.measure.rounds,
+                 "Repetitions that share this time; those of all cases alternate")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   const std::map<std::string, Clock> clocks = {{"wall", Clock::wall}, {"cpu", Clock::cpu}};
-  app.add_option(
-         "--clock", options.measure.clock,
-         "wall, or cpu: processor time divided by the threads, where others use the machine")
+  app.add_option("--clock", options.measure.clock,
+                 "wall, or cpu: processor time divided by threads, for a shared machine")
       ->transform(CLI::CheckedTransformer(clocks).description(""))
       ->type_name("wall|cpu");
   app.add_flag("--scaling", options.measure.scaling, "Run parallel cases on one thread too");
   auto* target = app.add_option("--target", options.targets,
                                 "Instruction set to run on (see SOLIDTEX_TARGET); several are "
-                                "compared, each in processes of its own, in turn")
+                                "compared, in turn")
                      ->delimiter(',')
                      ->allow_extra_args(false)
                      ->type_name("NAME[,NAME...]");
   app.add_flag("--compare-targets", options.compare_targets,
-               "Compare all that have fused multiply-add; the others run plain loops")
+               "Compare all instruction sets with fused multiply-add")
       ->excludes(target);
-  app.add_option("--field-model", options.cases.field_model, "Model of field.* and bake.*")
+  app.add_option("--lattice-model,--field-model", options.cases.lattice_model,
+                 "Model of lattice.* and bake.*")
       ->capture_default_str();
   app.add_option("--sampler-model", options.cases.sampler_model, "Model of sampler.*")
       ->capture_default_str();
@@ -67,8 +70,10 @@ void add_options(CLI::App& app, BenchOptions& options) {
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
   app.add_flag("--quick", options.cases.quick,
-               "Everything tiny and once: shows that it runs, not how fast");
-  app.add_option("--json", options.json, "Write the results to a file as well")->type_name("FILE");
+               "Run everything tiny and once: shows that it runs, not how fast");
+  app.add_option("--json", options.json,
+                 "Write the results to a file as well, in the JSON of Google Benchmark")
+      ->type_name("FILE");
   app.add_flag("--force", options.force, "Replace the file if it exists");
 }
 

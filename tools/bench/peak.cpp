@@ -1,4 +1,5 @@
-#include "tools/bench/targets.h"
+// Arrays of vectors do not work with vectors of unknown length; as in the library.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tools/bench/peak.cpp"
 #include <hwy/foreach_target.h>
@@ -11,11 +12,11 @@ namespace solidtex::tools::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Two units of latency 4 need 8 sums that do not wait for each other; 12 leave room for more, and
-// fit into 16 registers together with the two factors.
+// Two units of latency 4 need 8 independent sums. 12 suit faster units too, and fit into 16
+// registers together with the factors.
 constexpr int kSums = 12;
 
-// Floating-point operations done; `result` keeps them from being optimised away.
+// Returns the number of operations. `result` keeps them from being optimized away.
 double MultiplyAdd(std::int64_t steps, float* result) {
   const hn::ScalableTag<float> d;
   using V = hn::Vec<decltype(d)>;
@@ -29,6 +30,8 @@ double MultiplyAdd(std::int64_t steps, float* result) {
   *result = hn::GetLane(total);
   return 2.0 * static_cast<double>(steps) * kSums * static_cast<double>(hn::Lanes(d));
 }
+
+bool HasFusedMultiplyAdd() { return HWY_NATIVE_FMA; }
 
 }  // namespace solidtex::tools::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -45,6 +48,7 @@ namespace solidtex::tools {
 namespace {
 
 HWY_EXPORT(MultiplyAdd);
+HWY_EXPORT(HasFusedMultiplyAdd);
 
 constexpr std::int64_t steps_per_sample = 1'000'000;
 
@@ -56,7 +60,7 @@ double measure_peak(int threads, Clock clock) {
   const auto work = [&](double& rate) {
     float result = 0;
     start.arrive_and_wait();
-    // Each thread is timed by itself, so that one that is late does not count against the others.
+    // Each thread is timed by itself: a late one does not slow the others down.
     const Stopwatch stopwatch(clock);
     const double operations = HWY_DYNAMIC_DISPATCH(MultiplyAdd)(steps_per_sample, &result);
     const double seconds = stopwatch.seconds();
@@ -72,6 +76,16 @@ double measure_peak(int threads, Clock clock) {
   double sum = 0;
   for (const double rate : rates) sum += rate;
   return sum;
+}
+
+std::vector<std::string> fused_targets() {
+  std::vector<std::string> names;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::GetChosenTarget().Update(target);
+    if (HWY_DYNAMIC_DISPATCH(HasFusedMultiplyAdd)()) names.emplace_back(hwy::TargetName(target));
+  }
+  hwy::GetChosenTarget().DeInit();
+  return names;
 }
 
 }  // namespace solidtex::tools

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int batch_edge = 64, quick_batch_edge = 12;  // points along each axis of a square batch
 
-// Points around a place, and where their answers go.
+// Points around a place, and buffers for their values.
 class PointCalls {
  public:
   PointCalls(const solidtex::texture& texture, PointQuery query)
@@ -19,7 +19,7 @@ class PointCalls {
     values_.resize(count * texture.channel_count());
     if (query_.with_gradients) gradients_.resize(3 * values_.size());
     place();
-    if (query_.again) ask();
+    if (query_.again) evaluate();
   }
 
   int count() const { return query_.count / query_.per_call; }
@@ -28,7 +28,7 @@ class PointCalls {
     if (!query_.again) place();
   }
 
-  void ask() {
+  void evaluate() {
     const auto per_call = static_cast<std::size_t>(query_.per_call);
     const std::size_t results = per_call * texture_.channel_count();
     const std::span<const float> points = points_;
@@ -82,8 +82,8 @@ Case point_case(const solidtex::texture& texture, const PointQuery& query) {
   Case made;
   made.unit = "point";
   made.units_per_call = query.per_call;
-  made.repeat = timed(
-      calls->count(), [calls] { calls->prepare(); }, [calls] { calls->ask(); });
+  made.time_call = timed(
+      calls->count(), [calls] { calls->prepare(); }, [calls] { calls->evaluate(); });
   return made;
 }
 

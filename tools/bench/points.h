@@ -1,4 +1,4 @@
-// Cases that ask for points, of either family.
+// Cases that evaluate points, of either family.
 #pragma once
 
 #include "tools/bench/cases.h"
@@ -8,10 +8,10 @@ namespace solidtex::tools {
 using Points = std::vector<float>;
 using FillPoints = std::function<void(Points&)>;
 
-// Uniform in a cube: hardly two points share a cell of the finer octaves, or a brick.
+// Uniform in a cube: few points share a cell of the finer octaves, or a brick.
 void scatter(Points& points);
 
-// A square of a plane that no axis lies in, a texel between neighbours, as a camera sees it.
+// A square of a plane oblique to all axes, a texel between neighbors, as a camera sees it.
 void lay_on_plane(Points& points);
 
 constexpr float cube_texels = 256;  // edge of the cube to scatter in
@@ -20,7 +20,7 @@ struct PointQuery {
   FillPoints fill;
   int count = 0, per_call = 0;
   bool with_gradients = false;
-  bool again = false;  // the same points in every repetition, asked for before
+  bool again = false;  // the same points in every repetition, evaluated once before
 };
 
 // A square batch of points, one call.

@@ -4,11 +4,17 @@
 
 #include <algorithm>
 #include <array>
+#include <sstream>
 
 namespace solidtex::tools {
 namespace {
 
 using nlohmann::ordered_json;
+
+struct Ratio {
+  std::string name, about;
+  double value;
+};
 
 struct Scale {
   double factor;
@@ -39,7 +45,7 @@ void add_ratio(std::vector<Ratio>& ratios, const std::string& name, const std::s
     ratios.push_back({name, about, value(*upper) / value(*lower)});
 }
 
-constexpr char row_format[] = "{:<23} {:>7} {:>9} {:>9} {:>5} {:>16} {:>9} {:>8}\n";
+constexpr char row_format[] = "{:<25} {:>7} {:>9} {:>9} {:>5} {:>16} {:>9} {:>8}\n";
 
 std::string row(const Results& results, const Measurement& m) {
   const bool counted = m.work.multiply_adds_per_unit > 0;
@@ -62,26 +68,22 @@ std::string cost_lines(const Results& results) {
 }
 
 constexpr char explanation[] =
-    "\nbest, median: of one call. direct GFLOP/s: the arithmetic of the direct method over the "
-    "best\n"
-    "time ({}), two operations each,\n"
-    "and as a part of the float32 peak that this run measured on as many threads. Less arithmetic\n"
-    "(Winograd, sub-pixel convolution) or another unit (fast precision) can exceed 100 %.\n";
+    "\nbest, median: seconds of one call. direct GFLOP/s: the arithmetic of direct convolution "
+    "over\n"
+    "the best time ({}, two operations each).\n"
+    "of the peak: relative to the float32 peak that this run measured on as many threads. Less\n"
+    "arithmetic (Winograd, sub-pixel convolution) or another unit (fast precision) can exceed\n"
+    "100 %.\n";
 
-}  // namespace
-
-std::string format_rate(double rate, const std::string& unit) {
-  return scaled(rate, std::array<Scale, 4>{{{1e9, "G"}, {1e6, "M"}, {1e3, "k"}, {1, ""}}}, unit);
-}
-
+// The ratios that the measured cases allow.
 std::vector<Ratio> derived_ratios(const Results& results, const MeasureSettings& settings) {
   const int threads = settings.threads;
   std::vector<Ratio> ratios;
   const auto rate = [](const Measurement& m) { return m.units_per_second(); };
-  const Measurement* box = results.find("field.256", 1);
-  if (!box) box = results.find("field.256", threads);
-  for (const char* name : {"field.16", "field.16.neighbours", "field.32"})
-    add_ratio(ratios, fmt::format("{} / field.256", name), "thread time a voxel",
+  const Measurement* box = results.find("lattice.256", 1);
+  if (!box) box = results.find("lattice.256", threads);
+  for (const char* name : {"lattice.16", "lattice.16.neighbours", "lattice.32"})
+    add_ratio(ratios, fmt::format("{} / lattice.256", name), "thread time a voxel",
               results.find(name, 1), box, thread_seconds_per_unit);
   for (const char* name : {"sampler.fast", "sampler.coherent"})
     add_ratio(ratios, fmt::format("{} / sampler.batch", name), "points a second",
@@ -91,7 +93,7 @@ std::vector<Ratio> derived_ratios(const Results& results, const MeasureSettings&
               results.find(name + ".gradients", of_threads), results.find(name, of_threads),
               thread_seconds_per_unit);
   };
-  add_gradients("field.cached", 1);
+  add_gradients("lattice.cached", 1);
   add_gradients("sampler.batch", threads);
   add_gradients("sampler.point", 1);
   for (const Measurement& m : results.measurements)
@@ -102,10 +104,16 @@ std::vector<Ratio> derived_ratios(const Results& results, const MeasureSettings&
   return ratios;
 }
 
+}  // namespace
+
+std::string format_rate(double rate, const std::string& unit) {
+  return scaled(rate, std::array<Scale, 4>{{{1e9, "G"}, {1e6, "M"}, {1e3, "k"}, {1, ""}}}, unit);
+}
+
 std::string text_report(const Results& results, const CaseSettings& cases,
                         const MeasureSettings& settings) {
   std::string text = fmt::format("solidtex {} on {}, {} and {}, {} clock{}\n", solidtex::version(),
-                                 solidtex::target(), cases.field_model, cases.sampler_model,
+                                 solidtex::target(), cases.lattice_model, cases.sampler_model,
                                  clock_name(settings.clock),
                                  settings.quick ? ", quick: sizes and times mean nothing" : "");
   for (const auto& [threads, samples] : results.peaks)
@@ -126,39 +134,46 @@ std::string text_report(const Results& results, const CaseSettings& cases,
   const std::vector<Ratio> ratios = derived_ratios(results, settings);
   if (!ratios.empty()) text += "\n";
   for (const Ratio& ratio : ratios)
-    text += fmt::format("{:<40} {:>6.2f}   {}\n", ratio.name, ratio.value, ratio.about);
+    text += fmt::format("{:<42} {:>6.2f}   {}\n", ratio.name, ratio.value, ratio.about);
   return text + fmt::format(explanation, cost_lines(results));
 }
 
 ordered_json json_report(const Results& results, const CaseSettings& cases,
                          const MeasureSettings& settings) {
-  ordered_json report = {{"version", solidtex::version()},   {"target", solidtex::target()},
-                         {"field_model", cases.field_model}, {"sampler_model", cases.sampler_model},
-                         {"threads", settings.threads},      {"clock", clock_name(settings.clock)},
-                         {"quick", settings.quick},          {"peaks", ordered_json::array()},
-                         {"cases", ordered_json::array()},   {"ratios", ordered_json::object()}};
-  for (const auto& [threads, samples] : results.peaks)
-    report["peaks"].push_back(
-        {{"threads", threads}, {"flops", results.peak(threads)}, {"samples", samples}});
-  for (const Measurement& m : results.measurements) {
-    ordered_json entry = {{"name", m.info.name},
-                          {"threads", m.threads},
-                          {"best_seconds", m.best()},
-                          {"median_seconds", m.median()},
-                          {"repetitions", m.seconds.size()},
-                          {"unit", m.work.unit},
-                          {"units_per_call", m.work.units_per_call},
-                          {"units_per_second", m.units_per_second()}};
-    if (m.work.multiply_adds_per_unit > 0) {
-      entry["multiply_adds_per_unit"] = m.work.multiply_adds_per_unit;
-      entry["direct_flops"] = m.direct_flops();
-      entry["peak_fraction"] = m.direct_flops() / results.peak(m.threads);
-    }
-    if (m.peak_resident_bytes) entry["peak_resident_bytes"] = m.peak_resident_bytes;
-    report["cases"].push_back(entry);
+  std::vector<benchmark::BenchmarkReporter::Run> runs = results.runs;
+  for (auto& run : runs) {
+    // The rest of Google Benchmark's names repeats the settings.
+    benchmark::BenchmarkName name;
+    name.function_name = run.run_name.function_name;
+    name.args = run.run_name.args;
+    run.run_name = name;
+    const auto flops = run.counters.find("direct_flops");
+    if (flops == run.counters.end() || run.run_type != run.RT_Iteration) continue;
+    const int threads = std::stoi(run.run_name.args.substr(run.run_name.args.find(':') + 1));
+    run.counters["peak_fraction"] = flops->second.value / results.peak(threads);
   }
+  std::ostringstream stream, errors;
+  benchmark::JSONReporter reporter;
+  reporter.SetOutputStream(&stream);
+  reporter.SetErrorStream(&errors);
+  reporter.ReportContext({});
+  reporter.ReportRuns(runs);
+  reporter.Finalize();
+  ordered_json report = ordered_json::parse(stream.str());
+  ordered_json& context = report["context"];
+  context["solidtex_version"] = solidtex::version();
+  context["target"] = solidtex::target();
+  context["lattice_model"] = cases.lattice_model;
+  context["sampler_model"] = cases.sampler_model;
+  context["threads"] = settings.threads;
+  context["clock"] = clock_name(settings.clock);
+  context["quick"] = settings.quick;
+  for (const auto& [threads, samples] : results.peaks)
+    context["peaks"].push_back(
+        {{"threads", threads}, {"flops", results.peak(threads)}, {"samples", samples}});
+  context["ratios"] = ordered_json::object();
   for (const Ratio& ratio : derived_ratios(results, settings))
-    report["ratios"][ratio.name] = ratio.value;
+    context["ratios"][ratio.name] = ratio.value;
   return report;
 }
 

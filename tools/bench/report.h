@@ -1,4 +1,4 @@
-// What was measured, for people and for scripts.
+// Reports of the measurements, for people and for scripts.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,21 +13,15 @@ struct Report {
   nlohmann::ordered_json json;
 };
 
-struct Ratio {
-  std::string name, about;
-  double value;
-};
-
-// Those that the measured cases allow.
-std::vector<Ratio> derived_ratios(const Results& results, const MeasureSettings& settings);
-
+// A table of the cases, then their ratios.
 std::string text_report(const Results& results, const CaseSettings& cases,
                         const MeasureSettings& settings);
 
-// "1.25 Mvoxel/s"
-std::string format_rate(double rate, const std::string& unit);
-
+// The JSON of Google Benchmark. The settings, peaks and ratios are in its context.
 nlohmann::ordered_json json_report(const Results& results, const CaseSettings& cases,
                                    const MeasureSettings& settings);
+
+// "1.25 Mvoxel/s"
+std::string format_rate(double rate, const std::string& unit);
 
 }  // namespace solidtex::tools

@@ -1,11 +1,11 @@
-// The point family, through solidtex_eval_points.
+// The sampler family: points.
 #include "tools/bench/cost.h"
 #include "tools/bench/points.h"
 
 namespace solidtex::tools {
 namespace {
 
-// Values and three derivatives of each unit: four times the arithmetic.
+// Each unit has a value and three derivatives: four times the arithmetic.
 Case sampler_case(const solidtex::texture& texture, const PointQuery& query) {
   Case made = point_case(texture, query);
   made.multiply_adds_per_unit =

@@ -1,4 +1,4 @@
-// The lattice family, through solidtex_eval_box, and points that its cache answers.
+// The lattice family: boxes of voxels, and points whose bricks are in the cache.
 #include "tools/bench/cases.h"
 #include "tools/bench/cost.h"
 #include "tools/bench/points.h"
@@ -8,7 +8,7 @@ namespace {
 
 using Place = std::array<std::int64_t, 3>;
 
-Case field_case(const solidtex::texture& texture, std::int64_t edge) {
+Case lattice_case(const solidtex::texture& texture, std::int64_t edge) {
   Case made;
   made.unit = "voxel";
   made.units_per_call = static_cast<double>(edge * edge * edge);
@@ -17,7 +17,7 @@ Case field_case(const solidtex::texture& texture, std::int64_t edge) {
   return made;
 }
 
-// Cubes whose corners relative to an unvisited place are `offsets`, one call each.
+// One call for each offset: a cube whose corner has this offset from an unvisited place.
 Case cubes(const solidtex::texture& texture, std::int64_t edge, std::vector<Place> offsets,
            bool apart) {
   struct State {
@@ -38,8 +38,8 @@ Case cubes(const solidtex::texture& texture, std::int64_t edge, std::vector<Plac
     for (const Place& corner : state->corners)
       texture.eval_box(corner, {edge, edge, edge}, state->values);
   };
-  Case made = field_case(texture, edge);
-  made.repeat = timed(static_cast<int>(offsets.size()), prepare, work);
+  Case made = lattice_case(texture, edge);
+  made.time_call = timed(static_cast<int>(offsets.size()), prepare, work);
   return made;
 }
 
@@ -47,7 +47,7 @@ Case cubes_apart(const solidtex::texture& texture, std::int64_t edge, std::size_
   return cubes(texture, edge, std::vector<Place>(calls), true);
 }
 
-// Bricks that a flat surface cuts, row after row, as a renderer comes to them.
+// Bricks cut by a flat surface, row after row, as a renderer evaluates them.
 Case neighbours(const solidtex::texture& texture, std::int64_t edge, std::int64_t rows) {
   std::vector<Place> offsets;
   for (std::int64_t y = 0; y < rows; ++y)
@@ -55,7 +55,7 @@ Case neighbours(const solidtex::texture& texture, std::int64_t edge, std::int64_
   return cubes(texture, edge, std::move(offsets), false);
 }
 
-// Points whose bricks are there: interpolation alone.
+// Points whose bricks are in the cache: interpolation alone.
 Case cached_points(const solidtex::texture& texture, const CaseSettings& settings,
                    bool with_gradients) {
   PointQuery query = batch_of(settings, lay_on_plane);
@@ -66,32 +66,35 @@ Case cached_points(const solidtex::texture& texture, const CaseSettings& setting
 
 }  // namespace
 
-std::vector<CaseInfo> field_cases() {
+std::vector<CaseInfo> lattice_cases() {
   using S = CaseSettings;
   return {
-      {.name = "field.256",
+      {.name = "lattice.256",
        .about = "one box of 256^3 voxels",
        .parallel = true,
-       .make = [](Models& m, const S& s) { return cubes_apart(m.field(), s.quick ? 24 : 256, 1); }},
-      {.name = "field.32",
-       .about = "one block of 32^3 voxels, at a place never asked for before",
-       .make = [](Models& m, const S& s) { return cubes_apart(m.field(), s.quick ? 8 : 32, 1); }},
-      {.name = "field.16",
-       .about = "one brick of 16^3 voxels, at a place never asked for before",
-       .make = [](Models& m, const S& s) { return cubes_apart(m.field(), s.quick ? 4 : 16, 1); }},
-      {.name = "field.16.neighbours",
-       .about = "each of 8 x 8 bricks of 16^3 voxels side by side, row after row",
        .make = [](Models& m,
-                  const S& s) { return neighbours(m.field(), s.quick ? 4 : 16, s.quick ? 2 : 8); }},
-      {.name = "field.voxel",
-       .about = "one voxel, at a place never asked for before",
-       .make = [](Models& m, const S& s) { return cubes_apart(m.field(), 1, s.quick ? 1 : 16); }},
-      {.name = "field.cached",
+                  const S& s) { return cubes_apart(m.lattice(), s.quick ? 24 : 256, 1); }},
+      {.name = "lattice.32",
+       .about = "one block of 32^3 voxels, at a place not evaluated before",
+       .make = [](Models& m, const S& s) { return cubes_apart(m.lattice(), s.quick ? 8 : 32, 1); }},
+      {.name = "lattice.16",
+       .about = "one brick of 16^3 voxels, at a place not evaluated before",
+       .make = [](Models& m, const S& s) { return cubes_apart(m.lattice(), s.quick ? 4 : 16, 1); }},
+      {.name = "lattice.16.neighbours",
+       .about = "each of 8 x 8 bricks of 16^3 voxels side by side, row after row",
+       .make =
+           [](Models& m, const S& s) {
+             return neighbours(m.lattice(), s.quick ? 4 : 16, s.quick ? 2 : 8);
+           }},
+      {.name = "lattice.voxel",
+       .about = "one voxel, at a place not evaluated before",
+       .make = [](Models& m, const S& s) { return cubes_apart(m.lattice(), 1, s.quick ? 1 : 16); }},
+      {.name = "lattice.cached",
        .about = "4096 points side by side on a plane, whose bricks are in the cache",
-       .make = [](Models& m, const S& s) { return cached_points(m.field(), s, false); }},
-      {.name = "field.cached.gradients",
-       .about = "the points of field.cached with gradients",
-       .make = [](Models& m, const S& s) { return cached_points(m.field(), s, true); }},
+       .make = [](Models& m, const S& s) { return cached_points(m.lattice(), s, false); }},
+      {.name = "lattice.cached.gradients",
+       .about = "the points of lattice.cached with gradients",
+       .make = [](Models& m, const S& s) { return cached_points(m.lattice(), s, true); }},
   };
 }
 
