@@ -13,7 +13,7 @@ from solidtex_export.export.verification import noise
 from solidtex_export.export.verification.reference import evaluate_box
 from solidtex_export.generators.lattice import Box
 
-SLOPE = random_models.SLOPE
+NEGATIVE_SLOPE = random_models.NEGATIVE_SLOPE
 
 
 def random(*shape: int) -> torch.Tensor:
@@ -44,9 +44,9 @@ def test_folded_model_is_the_trained_network(sizes: tuple[int, int, int]) -> Non
     state = random_models.lattice_state(*sizes, seed=2)
     shape = check_lattice_state(state)
     assert (shape.levels, shape.noise_channels, shape.step_channels) == sizes
-    generator = shape.generator(SLOPE).double().eval()
+    generator = shape.generator(NEGATIVE_SLOPE).double().eval()
     generator.load_state_dict(state)
-    field, tensors = fold_lattice(state, SLOPE)
+    field, tensors = fold_lattice(state, NEGATIVE_SLOPE)
     model = ModelFile(random_models.document("field", field), tensors)
     for origin, size in [((0, 0, 0), (4, 4, 4)), ((-3, 5, -9), (3, 2, 1))]:
         box = Box(origin, tuple(o + s for o, s in zip(origin, size, strict=True)))
@@ -67,7 +67,7 @@ def test_the_papers_parameter_count() -> None:
     state = random_models.lattice_state(6, 3, 4)
     parts = (".weight", ".bias")
     assert sum(v.numel() for k, v in state.items() if k.endswith(parts)) == 84963
-    _, tensors = fold_lattice(state, SLOPE)
+    _, tensors = fold_lattice(state, NEGATIVE_SLOPE)
     convolutions = {k for k in state if k.endswith(parts) and "bn" not in k}
     assert set(tensors) == convolutions
 
@@ -99,4 +99,4 @@ def broken(key: str, value: torch.Tensor | None) -> dict[str, torch.Tensor]:
 )
 def test_wrong_state_dicts_are_named(key: str, value: torch.Tensor | None, message: str) -> None:
     with pytest.raises(StateError, match=message):
-        fold_lattice(broken(key, value), SLOPE)
+        fold_lattice(broken(key, value), NEGATIVE_SLOPE)

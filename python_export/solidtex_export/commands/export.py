@@ -18,7 +18,7 @@ from solidtex_export.export.training_result import TrainingResult, read_result
 from solidtex_export.export.verification.model_output import check_output, summary, write_verified
 from solidtex_export.export.verification.networks import Network, lattice_network, sampler_network
 from solidtex_export.generators.build import Generator
-from solidtex_export.generators.lattice import ConvBlock, FieldGenerator, LatticeGenerator
+from solidtex_export.generators.lattice import BaseLattice, ConvBlock, LatticeGenerator
 from solidtex_export.generators.pyramid import PyramidGenerator, fold_pyramid
 from solidtex_export.generators.sampler import OctaveSampler
 
@@ -75,7 +75,7 @@ def build_model(result: TrainingResult, name: str, license: str | None) -> Model
 def unfolded_network(result: TrainingResult) -> Network:
     """The network as it was trained."""
     generator = copy.deepcopy(result.generator)
-    if isinstance(generator, FieldGenerator):
+    if isinstance(generator, BaseLattice):
         return lattice_network(generator, SCHEME)
     return sampler_network(generator, SCHEME)
 
@@ -102,7 +102,7 @@ def _fold_sampler(network: OctaveSampler) -> tuple[dict[str, Any], dict[str, np.
         "octaves": len(tensors["transforms"]),
         "hidden_layers": len(network.hidden),
         "width": len(tensors["constant"]),
-        "slope": network.hidden[0].slope,
+        "slope": network.hidden[0].negative_slope,
     }
     return sizes, tensors
 

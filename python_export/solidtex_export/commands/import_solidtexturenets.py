@@ -29,7 +29,7 @@ from solidtex_export.export.verification.networks import lattice_network
 
 PROGRAM = "solidtex-import-solidtexturenets"
 SCHEME = "solidtexturenets"
-SLOPE = 0.01
+NEGATIVE_SLOPE = 0.01
 MEAN_BGR = (0.40760392, 0.45795686, 0.48501961)  # of the network's training images
 CHANNELS = 3
 BOUND = 2e-4  # colours of published networks are larger inside, by 255, than ours
@@ -65,10 +65,10 @@ def convert(args: argparse.Namespace) -> None:
     except StateError as error:
         raise StateError(f"{args.checkpoint}: {error}") from error
     state = with_colors(state)
-    generator = sizes.generator(SLOPE).double()
+    generator = sizes.generator(NEGATIVE_SLOPE).double()
     generator.load_state_dict(state, strict=False)  # num_batches_tracked may be missing
-    field, tensors = fold_lattice(state, SLOPE)
-    model = ModelFile(document(args, field), tensors)
+    graph, tensors = fold_lattice(state, NEGATIVE_SLOPE)
+    model = ModelFile(document(args, graph), tensors)
     network = lattice_network(generator, SCHEME)
     found = write_verified(args.output, model, network, BOUND)
     print(summary(args.output, model, found))
@@ -108,7 +108,7 @@ def with_colors(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
     }
 
 
-def document(args: argparse.Namespace, field: dict[str, Any]) -> dict[str, Any]:
+def document(args: argparse.Namespace, graph: dict[str, Any]) -> dict[str, Any]:
     exemplar = {"license": args.exemplar_license, "source": args.source}
     exemplar = {key: value for key, value in exemplar.items() if value}
     return {
@@ -118,7 +118,7 @@ def document(args: argparse.Namespace, field: dict[str, Any]) -> dict[str, Any]:
         "channels": ["albedo.r", "albedo.g", "albedo.b"],
         "color_space": "srgb",
         "noise": {"scheme": SCHEME},
-        "field": field,
+        "field": graph,
         "training": {"imported_from": "SolidTextureNets", "file": args.checkpoint.name},
         **({"exemplar": exemplar} if exemplar else {}),
         **({"license": args.license} if args.license else {}),

@@ -23,10 +23,12 @@ Document = dict[str, Any]
 Tensors = dict[str, np.ndarray]
 
 
-def fold_lattice(state: Mapping[str, Tensor], slope: float) -> tuple[Document, Tensors]:
+def fold_lattice(state: Mapping[str, Tensor], negative_slope: float) -> tuple[Document, Tensors]:
     """The `field` object of the model's document, and its float32 tensors."""
     sizes = check_lattice_state(state)
-    folder = _Folder({key: value.detach().cpu().double() for key, value in state.items()}, slope)
+    folder = _Folder(
+        {key: value.detach().cpu().double() for key, value in state.items()}, negative_slope
+    )
     folder.fold(sizes)
     tensors = {name: value.float().numpy() for name, value in folder.tensors.items()}
     return {"nodes": folder.nodes, "output": folder.nodes[-1]["name"]}, tensors
@@ -35,9 +37,9 @@ def fold_lattice(state: Mapping[str, Tensor], slope: float) -> tuple[Document, T
 class _Folder:
     """Builds the graph from the coarsest level to the finest; methods return the node they add."""
 
-    def __init__(self, state: dict[str, Tensor], slope: float) -> None:
+    def __init__(self, state: dict[str, Tensor], negative_slope: float) -> None:
         self.state = state
-        self.slope = slope
+        self.negative_slope = negative_slope
         self.nodes: list[Document] = []
         self.tensors: dict[str, Tensor] = {}
 
@@ -67,7 +69,9 @@ class _Folder:
                 weight, bias = norm_into_next(weight, bias, *self.norm(norm_before))
             weight, bias = norm_into_previous(weight, bias, *self.norm(f"{name}.bn{i}"))
             source = self.conv(f"{name}.conv{i}", source, weight, bias)
-            source = self.node(f"{name}.act{i}", "leaky_relu", inputs=[source], slope=self.slope)
+            source = self.node(
+                f"{name}.act{i}", "leaky_relu", inputs=[source], slope=self.negative_slope
+            )
         return source
 
     def conv(self, name: str, source: str, weight: Tensor, bias: Tensor) -> str:

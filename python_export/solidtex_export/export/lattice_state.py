@@ -10,10 +10,11 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from solidtex_export.export.file_format.field import MAX_LEVEL
 from solidtex_export.generators.lattice import LatticeGenerator
 
 COLOR_BUFFERS = ("color_mean", "color_basis")
+
+MAX_LEVEL = 20  # of noise in a model file
 
 
 class StateError(ValueError):
@@ -29,8 +30,8 @@ class LatticeSizes:
     step_channels: int
     out_channels: int
 
-    def generator(self, slope: float) -> LatticeGenerator:
-        return LatticeGenerator(**asdict(self), slope=slope)
+    def generator(self, negative_slope: float) -> LatticeGenerator:
+        return LatticeGenerator(**asdict(self), slope=negative_slope)
 
 
 def lattice_sizes(state: Mapping[str, Any]) -> LatticeSizes:
@@ -51,7 +52,7 @@ def check_lattice_state(state: Mapping[str, Any]) -> LatticeSizes:
     """
     sizes = lattice_sizes(state)
     with torch.device("meta"):
-        expected = sizes.generator(slope=0.0).state_dict()
+        expected = sizes.generator(negative_slope=0.0).state_dict()
     expected = {k: v for k, v in expected.items() if not k.endswith("num_batches_tracked")}
     for key, like in expected.items():
         if key in state or key not in COLOR_BUFFERS:

@@ -13,13 +13,13 @@ from solidtex_export.export.fold import fold_lattice
 from solidtex_export.generators.lattice import Box, LatticeGenerator
 from solidtex_export.generators.sampler import OctaveSampler
 
-SLOPE = 0.01
+NEGATIVE_SLOPE = 0.01
 
 
 def lattice_state(levels: int, noise: int, step: int, seed: int = 0) -> dict[str, Tensor]:
     """A state dict as after a training: normalised by statistics that are not quite its own."""
     torch.manual_seed(seed)
-    generator = LatticeGenerator(levels, noise, step, slope=SLOPE)
+    generator = LatticeGenerator(levels, noise, step, slope=NEGATIVE_SLOPE)
     norms = [module for module in generator.modules() if isinstance(module, nn.BatchNorm3d)]
     for norm in norms:
         norm.momentum = None  # average instead of forgetting
@@ -39,8 +39,8 @@ def lattice_state(levels: int, noise: int, step: int, seed: int = 0) -> dict[str
 
 def lattice_model(levels: int = 6, noise: int = 3, step: int = 4, seed: int = 0) -> ModelFile:
     """Gutierrez et al.'s generator, by default of the paper's size."""
-    field, tensors = fold_lattice(lattice_state(levels, noise, step, seed), SLOPE)
-    return ModelFile(document("field", field), tensors)
+    graph, tensors = fold_lattice(lattice_state(levels, noise, step, seed), NEGATIVE_SLOPE)
+    return ModelFile(document("field", graph), tensors)
 
 
 def sampler(octaves: int = 16, hidden: int = 5, width: int = 128, seed: int = 0) -> OctaveSampler:

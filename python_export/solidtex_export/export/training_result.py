@@ -8,8 +8,7 @@ from typing import Any
 
 import torch
 
-from solidtex_export.export.file_format.checks import Fields, ModelFileError
-from solidtex_export.export.file_format.container import parse_json
+from solidtex_export.export.file_format.checks import Fields, ModelFileError, parse_json
 from solidtex_export.export.lattice_state import StateError, check_lattice_state
 from solidtex_export.generators.build import KIND_OF_FAMILY, Generator, build_generator
 from solidtex_export.images.channels import COLOR, MAX_CHANNELS

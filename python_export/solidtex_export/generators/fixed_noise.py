@@ -7,7 +7,7 @@ import math
 import torch
 from torch import Tensor
 
-from solidtex_export.generators.lattice import Box, FieldGenerator
+from solidtex_export.generators.lattice import BaseLattice, Box
 from solidtex_export.generators.planes import XYZ, Axes
 from solidtex_export.generators.sampler import HashedLattice
 
@@ -15,7 +15,7 @@ from solidtex_export.generators.sampler import HashedLattice
 class FixedNoise:
     """A function of position, so that only what is looked at has to be held in memory."""
 
-    def __init__(self, generator: FieldGenerator) -> None:
+    def __init__(self, generator: BaseLattice) -> None:
         self.generator = generator
         device = generator.color_mean.device
         channels = generator.noise_channels
@@ -28,7 +28,7 @@ class FixedNoise:
         return self.generator.colors(y)[0]
 
     def draw(self, box: Box, axes: Axes) -> list[Tensor]:
-        """As FieldGenerator.draw_noise, for a box whose axes are in the order `axes`."""
+        """As BaseLattice.draw_noise, for a box whose axes are in the order `axes`."""
         boxes = zip(self._lattices, self.generator.noise_boxes(box), strict=True)
         return [self._level(lattice, b, axes) for lattice, b in boxes]
 

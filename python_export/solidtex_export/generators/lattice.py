@@ -11,7 +11,6 @@ normalisation of an upsampling is applied before the replication, which is eight
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import torch
@@ -25,33 +24,12 @@ from solidtex_export.generators.planes import (
     from_planes,
     to_planes,
 )
+from solidtex_export.generators.regions import Box
 
 BLOCK_MARGIN = 2  # two 3^3 convolutions without padding
 
 
-@dataclass(frozen=True)
-class Box:
-    """A region of one level in absolute integer coordinates: `lo` inclusive, `hi` exclusive."""
-
-    lo: tuple[int, ...]
-    hi: tuple[int, ...]
-
-    @property
-    def size(self) -> tuple[int, ...]:
-        return tuple(b - a for a, b in zip(self.lo, self.hi, strict=True))
-
-    def grown(self, margin: int) -> Box:
-        return Box(tuple(v - margin for v in self.lo), tuple(v + margin for v in self.hi))
-
-    def coarser(self) -> Box:
-        """The smallest region of the next level whose upsampling covers this one."""
-        return Box(tuple(v // 2 for v in self.lo), tuple((v - 1) // 2 + 1 for v in self.hi))
-
-    def permuted(self, axes: Axes) -> Box:
-        return Box(tuple(self.lo[a] for a in axes), tuple(self.hi[a] for a in axes))
-
-
-class FieldGenerator(nn.Module):
+class BaseLattice(nn.Module):
     """What the generators of the lattice family have in common: a network without padding over
     noise on several levels, evaluated for any box.
     """
@@ -100,7 +78,7 @@ class FieldGenerator(nn.Module):
 class ConvBlock(nn.Module):
     """Section 4.1: convolutions 3^3, 3^3, 1^3, each with batch normalisation and leaky ReLU."""
 
-    def __init__(self, in_channels: int, out_channels: int, slope: float) -> None:
+    def __init__(self, in_channels: int, out_channels: int, negative_slope: float) -> None:
         super().__init__()
         self.conv1 = PlaneConvolution(in_channels, out_channels, 3)
         self.bn1 = PlaneNorm(out_channels)
@@ -108,7 +86,7 @@ class ConvBlock(nn.Module):
         self.bn2 = PlaneNorm(out_channels)
         self.conv3 = PlaneConvolution(out_channels, out_channels, 1)
         self.bn3 = PlaneNorm(out_channels)
-        self.act = nn.LeakyReLU(slope)
+        self.act = nn.LeakyReLU(negative_slope)
 
     def forward(self, x: Tensor, axes: Axes) -> Tensor:
         x = self.act(self.conv1(x, axes, self.bn1))
@@ -136,7 +114,7 @@ def upsampled(x: Tensor, source: Box, target: Box) -> Tensor:
     return x
 
 
-class LatticeGenerator(FieldGenerator):
+class LatticeGenerator(BaseLattice):
     """G(Z | theta) of section 4, evaluated for any box; stage 1 is the coarsest level."""
 
     def __init__(

@@ -14,7 +14,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from solidtex_export.generators.lattice import Box, FieldGenerator
+from solidtex_export.generators.lattice import BaseLattice, Box
 
 BEFORE, AFTER = 1, 3  # voxels that a point between voxels takes part of, from its own on
 
@@ -22,7 +22,7 @@ BEFORE, AFTER = 1, 3  # voxels that a point between voxels takes part of, from i
 class ObliqueSlices:
     """Planes that hold one of `axes`, at random angles and offsets modulo 2^K."""
 
-    def __init__(self, generator: FieldGenerator, axes: str) -> None:
+    def __init__(self, generator: BaseLattice, axes: str) -> None:
         self.generator = generator
         self.axes = axes
         self.period = 2 ** (generator.levels - 1)

@@ -17,7 +17,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from solidtex_export.generators.lattice import BLOCK_MARGIN, Box, FieldGenerator, upsampled
+from solidtex_export.generators.lattice import BLOCK_MARGIN, BaseLattice, Box, upsampled
 from solidtex_export.generators.planes import (
     XYZ,
     Axes,
@@ -27,7 +27,7 @@ from solidtex_export.generators.planes import (
 )
 
 
-class PyramidGenerator(FieldGenerator):
+class PyramidGenerator(BaseLattice):
     """`blocks[k]` are the convolutions of level k, the finest is 0."""
 
     distribution: ClassVar[str] = "normal"
@@ -41,7 +41,7 @@ class PyramidGenerator(FieldGenerator):
         slope: float = 0.2,
     ) -> None:
         super().__init__(levels, noise_channels, out_channels)
-        self.slope = slope
+        self.negative_slope = slope
         blocks = []
         for level in range(levels):
             joint = noise_channels + (width if level < levels - 1 else 0)
@@ -60,7 +60,7 @@ class PyramidGenerator(FieldGenerator):
         Here each level's noise gets its share of what is mixed there; of a slice they have 37, 27,
         21, 19 and 14 %.
         """
-        gain = (2 / (1 + self.slope**2)) ** 0.5  # against what a rectifier takes away
+        gain = (2 / (1 + self.negative_slope**2)) ** 0.5  # against what a rectifier takes away
         for level, (first, second) in enumerate(self.blocks):
             coarse = first.in_channels - self.noise_channels
             share = 1 / (self.levels - level)
@@ -83,7 +83,7 @@ class PyramidGenerator(FieldGenerator):
                 coarse = upsampled(x, boxes[level + 1], joint)
                 x = torch.cat([coarse, to_planes(noise[level])], dim=4)
             for convolution in self.blocks[level]:
-                x = F.leaky_relu(convolution(x, axes), self.slope)
+                x = F.leaky_relu(convolution(x, axes), self.negative_slope)
         return from_planes(self.last(x, axes))
 
 
@@ -113,7 +113,7 @@ def fold_pyramid(generator: PyramidGenerator) -> tuple[dict[str, Any], dict[str,
             name = f"level{level}.conv{i}"
             x = conv(name, x, convolution.weight.double(), convolution.bias.double())
             name = f"level{level}.act{i}"
-            x = node(name, "leaky_relu", inputs=[x], slope=generator.slope)
+            x = node(name, "leaky_relu", inputs=[x], slope=generator.negative_slope)
     basis, mean = generator.color_basis.double(), generator.color_mean.double()
     weight = torch.einsum("ij,jkxyz->ikxyz", basis, generator.last.weight.double())
     output = conv("colors", x, weight, mean + basis @ generator.last.bias.double())

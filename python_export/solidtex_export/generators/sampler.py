@@ -73,10 +73,10 @@ def ladder(first: float, last: float, octaves: int) -> Tensor:
 class HiddenLayer(nn.Module):
     """y = phi(W x + A eta + b), equation 2; `octaves` = 0 for the last hidden layer."""
 
-    def __init__(self, width: int, octaves: int, slope: float) -> None:
+    def __init__(self, width: int, octaves: int, negative_slope: float) -> None:
         super().__init__()
-        self.gain = math.sqrt(2 / (1 + slope**2))
-        self.slope = slope
+        self.gain = math.sqrt(2 / (1 + negative_slope**2))
+        self.negative_slope = negative_slope
         self.weight = nn.Parameter(torch.randn(width, width))
         self.bias = nn.Parameter(torch.zeros(width))
         self.noise = nn.Parameter(torch.randn(width, octaves)) if octaves else None
@@ -96,7 +96,7 @@ class HiddenLayer(nn.Module):
         y = F.linear(x, tensors["weight"], tensors["bias"])
         if eta is not None:
             y = y + F.linear(eta, tensors["noise"])
-        return F.leaky_relu(y, self.slope)
+        return F.leaky_relu(y, self.negative_slope)
 
 
 class OctaveSampler(nn.Module):

@@ -13,7 +13,7 @@ from typing import Protocol
 import torch
 from torch import Tensor
 
-from solidtex_export.generators.lattice import Box, FieldGenerator
+from solidtex_export.generators.lattice import BaseLattice, Box
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
 
 SLICE_AXES = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
@@ -36,7 +36,7 @@ class SliceSource(Protocol):
 class LatticeSlices:
     """Axis slices, one voxel thick, at random offsets modulo 2^K (Gutierrez et al., equation 8)."""
 
-    def __init__(self, generator: FieldGenerator) -> None:
+    def __init__(self, generator: BaseLattice) -> None:
         self.generator = generator
         self.period = 2 ** (generator.levels - 1)
 

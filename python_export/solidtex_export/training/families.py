@@ -6,7 +6,7 @@ from typing import Any
 
 from solidtex_export.analysis.grain import grain_ratio
 from solidtex_export.generators.build import Generator, build_generator
-from solidtex_export.generators.lattice import FieldGenerator, LatticeGenerator
+from solidtex_export.generators.lattice import BaseLattice, LatticeGenerator
 from solidtex_export.generators.lattice_start import quiet_fine_noise, smooth_coarse_features
 from solidtex_export.generators.oblique import ObliqueSlices
 from solidtex_export.generators.sampler import OctaveSampler
@@ -49,7 +49,7 @@ def build(
     if isinstance(generator, LatticeGenerator):
         smooth_coarse_features(generator, config.start.smoothing)
         quiet_fine_noise(generator, config.start.fine_noise)
-    if isinstance(generator, FieldGenerator):
+    if isinstance(generator, BaseLattice):
         return generator, LatticeSlices(generator), _oblique(config, generator)
     planes = _planes(config)
     if planes == "about-z" and config.method.slicing.planes == "auto":
@@ -58,7 +58,7 @@ def build(
     return generator, SamplerSlices(generator, planes), None
 
 
-def _oblique(config: Config, generator: FieldGenerator) -> ObliqueSlices | None:
+def _oblique(config: Config, generator: BaseLattice) -> ObliqueSlices | None:
     """Where one photograph serves two directions, only planes that hold the grain look like it."""
     if config.method.slicing.oblique_share == 0 or len(config.exemplars) > 1:
         return None

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from solidtex_export.generators.fixed_noise import FixedNoise
-from solidtex_export.generators.lattice import Box, FieldGenerator
+from solidtex_export.generators.lattice import BaseLattice, Box
 from solidtex_export.generators.oblique import AFTER, BEFORE, cubic_columns
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
 from solidtex_export.generators.slices import SLICE_AXES, axis_frame, plane_points
@@ -29,7 +29,7 @@ def solid_slices(generator: nn.Module, size: int) -> list[Tensor]:
     """Channels [channel, row, column] of slices normal to x, y and z, and of the 45 degree one."""
     was_training = generator.training
     generator.eval()
-    if isinstance(generator, FieldGenerator):
+    if isinstance(generator, BaseLattice):
         slices = _lattice_slices(generator, size)
     else:
         assert isinstance(generator, OctaveSampler)
@@ -38,7 +38,7 @@ def solid_slices(generator: nn.Module, size: int) -> list[Tensor]:
     return slices
 
 
-def _lattice_slices(generator: FieldGenerator, size: int) -> list[Tensor]:
+def _lattice_slices(generator: BaseLattice, size: int) -> list[Tensor]:
     solid = FixedNoise(generator)
     slices = []
     for direction, (columns, rows) in SLICE_AXES.items():

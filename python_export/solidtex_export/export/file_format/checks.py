@@ -1,12 +1,13 @@
-"""Small checks shared by the parts of the model file reader, and their one error type."""
+"""Strict JSON, and checks of its fields, for files that a training or a user wrote."""
 
 import json
+import math
 from collections.abc import Sequence
 from typing import Any
 
 MAX_NAME_BYTES = 256
 
-Shape = tuple[int, ...]
+MAX_JSON_DEPTH = 32
 
 
 class ModelFileError(ValueError):
@@ -107,3 +108,66 @@ def check_name(label: str, where: str, value: Any) -> None:
     ):
         expected = f"a name of 1 to {MAX_NAME_BYTES} bytes without control characters"
         raise fail(label, where, show(value), expected)
+
+
+def parse_json(label: str, what: str, text: str) -> Any:
+    """Strict JSON that begins with "{": no duplicate keys, no NaN, bounded depth."""
+    if not text.startswith("{"):
+        raise fail(label, what, f"text that begins {show(text[:8])}", 'a JSON object, "{" first')
+    try:
+        value = json.loads(
+            text,
+            object_pairs_hook=lambda pairs: _unique_object(label, what, pairs),
+            parse_int=_finite_int,
+            parse_float=_finite_float,
+            parse_constant=_refuse_constant,
+        )
+        too_deep = _is_deeper_than(value, MAX_JSON_DEPTH)
+        json.dumps(value, ensure_ascii=False).encode()  # refuses unpaired surrogates
+    except RecursionError:
+        too_deep = True
+    except ModelFileError:
+        raise
+    except ValueError as error:
+        raise ModelFileError(f"{label}: {what}: found invalid JSON ({error})") from error
+    if too_deep:
+        raise fail(label, what, "deeply nested JSON", f"a depth of at most {MAX_JSON_DEPTH}")
+    return value
+
+
+def _unique_object(label: str, what: str, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    result = dict(pairs)
+    if len(result) != len(pairs):
+        keys = [key for key, _ in pairs]
+        repeated = next(key for key in keys if keys.count(key) > 1)
+        raise fail(label, what, f"key {show(repeated)} twice in one object", "unique keys")
+    return result
+
+
+def _is_deeper_than(value: Any, limit: int) -> bool:
+    layer = [value]
+    for _ in range(limit):
+        layer = [child for parent in layer for child in _children(parent)]
+    return any(isinstance(value, dict | list) for value in layer)
+
+
+def _children(value: Any) -> list[Any]:
+    if isinstance(value, dict):
+        return list(value.values())
+    return value if isinstance(value, list) else []
+
+
+def _finite_float(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"number out of range: {text[:20]}")
+    return value
+
+
+def _finite_int(text: str) -> int:
+    _finite_float(text)
+    return int(text)
+
+
+def _refuse_constant(text: str) -> Any:
+    raise ValueError(f"{text} is no JSON number")

@@ -9,8 +9,8 @@ from onnx import ModelProto, helper
 
 from solidtex_export import __version__
 from solidtex_export.export.file_format.model_file import ModelFile
-from solidtex_export.export.onnx.field import field_graph
 from solidtex_export.export.onnx.inputs import DOCUMENT_VERSION, METADATA_KEY
+from solidtex_export.export.onnx.lattice import lattice_graph
 from solidtex_export.export.onnx.sampler import sampler_graph
 from solidtex_export.generators.lattice import Box
 
@@ -23,7 +23,7 @@ SHARED_KEYS = ("name", "family", "channels", "color_space", "noise", "license", 
 
 def onnx_model(model: ModelFile, box: Box | None) -> ModelProto:
     """`box` is what the graph computes; the point family has none."""
-    graph, usage = field_graph(model, box) if box else sampler_graph(model)
+    graph, usage = lattice_graph(model, box) if box else sampler_graph(model)
     found = helper.make_model(
         graph,
         producer_name="solidtex",

@@ -1,4 +1,4 @@
-"""The C++ engine, by the Python module solidtex, for judging and verifying what is written.
+"""The C++ engine, by the Python module solidtex, which checks files and evaluates models.
 
 The module is imported when it is first needed: training goes without.
 """
@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -21,6 +23,21 @@ class EngineError(RuntimeError):
 def open_model(model: str | os.PathLike[str], seed: int = 0, precision: str = "full") -> Texture:
     """An open model, a path or the bare name of a shipped one; to be used in a `with` statement."""
     return _module().Texture(model, seed, precision)
+
+
+def open_bytes(data: bytes) -> Texture:
+    """The same of the bytes of a file."""
+    return _module().Texture.from_bytes(data)
+
+
+@contextmanager
+def checking(error: type[Exception]) -> Iterator[None]:
+    """Around calls of the engine: what it refuses is raised as `error`, with its message."""
+    module = _module()
+    try:
+        yield
+    except module.Error as refused:
+        raise error(str(refused)) from refused
 
 
 def errors() -> tuple[type[Exception], ...]:

@@ -13,14 +13,14 @@ import torch
 from torch import Tensor
 
 from solidtex_export.export.verification import noise
-from solidtex_export.generators.lattice import Box, FieldGenerator
+from solidtex_export.generators.lattice import BaseLattice, Box
 from solidtex_export.generators.sampler import OctaveSampler
 
 Network = Callable[[Sequence[int], Sequence[int], int], np.ndarray]
 """(origin, size, seed) -> the voxels of a box, float64 [x, y, z, channel]."""
 
 
-def lattice_network(generator: FieldGenerator, scheme: str) -> Network:
+def lattice_network(generator: BaseLattice, scheme: str) -> Network:
     """The generator with its running statistics; it is converted to float64."""
     generator = generator.double().eval()
     draws = generator.distribution

@@ -1,7 +1,7 @@
-"""What a model means, in float64: an oracle for the engine, written without regard to speed.
+"""The float64 oracle: evaluates a model by its definition, without regard to speed.
 
-Every value is pulled from the output: a node asks its inputs for the boxes that it needs, in
-absolute integer coordinates, so there is no bookkeeping of regions to agree with the engine's.
+It shares no code with the engine, nor with generators/regions.py: each node asks its inputs for the
+boxes that it needs, in absolute integer coordinates.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def evaluate_box(
     """The voxels [origin, origin + size) at their centres: float64 [x, y, z, channel]."""
     lo, hi = tuple(origin), tuple(o + s for o, s in zip(origin, size, strict=True))
     if model.document["family"] == "field":
-        return _Field(model, seed).output((lo, hi)).permute(1, 2, 3, 0).numpy()
+        return _Lattice(model, seed).output((lo, hi)).permute(1, 2, 3, 0).numpy()
     axes = [np.arange(l, h, dtype=np.float64) + 0.5 for l, h in zip(lo, hi, strict=True)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     return _sampler(model, centres.reshape(-1, 3), seed).reshape(*size, -1)
@@ -46,17 +46,17 @@ def evaluate_points(model: ModelFile, positions: Positions, seed: int = 0) -> np
     positions = np.asarray(positions, dtype=np.float64)
     if model.document["family"] == "sampler":
         return _sampler(model, positions, seed)
-    return _between_voxels(_Field(model, seed), positions)
+    return _between_voxels(_Lattice(model, seed), positions)
 
 
-def _between_voxels(field: _Field, positions: Positions) -> np.ndarray:
+def _between_voxels(lattice: _Lattice, positions: Positions) -> np.ndarray:
     """Cubic convolution of the 4^3 voxel centres around each position."""
     centred = positions - 0.5
     cells = np.floor(centred)
     lo, hi = cells.min(axis=0).astype(int) - 1, cells.max(axis=0).astype(int) + 3
     if np.prod(hi - lo) > MAX_VOXELS:
         raise ValueError(f"positions: found them in {hi - lo} voxels, expected {MAX_VOXELS} in all")
-    box = field.output((tuple(lo.tolist()), tuple(hi.tolist()))).numpy()
+    box = lattice.output((tuple(lo.tolist()), tuple(hi.tolist()))).numpy()
     colors = []
     for first, t in zip(cells.astype(int) - 1 - lo, centred - cells, strict=True):
         i, j, k = (slice(start, start + 4) for start in first)
@@ -73,7 +73,7 @@ def cubic_convolution(distance: np.ndarray) -> np.ndarray:
     return np.where(s < 1, near, np.where(s < 2, far, 0.0))
 
 
-class _Field:
+class _Lattice:
     """The graph of the lattice family."""
 
     def __init__(self, model: ModelFile, seed: int) -> None:
@@ -102,36 +102,36 @@ class _Field:
         return self.tensors[f"{node['name']}.{name}"]
 
 
-def _noise(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+def _noise(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     values = noise.block(
-        field.scheme, node["distribution"], field.seed, node["level"], node["channels"], *box
+        lattice.scheme, node["distribution"], lattice.seed, node["level"], node["channels"], *box
     )
     return torch.from_numpy(values)
 
 
-def _conv3d(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+def _conv3d(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     r = node["kernel"] // 2
-    source = field.input(node, (tuple(l - r for l in box[0]), tuple(h + r for h in box[1])))
-    return F.conv3d(source[None], field.tensor(node, "weight"), field.tensor(node, "bias"))[0]
+    source = lattice.input(node, (tuple(l - r for l in box[0]), tuple(h + r for h in box[1])))
+    return F.conv3d(source[None], lattice.tensor(node, "weight"), lattice.tensor(node, "bias"))[0]
 
 
-def _conv_transpose3d(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+def _conv_transpose3d(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     """out[o] = b + sum of w[t] in[i] over o = 2i + t - padding."""
     kernel, padding = node["kernel"], node["padding"]
     lo = tuple((l + padding - kernel + 1) // 2 for l in box[0])
     hi = tuple((h - 1 + padding) // 2 + 1 for h in box[1])
-    weight, bias = field.tensor(node, "weight"), field.tensor(node, "bias")
-    source = field.input(node, (lo, hi))[None]
+    weight, bias = lattice.tensor(node, "weight"), lattice.tensor(node, "bias")
+    source = lattice.input(node, (lo, hi))[None]
     # The extra plane of output_padding is only bias: what no tap reaches when the kernel is 1.
     values = F.conv_transpose3d(source, weight, bias, stride=2, output_padding=1)[0]
     first = tuple(2 * l - padding for l in lo)
     return _cropped(values, first, box)
 
 
-def _upsample(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
+def _upsample(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     lo = tuple(l // 2 for l in box[0])
     hi = tuple((h - 1) // 2 + 1 for h in box[1])
-    values = field.input(node, (lo, hi))
+    values = lattice.input(node, (lo, hi))
     for axis in (1, 2, 3):
         values = values.repeat_interleave(2, dim=axis)
     return _cropped(values, tuple(2 * l for l in lo), box)
@@ -143,28 +143,28 @@ def _cropped(values: Tensor, first: Sequence[int], box: Box) -> Tensor:
     return values[:, cut[0], cut[1], cut[2]]
 
 
-def _concat(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
-    return torch.cat([field.value(name, box) for name in node["inputs"]])
+def _concat(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
+    return torch.cat([lattice.value(name, box) for name in node["inputs"]])
 
 
-def _affine(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
-    scale, shift = (field.tensor(node, name).view(-1, 1, 1, 1) for name in ("scale", "shift"))
-    return scale * field.input(node, box) + shift
+def _affine(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
+    scale, shift = (lattice.tensor(node, name).view(-1, 1, 1, 1) for name in ("scale", "shift"))
+    return scale * lattice.input(node, box) + shift
 
 
-def _leaky_relu(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
-    return F.leaky_relu(field.input(node, box), node["slope"])
+def _leaky_relu(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
+    return F.leaky_relu(lattice.input(node, box), node["slope"])
 
 
-def _tanh(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
-    return torch.tanh(field.input(node, box))
+def _tanh(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
+    return torch.tanh(lattice.input(node, box))
 
 
-def _sigmoid(field: _Field, node: dict[str, Any], box: Box) -> Tensor:
-    return torch.sigmoid(field.input(node, box))
+def _sigmoid(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
+    return torch.sigmoid(lattice.input(node, box))
 
 
-_OPERATIONS: dict[str, Callable[[_Field, dict[str, Any], Box], Tensor]] = {
+_OPERATIONS: dict[str, Callable[[_Lattice, dict[str, Any], Box], Tensor]] = {
     "noise": _noise,
     "conv3d": _conv3d,
     "conv_transpose3d": _conv_transpose3d,

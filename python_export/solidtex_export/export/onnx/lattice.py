@@ -10,25 +10,24 @@ from onnx import GraphProto
 
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.onnx.graph import GraphBuilder
-from solidtex_export.export.onnx.regions import Node, alignment, needed, regions
-from solidtex_export.generators.lattice import Box
+from solidtex_export.generators.regions import Box, Node, alignment, needed, regions
 
 OUTPUT = "values"
 SPATIAL_AXES = (2, 3, 4)
 
 
-def field_graph(model: ModelFile, box: Box) -> tuple[GraphProto, dict[str, Any]]:
+def lattice_graph(model: ModelFile, box: Box) -> tuple[GraphProto, dict[str, Any]]:
     """The graph, and what its user has to know: the box, and what to feed."""
-    field = model.document["field"]
-    exporter = _Exporter(model, regions(field["nodes"], box))
-    for node in field["nodes"]:
+    nodes = model.document["field"]["nodes"]
+    exporter = _Exporter(model, regions(nodes, box))
+    for node in nodes:
         exporter.add(node)
     shape = (1, len(model.document["channels"]), *box.size)
-    value = exporter.values[field["output"]]
+    value = exporter.values[model.document["field"]["output"]]
     document = {
         "box": _box_document(box),
-        "alignment": alignment(field["nodes"]),
-        "inputs": [exporter.input(node) for node in field["nodes"] if node["op"] == "noise"],
+        "alignment": alignment(nodes),
+        "inputs": [exporter.input(node) for node in nodes if node["op"] == "noise"],
     }
     return exporter.builder.graph(model.document["name"], value, shape), document
 
