@@ -102,7 +102,7 @@ TEST_CASE("The snippets of materials and lights in docs/scene-format.md render")
   CHECK(loaded->sphere_lights.size() == 1);
   CHECK(loaded->mesh_lights.size() == 1);
   CHECK(loaded->materials[loaded->objects[0].material].bump->depth == 0.01f);
-  pt::RenderSettings settings = small_settings(24, 2);
+  pt::RenderSettings settings = small_settings(12, 1);
   const pt::Image image = pt::render(*loaded, settings);
   const float brightness = mean_color(image).x;
   CAPTURE(brightness);
@@ -114,8 +114,8 @@ TEST_CASE("The scenes of the repository render") {
     if (name == "carved" && !built_with_cgal()) continue;
     const auto scene = pt::load_scene(SOLIDTEX_SOURCE "/scenes/" + name + ".json");
     pt::RenderSettings settings = pt::settings_of(*scene);
-    settings.height = settings.height * 48 / settings.width;
-    settings.width = 48, settings.samples = 1;
+    settings.height = settings.height * 24 / settings.width;
+    settings.width = 24, settings.samples = 1;
     const pt::Image image = pt::render(*scene, settings);
     const float brightness = mean_color(image).x;
     CAPTURE(name, brightness);
