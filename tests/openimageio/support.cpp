@@ -21,7 +21,7 @@ class ModelFolder {
     std::string path = (fs::temp_directory_path() / "solidtex-openimageio-XXXXXX").string();
     REQUIRE(mkdtemp(path.data()));
     path_ = path;
-    write("tiny-field.solidtex", tiny_field_file());
+    write("tiny-field.solidtex", tiny_lattice_file());
     write("tiny-sampler.solidtex", tiny_sampler_file());
   }
   ~ModelFolder() {
