@@ -8,9 +8,8 @@ from scipy.ndimage import gaussian_filter
 from textures_2d import blobs, tiled
 
 from solidtex_export.evaluation.correspondence import as_colors, coherence, correspondence
-from solidtex_export.evaluation.cut_cube import BRIGHTNESS, draw_cut_cube
 from solidtex_export.evaluation.directions import directionality, half_length
-from solidtex_export.evaluation.pictures import luminance
+from solidtex_export.evaluation.pictures import BRIGHTNESS, draw_cut_cube, luminance
 from solidtex_export.evaluation.repetition import repetition
 
 

@@ -134,8 +134,8 @@ def run(args: argparse.Namespace) -> None:
     print(summary(result))
     write(args, result, [e.name for e in exemplars])
     if args.sheet:
+        from solidtex_export.evaluation.evaluate import sheet
         from solidtex_export.evaluation.report import png
-        from solidtex_export.evaluation.sheet import sheet
 
         write_whole(args.sheet, png(sheet(subject, exemplars, side)))
         print(args.sheet)

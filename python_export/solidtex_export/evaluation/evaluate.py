@@ -1,12 +1,14 @@
-"""Judges a subject beside its exemplars: everything that the report and the JSON say."""
+"""Compares a subject with its exemplars: everything that the report and the JSON say."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import torch
 
 from solidtex_export.evaluation.comparison import (
     Distance,
@@ -16,13 +18,13 @@ from solidtex_export.evaluation.comparison import (
     mean_distance,
 )
 from solidtex_export.evaluation.correspondence import as_colors, coherence, correspondence
-from solidtex_export.evaluation.cut_cube import draw_cut_cube
 from solidtex_export.evaluation.directions import directionality
-from solidtex_export.evaluation.pictures import luminance, random_crops, to_8_bit
+from solidtex_export.evaluation.pictures import draw_cut_cube, luminance, random_crops, to_8_bit
 from solidtex_export.evaluation.repetition import Repetition, repetition
 from solidtex_export.evaluation.subjects import Subject, SubjectError, View, values
 from solidtex_export.images.channels import COLOR
 from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.images.sheet import sheet_of
 
 VERSION = 1
 CUBE_PIXELS = 380
@@ -184,3 +186,17 @@ def _show(subject: Subject, images: list[np.ndarray], pictures: dict[str, np.nda
         pictures[f"slice {view.name}"] = view.pictures[0][:SHOWN, :SHOWN]
     if subject.blocks:
         pictures["cube"] = draw_cut_cube(subject.blocks[0], CUBE_PIXELS)
+
+
+def sheet(subject: Subject, exemplars: Sequence[Exemplar], side: int) -> np.ndarray:
+    """Colours [row, column, 3]: exemplars and the first slice of each view, all cut to `side`.
+
+    A row for the colour, and one below it for each further channel that both have.
+    """
+    shared = tuple(c for c in exemplars[0].channels if c in subject.channels)
+    known = [exemplars[0].channels.index(c) for c in shared]
+    places = [subject.channels.index(c) for c in shared]
+    cut = [view.pictures[0][:side, :side, places] for view in subject.views]
+    slices = [torch.from_numpy(np.moveaxis(picture, -1, 0).copy()) for picture in cut]
+    shown = [replace(e, image=e.image[known], channels=shared) for e in exemplars]
+    return sheet_of(slices, shown, side).movedim(0, 2).numpy()
