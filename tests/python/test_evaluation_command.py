@@ -18,7 +18,7 @@ from solidtex_export.commands import evaluate as command
 from solidtex_export.evaluation import subjects
 from solidtex_export.evaluation.comparison import Settings
 from solidtex_export.evaluation.evaluate import evaluate
-from solidtex_export.evaluation.subjects import Subject, SubjectError, View, judged_views
+from solidtex_export.evaluation.subjects import Subject, SubjectError, View, compared_views
 from solidtex_export.images.exemplar import Exemplar
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
@@ -135,7 +135,7 @@ def test_pictures_of_others_are_compared_in_the_same_way(
     assert copying["views"]["good"] < 0.3 and copying["views"]["copy"] > 0.85
     assert document["repetition"]["copy"]["repeats"]
     assert not document["repetition"]["good"]["repeats"]
-    assert "binary patterns" in capsys.readouterr().out
+    assert "LBP distance" in capsys.readouterr().out
 
 
 def test_maps_are_compared_each_and_together(tmp_path: Path) -> None:
@@ -186,12 +186,12 @@ def test_oblique_slices_with_grain_contain_z() -> None:
 
 
 def test_which_views_have_an_exemplar() -> None:
-    assert judged_views({}, 1) == {"x": 0, "y": 0, "z": 0, "oblique": 0}
-    assert judged_views({"directions": "xy"}, 1) == {"x": 0, "y": 0, "oblique": 0}
-    assert judged_views({"directions": "z"}, 1) == {"z": 0}
-    assert judged_views({"directions": "xz"}, 2) == {"x": 0, "z": 1}
+    assert compared_views({}, 1) == {"x": 0, "y": 0, "z": 0, "oblique": 0}
+    assert compared_views({"directions": "xy"}, 1) == {"x": 0, "y": 0, "oblique": 0}
+    assert compared_views({"directions": "z"}, 1) == {"z": 0}
+    assert compared_views({"directions": "xz"}, 2) == {"x": 0, "z": 1}
     with pytest.raises(SubjectError, match="found 2, expected 1, or 3"):
-        judged_views({"directions": "xyz"}, 2)
+        compared_views({"directions": "xyz"}, 2)
 
 
 def test_refusals(exemplar: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,7 +13,6 @@ from textures_2d import blobs, blurred, random_phase, shuffled
 from solidtex_export.evaluation.comparison import Distance, Reference, Settings, channel_groups
 from solidtex_export.evaluation.metrics import standard_metrics
 from solidtex_export.evaluation.metrics.autocorrelation import correlation, covariance_by_lag
-from solidtex_export.evaluation.metrics.binary_patterns import PATTERNS, RADII, BinaryPatterns
 from solidtex_export.evaluation.metrics.fourier import FourierMagnitudes
 from solidtex_export.evaluation.metrics.inception import (
     LAYERS,
@@ -21,6 +20,7 @@ from solidtex_export.evaluation.metrics.inception import (
     WeightsError,
     frechet_distance,
 )
+from solidtex_export.evaluation.metrics.lbp import PATTERNS, RADII, LbpDistance
 from solidtex_export.evaluation.metrics.patches import SlicedWasserstein
 from solidtex_export.evaluation.metrics.spectrum import PowerSpectrum
 from solidtex_export.evaluation.pictures import crop_side, halvings, oriented
@@ -139,7 +139,7 @@ def test_correlation_of_a_wave_is_the_wave() -> None:
 
 
 def test_binary_patterns_of_a_flat_and_a_checkered_picture() -> None:
-    metric = BinaryPatterns()
+    metric = LbpDistance()
     flat = metric.features(np.full((1, 40, 40, 1), 0.5))
     assert flat.shape == (1, len(RADII), PATTERNS)
     assert np.allclose(flat.max(-1), 1)  # ties count as brighter: one pattern everywhere

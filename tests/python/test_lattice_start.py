@@ -5,8 +5,8 @@ import copy
 import pytest
 import torch
 
+from solidtex_export.generators.init import quiet_fine_noise, smooth_coarse_features
 from solidtex_export.generators.lattice import Box, LatticeGenerator
-from solidtex_export.generators.lattice_start import quiet_fine_noise, smooth_coarse_features
 
 
 @pytest.fixture

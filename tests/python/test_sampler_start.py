@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 import torch
 
+from solidtex_export.generators.init import init_grain
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
-from solidtex_export.generators.sampler_start import start_with_grain
 
 CPU = torch.device("cpu")
 
@@ -14,14 +14,14 @@ CPU = torch.device("cpu")
 def test_without_short_octaves_all_are_stretched() -> None:
     sampler = OctaveSampler(octaves=8, hidden_layers=3, width=16, noise_at="input")
     before = sampler.scales.clone()
-    start_with_grain(sampler, 30.0, 0)
+    init_grain(sampler, 30.0, 0)
     assert torch.allclose(sampler.scales[..., :2], before[..., :2])
     assert torch.allclose(sampler.scales[..., 2], before[..., 2] / 30)
 
 
 def test_short_octaves_go_from_round_to_almost_as_long_as_the_grain() -> None:
     sampler = OctaveSampler(octaves=8, coarsest=32.0, hidden_layers=3, width=16, noise_at="input")
-    start_with_grain(sampler, 16.0, 2)
+    init_grain(sampler, 16.0, 2)
     across, along = 1 / sampler.scales[:, 0, 0], 1 / sampler.scales[:, 0, 2]
     expected = torch.tensor([32, 16, 8, 4, 2, 1, 1, 2**0.5])
     assert torch.allclose(across, expected)
@@ -31,7 +31,7 @@ def test_short_octaves_go_from_round_to_almost_as_long_as_the_grain() -> None:
 @pytest.mark.parametrize("noise_at", ["input", "hidden"])
 def test_short_octaves_are_silent_until_training_wants_them(noise_at: str) -> None:
     sampler = OctaveSampler(octaves=8, hidden_layers=3, width=16, noise_at=noise_at)
-    start_with_grain(sampler, 16.0, 2)
+    init_grain(sampler, 16.0, 2)
     lattice = HashedLattice(8, CPU)
     points = torch.rand(50, 3) * 40
     loud = lambda cells: lattice(cells) * torch.tensor([1.0] * 6 + [5.0] * 2).view(-1, 1)  # noqa: E731

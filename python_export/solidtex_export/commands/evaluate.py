@@ -40,7 +40,7 @@ def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
         "Compare slices of a model, or pictures of slices, with the photograph that it learned"
-        " from. Distances are given as multiples of the photograph's distance to itself.",
+        " from. Distances are relative to self-distance, that of the photograph's halves.",
         EXAMPLES,
     )
     p.usage = f"{PROGRAM} [options] (MODEL.solidtex | --slices PATH) EXEMPLAR [EXEMPLAR ...]"
@@ -91,7 +91,7 @@ def view(text: str) -> tuple[str, Path]:
 
 
 def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
-    """Tell the model from its photographs, and refuse what cannot work."""
+    """Separate the model from its photographs, and refuse what cannot work."""
     if not args.slices and len(args.paths) < 2:
         p.error("EXEMPLAR: found none, expected a photograph after the model")
     if args.slices and len(args.paths) > 1:
@@ -167,19 +167,19 @@ def trained_record(path: Path, training: dict[str, Any]) -> dict[str, Any] | Non
 def make_subject(args: argparse.Namespace, training: dict[str, Any], side: int) -> Subject:
     if args.slices:
         return subjects.from_pictures(args.slices)
-    judged = subjects.judged_views(training, len(args.photos))
-    return subjects.from_model(args.model, 2 * side, args.seed, judged)
+    compared = subjects.compared_views(training, len(args.photos))
+    return subjects.from_model(args.model, 2 * side, args.seed, compared)
 
 
 def summary(result: Evaluation) -> str:
-    """A line for each metric: how many times the exemplar's distance to itself, by view."""
+    """A line for each metric: the distance relative to self-distance, by view."""
     lines = []
     for group, distances in result.document["distances"].items():
         columns = {"overall": distances["overall"], **distances["views"]}
         lines.append(f"{group:<20}" + "".join(f"{name:>10}" for name in columns))
         for metric, title in distances["titles"].items():
-            multiples = [column[metric]["multiple"] for column in columns.values()]
-            texts = ["-" if m is None else f"{m:.2f}" for m in multiples]
+            relative = [column[metric]["multiple"] for column in columns.values()]
+            texts = ["-" if m is None else f"{m:.2f}" for m in relative]
             lines.append(f"  {title:<18}" + "".join(f"{text:>10}" for text in texts))
     return "\n".join(lines)
 

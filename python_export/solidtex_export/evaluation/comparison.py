@@ -1,4 +1,4 @@
-"""Distances between slices and an exemplar, and as multiples of the exemplar's to itself."""
+"""Distances between slices and an exemplar, absolute and relative to self-distance."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from solidtex_export.evaluation.metrics import Metric, standard_metrics
 from solidtex_export.evaluation.pictures import crop_side, halvings, oriented, random_crops
 from solidtex_export.images.channels import groups
 
-NO_DISTANCE = 1e-9  # an exemplar that is this alike to itself has no multiples
+NO_DISTANCE = 1e-9  # a smaller self-distance gives no relative one
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Distance:
-    """A distance and how many times that of the exemplar to itself it is."""
+    """A distance; `multiple` is relative to self-distance, None where that is 0."""
 
     value: float
     multiple: float | None
@@ -36,9 +36,9 @@ class Distance:
 class Reference:
     """An exemplar [row, column, channel], cut into halves that are compared with each other.
 
-    The distance of the exemplar to itself is that of random crops of one half and as many of the
-    other, which share no pixel; that of a synthesis is the mean of its distances to the two. Where
-    the exemplar is large enough it is halved both ways and the means are taken. All sets have the
+    Self-distance is the distance between random crops of one half and as many of the other, which
+    share no pixel. The distance of a synthesis is the mean of its distances to the two halves. An
+    exemplar that is large enough is halved both ways, and the means are taken. All sets have the
     same number of crops of the same side.
     """
 
@@ -86,8 +86,8 @@ def channel_groups(channels: tuple[str, ...]) -> dict[str, list[int]]:
 
 
 def mean_distance(distances: list[Distance]) -> Distance:
-    """Mean over views; of multiples too, where all have one."""
-    multiples = [d.multiple for d in distances if d.multiple is not None]
-    known = len(multiples) == len(distances)
+    """Mean over views; of relative distances too, where all have one."""
+    relative = [d.multiple for d in distances if d.multiple is not None]
+    known = len(relative) == len(distances)
     value = float(np.mean([d.value for d in distances]))
-    return Distance(value, float(np.mean(multiples)) if known else None)
+    return Distance(value, float(np.mean(relative)) if known else None)

@@ -15,7 +15,7 @@ from solidtex_export import __version__
 from solidtex_export.evaluation.evaluate import Evaluation
 from solidtex_export.evaluation.subjects import BLOCK
 
-GOOD, FAIR = 1.5, 3.0  # multiples up to which a cell is green, yellow
+GOOD, FAIR = 1.5, 3.0  # relative distances up to which a cell is green, yellow
 COPIED = 0.35  # coherence of an exemplar's halves above which they are called partly the same
 CAPTIONS = {f"slice {axis}": f"normal to {axis}" for axis in "xyz"} | {"slice oblique": "oblique"}
 
@@ -61,7 +61,7 @@ def _warnings(document: dict[str, Any]) -> list[str]:
     copied = max(document["copying"]["self"]) > COPIED
     text = (
         "The exemplar repeats itself (see Copying and Repetition): its halves are partly the same,"
-        " its distance to itself is too small, and all multiples are too large."
+        " its self-distance is too small, and all relative distances are too large."
     )
     return [text] if repeating or copied else []
 

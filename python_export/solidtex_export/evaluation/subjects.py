@@ -1,4 +1,4 @@
-"""What is judged: slices of a model, cut by the C++ engine, or pictures of slices from anywhere."""
+"""What is evaluated: slices of a model, cut by the engine, or pictures of slices."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ SLICES = 4  # of each view, each with twice the side of a crop
 BLOCK = 128  # voxels: side of the cube and of the repetition test
 FAR = 1 << 20  # texels: slices lie within this distance of the origin
 FAR_BLOCK = (1 << 16, 0, 0)  # where the second block of the repetition test begins
-SMALLEST_PICTURE = 32  # pixels: what binary patterns and pyramids need
+SMALLEST_PICTURE = 32  # pixels: what the LBP distance and pyramids need
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".exr")
 UNLIMITED = 1 << 30  # a resolution that leaves pictures as they are
 
 
 class SubjectError(ValueError):
-    """What cannot be judged; the message names the file."""
+    """What cannot be evaluated; the message names the file."""
 
 
 @dataclass(frozen=True)
@@ -55,24 +55,24 @@ class Subject:
     blocks: list[np.ndarray] = field(default_factory=list)
 
 
-def from_model(path: Path, side: int, seed: int, judged: Mapping[str, int]) -> Subject:
+def from_model(path: Path, side: int, seed: int, compared: Mapping[str, int]) -> Subject:
     """Slices of `side` texels normal to x, y, z and oblique ones, at random places.
 
-    `judged` has the exemplar's index for each view that has one.
+    `compared` has the exemplar's index for each view that has one.
     """
     document = model_file.read(path).document
     channels = tuple(document["channels"])
     rng = np.random.default_rng(seed)
     with engine.open_model(path, seed) as texture:
         views = {d: [_axis_slice(texture, d, side, rng) for _ in range(SLICES)] for d in SLICE_AXES}
-        planes = _oblique_planes("z" if "z" not in judged else None, rng)
+        planes = _oblique_planes("z" if "z" not in compared else None, rng)
         views["oblique"] = [_oblique_slice(texture, *plane, side, rng) for plane in planes]
         blocks = [texture.eval_box(origin, (BLOCK,) * 3) for origin in ((0, 0, 0), FAR_BLOCK)]
     if document["color_space"] == "linear":
         blocks = [_displayed(block, channels) for block in blocks]
         views = {n: [_displayed(p, channels) for p in pictures] for n, pictures in views.items()}
     return Subject(
-        path.stem, channels, [View(n, v, judged.get(n)) for n, v in views.items()], blocks
+        path.stem, channels, [View(n, v, compared.get(n)) for n, v in views.items()], blocks
     )
 
 
@@ -116,7 +116,7 @@ def _oblique_slice(
     return values.reshape(side, side, -1)
 
 
-def judged_views(training: Mapping[str, Any], exemplars: int) -> dict[str, int]:
+def compared_views(training: Mapping[str, Any], exemplars: int) -> dict[str, int]:
     """Which exemplar each view should look like, after the directions that were trained.
 
     Oblique slices are compared with one photograph that is right in all directions, or, with grain

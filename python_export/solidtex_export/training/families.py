@@ -6,11 +6,10 @@ from typing import Any
 
 from solidtex_export.analysis.grain import grain_ratio
 from solidtex_export.generators.build import Generator, build_generator
+from solidtex_export.generators.init import init_grain, quiet_fine_noise, smooth_coarse_features
 from solidtex_export.generators.lattice import BaseLattice, LatticeGenerator
-from solidtex_export.generators.lattice_start import quiet_fine_noise, smooth_coarse_features
 from solidtex_export.generators.oblique import ObliqueSlices
 from solidtex_export.generators.sampler import OctaveSampler
-from solidtex_export.generators.sampler_start import start_with_grain
 from solidtex_export.generators.slices import LatticeSlices, SamplerSlices, SliceSource
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.training.config import Config
@@ -54,7 +53,7 @@ def build(
     planes = _planes(config)
     if planes == "about-z" and config.method.slicing.planes == "auto":
         grain = _grain_at_start(exemplars[0])
-        start_with_grain(generator, grain, config.method.grain.short_octaves)
+        init_grain(generator, grain, config.method.grain.short_octaves)
     return generator, SamplerSlices(generator, planes), None
 
 

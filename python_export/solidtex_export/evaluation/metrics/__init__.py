@@ -12,8 +12,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from solidtex_export.evaluation.metrics.autocorrelation import Autocorrelation
-from solidtex_export.evaluation.metrics.binary_patterns import BinaryPatterns
 from solidtex_export.evaluation.metrics.fourier import FourierMagnitudes
+from solidtex_export.evaluation.metrics.lbp import LbpDistance
 from solidtex_export.evaluation.metrics.patches import SlicedWasserstein
 from solidtex_export.evaluation.metrics.spectrum import PowerSpectrum
 
@@ -32,7 +32,7 @@ class Metric(Protocol):
 def standard_metrics(exemplar: np.ndarray, inception: Path | None = None) -> list[Metric]:
     """The metrics for an exemplar [row, column, channel]; SIFID where there are weights for it."""
     metrics: list[Metric] = [
-        BinaryPatterns(),
+        LbpDistance(),
         Autocorrelation(),
         FourierMagnitudes(),
         SlicedWasserstein(exemplar),

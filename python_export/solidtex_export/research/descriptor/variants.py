@@ -1,9 +1,6 @@
 """Hard negatives: textures that differ from a given one in one respect only.
 
-Tried besides: small patches of other places, at whose borders lines end, as two of six kinds. After
-800 steps crops were recognised as well (97.0 %), by deep layers better. Red marble, 1000 steps from
-three seeds each: patterns along the axes 1.52 to 1.73 (with these weights 1.83 to 1.85), but its
-veins were broken twice, as they are with these. losses/patches.py joins them.
+What else was tried: docs/experiments/hard-negatives.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Multi-scale local binary patterns (Ojala, Pietikäinen, Mäenpää 2002)."""
+"""LBP distance: multi-scale local binary patterns (Ojala, Pietikäinen, Mäenpää 2002)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NEIGHBOURS = 8
 PATTERNS = 59  # of 8 neighbours: 58 with at most two changes around the circle, and all others
 
 
-class BinaryPatterns:
+class LbpDistance:
     """L1 distance of histograms of local binary patterns, averaged over the radii 1 to 8.
 
     A pattern says which of 8 points on a circle are at least as bright as its centre (bilinear
@@ -23,7 +23,7 @@ class BinaryPatterns:
     """
 
     name = "binary_patterns"
-    title = "binary patterns"
+    title = "LBP distance"
 
     def features(self, crops: np.ndarray) -> np.ndarray:
         """Histograms [channel, radius, pattern], each of sum 1."""
