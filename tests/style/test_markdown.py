@@ -115,3 +115,9 @@ def test_lines_are_wrapped(page: Path) -> None:
         if len(re.sub(r"\]\([^)]*\)", "]", line)) > WIDTH and not line.startswith("|")
     ]
     assert not wide, "\n".join(wide)
+
+
+def test_every_experiment_is_listed() -> None:
+    folder = REPOSITORY / "docs" / "experiments"
+    listed = set(re.findall(r"\]\(([\w-]+\.md)\)", (folder / "README.md").read_text()))
+    assert listed == {page.name for page in folder.glob("*.md")} - {"README.md"}
