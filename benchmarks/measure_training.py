@@ -1,4 +1,4 @@
-"""Measures what training costs: peak memory and seconds per step, by method and slice size."""
+"""Measures what training costs: peak memory and seconds per step, by preset and slice size."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from solidtex_export.commands import cli
 from solidtex_export.commands.train import make_trainer
 from solidtex_export.commands.train_options import check
 from solidtex_export.commands.train_options import parser as train_parser
-from solidtex_export.training.preset_file import shipped
+from solidtex_export.training.presets import shipped
 
 PROGRAM = "measure_training.py"
 MIB = 1 << 20
 
 EXAMPLES = f"""  {PROGRAM} --size 128 256
-  {PROGRAM} --method gutierrez gramgan --size 96 --threads 2
+  {PROGRAM} --preset gutierrez gramgan --size 96 --threads 2
   {PROGRAM} --size 512 1024 --steps 2 --device cuda
 Losses that join later are on in the second half of the steps. Memory is what the whole process held
 at most (on CUDA what torch did on the device); "start" is the same before the first step. Seconds
@@ -62,7 +62,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
-    p.add_argument("--method", nargs="+", choices=shipped(), default=[LATTICE])
+    p.add_argument(
+        "--preset", "--method", dest="method", nargs="+", choices=shipped(), default=[LATTICE]
+    )
     p.add_argument("--size", nargs="+", type=int, default=[128], help="side of the slices")
     p.add_argument("--steps", type=int, default=6, help="of each training (default: 6)")
     p.add_argument("--threads", type=int, default=1, help="CPU threads (default: 1)")
@@ -89,7 +91,7 @@ def measure(case: Case) -> Cost:
         side = case.size + case.size // 2
         pixels = np.random.default_rng(0).integers(0, 256, (side, side, 3), np.uint8)
         Image.fromarray(pixels).save(f"{folder}/noise.png")
-        command = [f"{folder}/noise.png", "-o", f"{folder}/result", "--method", case.method]
+        command = [f"{folder}/noise.png", "-o", f"{folder}/result", "--preset", case.method]
         command += ["--size", str(case.size), "--steps", str(case.steps), "--device", case.device]
         p = train_parser()
         args = p.parse_args([*command, *(["--compile"] if case.compile else [])])

@@ -1,20 +1,122 @@
-"""Fields of settings with their limits."""
+"""Settings that are read from TOML: one reader, one base of typed tables, one kind of message."""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import field
-from typing import Any
+import json
+import tomllib
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_args
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Strict, ValidationError
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+T = TypeVar("T")
+Model = TypeVar("Model", bound="Settings")
+
+Array = Annotated[tuple[T, ...], Strict(False)]
+"""TOML and JSON have lists where Python has tuples."""
+Pair = Annotated[tuple[T, T], Strict(False)]
 
 
-def choice(*values: str, default: str | None = None) -> Any:
-    """A string field with few possible values."""
-    metadata = {"choices": values}
-    return (
-        field(metadata=metadata) if default is None else field(default=default, metadata=metadata)
-    )
+class SettingsError(ValueError):
+    """What is wrong with settings: the file, the field, found, expected."""
 
 
-def number(low: float, high: float, default: Any = dataclasses.MISSING) -> Any:
-    """A number, or an array of them, within bounds."""
-    return field(default=default, metadata={"range": (low, high)})
+class Settings(BaseModel):
+    """A table: no unknown key, no missing one, no conversion but of integers to numbers."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def within(low: float, high: float) -> AfterValidator:
+    """Bounds of a number."""
+
+    def check(value: float) -> float:
+        if not low <= value <= high:
+            raise expected(f"{low:g} to {high:g}")
+        return value
+
+    return AfterValidator(check)
+
+
+def expected(what: str) -> PydanticCustomError:
+    """Raised by the validator of one field."""
+    return PydanticCustomError("expected", "expected {what}", {"what": what})
+
+
+def wrong(where: str, found: Any, what: str) -> PydanticCustomError:
+    """Raised by the validator of a table, for one of its fields."""
+    sentence = f"{where}: found {show(found)}, expected {what}"
+    return PydanticCustomError("wrong", "{sentence}", {"sentence": sentence})
+
+
+def show(value: Any) -> str:
+    """JSON text of a value, short enough for a message."""
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def read_toml(path: Path | Traversable) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise SettingsError(f"{path}: found no readable TOML ({error}), expected some") from error
+
+
+def validated(model: type[Model], values: Any, label: str) -> Model:
+    """The table as a model; an error begins with `label` and names the first wrong field."""
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise SettingsError(f"{label}: {_sentence(model, first)}") from error
+
+
+_KINDS = {
+    "bool": "true or false",
+    "int": "an integer",
+    "float": "a number",
+    "finite_number": "a number",
+    "string": "a string",
+    "tuple": "an array",
+    "list": "an array",
+    "dict": "a table",
+    "model": "a table",
+}
+
+
+def _sentence(model: type[Settings], error: ErrorDetails) -> str:
+    where = ".".join(map(str, error["loc"]))
+    if error["type"] == "wrong":
+        inside = error["ctx"]["sentence"]
+        return f"{where}.{inside}" if where else inside
+    if error["type"] == "missing":
+        return f"{where}: found nothing, expected this key"
+    if error["type"] == "extra_forbidden":
+        known = ", ".join(_table(model, error["loc"][:-1]).model_fields)
+        return f"{where}: found an unknown key, expected {known}"
+    return f"{where}: found {show(error['input'])}, expected {_expected(error)}"
+
+
+def _expected(error: ErrorDetails) -> str:
+    context = error.get("ctx", {})
+    if error["type"] == "expected":
+        return str(context["what"])
+    if error["type"] == "literal_error":
+        return "one of " + str(context["expected"]).replace("'", "").replace(" or ", ", ")
+    if error["type"] == "too_long":
+        return f"an array of {context['max_length']}"
+    kind = error["type"].removesuffix("_type").removesuffix("_parsing")
+    return _KINDS.get(kind, error["msg"])
+
+
+def _table(model: type[Settings], path: tuple[int | str, ...]) -> type[Settings]:
+    """The model of a table inside another; keys of a dictionary of tables lead to their model."""
+    found: Any = model
+    for key in path:
+        if isinstance(found, type) and issubclass(found, Settings):
+            found = found.model_fields[str(key)].annotation
+        elif arguments := get_args(found):
+            found = arguments[-1]
+    return found if isinstance(found, type) and issubclass(found, Settings) else model

@@ -1,4 +1,4 @@
-"""Every method in small, for tests: its settings, a photograph, and trainers of a few steps."""
+"""Every preset in small, for tests: its settings, a photograph, and trainers of a few steps."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from PIL import Image
 
+from solidtex_export.analysis.choice import LATTICES
 from solidtex_export.commands import train as cli_train
 from solidtex_export.images.channels import COLOR
 from solidtex_export.images.exemplar import Exemplar
@@ -21,18 +22,22 @@ LATTICE = ["generator.sizes.levels=3", "generator.sizes.step_channels=2"]
 SAMPLER = ["generator.sizes.octaves=4", "generator.sizes.hidden_layers=3"]
 SAMPLER += ["generator.sizes.width=8"]
 CRITIC = ["critic.widths=[4,6]", "critic.batch=2", "projected_critic.head_width=4"]
-RANDOM = ["losses.0.groups=[[4],[4]]"]
+RANDOM = ["losses.descriptor.groups=[[4],[4]]"]
+FEATURES = ("gram", "autocorrelation", "diversity", "smoothness")
 SMALL = {
     "lattice": [*LATTICE, *CRITIC],
     "sampler": [*SAMPLER, "grain.short_octaves=1", *CRITIC],
     "gutierrez": [*LATTICE, *RANDOM],
-    "babichev": [*LATTICE, *(f"losses.{i}.groups=[[4],[4],[4]]" for i in range(4))],
+    "babichev": [*LATTICE, *(f"losses.{name}.groups=[[4],[4],[4]]" for name in FEATURES)],
     "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
     "gramgan": [*SAMPLER, *CRITIC],
     "henzler": [*SAMPLER, *RANDOM],
     "random-networks-lattice": [*LATTICE, *CRITIC, *RANDOM],
     "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
 }
+SMALL |= {name: SMALL["lattice"] for name in LATTICES}
+PRESETS = sorted(set(SMALL) - set(LATTICES))
+"""One for each of which `lattice` may stand."""
 
 
 def save_photo(path: Path) -> Path:
@@ -72,13 +77,13 @@ def begin(*arguments: str) -> Trainer:
     """What solidtex-train makes of these arguments, before its first step."""
     p = cli_train.parser()
     args = p.parse_args([*arguments, "--device", "cpu"])
-    cli_train.check(p, args)
-    return cli_train.make_trainer(args)
+    asked = cli_train.request_of(p, args)
+    return cli_train.make_trainer(asked, args.result, use_cuda=False, compiled=args.compile)
 
 
-def make_trainer(photos: list[Path], result: Path, method: str, *more: str) -> Trainer:
-    settings = [part for setting in SMALL[method] for part in ("--set", setting)]
-    arguments = [*map(str, photos), "-o", str(result), "--method", method, "--steps", "4"]
+def make_trainer(photos: list[Path], result: Path, preset: str, *more: str) -> Trainer:
+    settings = [part for setting in SMALL[preset] for part in ("--set", setting)]
+    arguments = [*map(str, photos), "-o", str(result), "--preset", preset, "--steps", "4"]
     return begin(*arguments, *settings, *more, "--size", "32", "--resolution", "48")
 
 

@@ -11,12 +11,11 @@ from PIL import Image
 from small_trainings import CRITIC, LATTICE, SMALL, config_of, of_solid
 from torch import Tensor
 
-from solidtex_export.analysis import choice
-from solidtex_export.analysis.choice import Choice
-from solidtex_export.analysis.choice import suited as suited_in
-from solidtex_export.analysis.structure import outlines
+from solidtex_export.analysis.choice import LATTICES, Choice, choose_preset, lattice_preset
+from solidtex_export.analysis.measurements import Measurements
+from solidtex_export.analysis.structure import MeasuredImage
 from solidtex_export.analysis.surrogate import surrogate
-from solidtex_export.analysis.symmetry import Symmetry, symmetry_of
+from solidtex_export.analysis.symmetry import Symmetry
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
@@ -26,8 +25,7 @@ distance = LearnedDescriptor(load_weights(SHIPPED)).loss
 
 
 def suited(picture: Exemplar, directions: str) -> Choice:
-    symmetry = lambda: symmetry_of([picture], True, distance)  # noqa: E731
-    return suited_in(picture, directions, symmetry, distance)
+    return choose_preset(Measurements([picture], directions, lambda: distance))
 
 
 def grains() -> Tensor:
@@ -60,10 +58,10 @@ def test_surrogates_of_odd_sizes_keep_colours_together() -> None:
     assert float(torch.corrcoef(other.flatten(1))[0, 1]) > 0.9
 
 
-def test_outlines_are_the_same_in_every_call_and_leave_the_generator_alone() -> None:
+def test_the_structure_score_is_the_same_in_every_call_and_leaves_the_generator_alone() -> None:
     picture = Exemplar("grains", "", grains())
     before = torch.get_rng_state()
-    first, second = (outlines(picture, distance) for _ in range(2))
+    first, second = (MeasuredImage(picture, distance).structure_score for _ in range(2))
     assert first == second
     assert torch.equal(before, torch.get_rng_state())
 
@@ -71,17 +69,17 @@ def test_outlines_are_the_same_in_every_call_and_leave_the_generator_alone() -> 
 @pytest.mark.parametrize("name", ["brick", "spheres", "paint"])
 def test_what_has_outlines_gets_a_lattice(name: str) -> None:
     found = suited(of_solid(name, side=SIDE), "xyz")
-    assert found.method == "lattice" and "outlines" in found.reason
+    assert found.value == "lattice" and "structure score" in found.reason
 
 
 def test_what_looks_different_turned_gets_a_lattice() -> None:
     found = suited(stretched(8), "xyz")
-    assert found.method == "lattice" and "turned" in found.reason
+    assert found.value == "lattice" and "turned" in found.reason
 
 
 def test_veins_get_a_lattice() -> None:
     found = suited(of_solid("marble", side=SIDE), "xyz")
-    assert found.method == "lattice" and "lines of" in found.reason
+    assert found.value == "lattice" and "line elongation" in found.reason
 
 
 @pytest.mark.parametrize(
@@ -91,11 +89,11 @@ def test_veins_get_a_lattice() -> None:
 def test_short_lines_need_some_outlines(
     lines: float, outlined: float, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(choice, "line_length", lambda exemplars: lines)
-    monkeypatch.setattr(choice, "outlines", lambda exemplar, distance: outlined)
-    shown = lambda: Symmetry("all", "")  # noqa: E731
-    picture = Exemplar("grains", "", grains())
-    assert suited_in(picture, "xyz", shown, distance).method == method
+    measured = Measurements([Exemplar("grains", "", grains())], "xyz", lambda: distance)
+    monkeypatch.setattr(measured, "line_elongation", lines)
+    monkeypatch.setattr(measured, "structure_score", outlined)
+    monkeypatch.setattr(measured, "symmetry", Symmetry("all", ""))
+    assert choose_preset(measured).value == method
 
 
 def stretched(times: int) -> Exemplar:
@@ -107,20 +105,20 @@ def stretched(times: int) -> Exemplar:
 def test_layers_that_lie_and_short_grain_get_a_lattice() -> None:
     for exemplar in (of_solid("sandstone", side=SIDE), stretched(1), stretched(3)):
         found = suited(exemplar, "xy")
-        assert found.method == "lattice" and "grain" in found.reason
+        assert found.value == "lattice" and "grain" in found.reason
 
 
 def test_grains_and_long_grain_get_a_sampler() -> None:
-    assert suited(stretched(1), "xyz").method == "sampler"
-    assert suited(stretched(8), "xy").method == "sampler"
-    assert suited(of_solid("wood", side=SIDE), "xy").method == "sampler"
+    assert suited(stretched(1), "xyz").value == "sampler"
+    assert suited(stretched(8), "xy").value == "sampler"
+    assert suited(of_solid("wood", side=SIDE), "xy").value == "sampler"
 
 
 @pytest.mark.parametrize("directions", ["xyz", "xy"])
 def test_a_photograph_of_one_tone_has_nothing_to_measure(directions: str) -> None:
     plain = Exemplar("plain", "", torch.full((3, SIDE, SIDE), 0.4))
     expected = {"xyz": "sampler", "xy": "lattice"}[directions]
-    assert suited(plain, directions).method == expected
+    assert suited(plain, directions).value == expected
 
 
 def test_the_command_chooses_only_where_nothing_is_said(
@@ -130,10 +128,39 @@ def test_the_command_chooses_only_where_nothing_is_said(
     pixels = (255 * grains().clamp(0, 1)).byte().permute(1, 2, 0).numpy()
     Image.fromarray(pixels).save(photo)
     chosen = config_of(photo, tmp_path / "chosen")
-    assert (chosen["method_name"], chosen["family"]) == ("sampler", "sampler")
-    assert "outlines" in capsys.readouterr().out
+    assert (chosen["preset"], chosen["family"]) == ("sampler", "sampler")
+    said = capsys.readouterr().out
+    assert "structure score" in said and "so --preset sampler" in said
+    (reason,) = chosen["reasons"]
+    assert reason in said
     settings = [part for s in [*LATTICE, *CRITIC] for part in ("--set", s)]
-    assert config_of(photo, tmp_path / "set", *settings)["method_name"] == "lattice"
+    assert config_of(photo, tmp_path / "set", *settings)["preset"] == "lattice-outlines"
     named = [part for s in SMALL["lattice"] for part in ("--set", s)]
-    assert config_of(photo, tmp_path / "x", "--directions", "z", *named)["method_name"] == "lattice"
-    assert capsys.readouterr().out == ""
+    assert (
+        config_of(photo, tmp_path / "x", "--directions", "z", *named)["preset"]
+        == "lattice-outlines"
+    )
+    assert "structure score" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("elongation", "symmetry", "maps", "preset"),
+    [
+        (3.2, "all", False, "lattice-grains"),
+        (3.3, "all", False, "lattice-outlines"),
+        (8.9, "all", True, "lattice-grains"),
+        (9.0, "all", False, "lattice-lines"),
+        (9.0, "all", True, "lattice-lines-maps"),
+        (14.9, "flips", False, "lattice-outlines"),
+        (14.9, "none", True, "lattice-grains"),
+        (15.0, "all", False, "lattice-veins"),
+        (15.0, "all", True, "lattice-veins-maps"),
+        (15.0, "flips", False, "lattice-fibers"),
+        (15.0, "none", True, "lattice-fibers-maps"),
+    ],
+)
+def test_longer_lines_have_other_presets(
+    elongation: float, symmetry: str, maps: bool, preset: str
+) -> None:
+    assert lattice_preset(elongation, symmetry, maps) == preset
+    assert preset in LATTICES

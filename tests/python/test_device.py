@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import torch
 from pretend_device import CPU, pretend_device
-from small_trainings import SMALL, make_trainer, save_photo, save_specks, save_vgg, train
+from small_trainings import PRESETS, make_trainer, save_photo, save_specks, save_vgg, train
 
 from solidtex_export.training import ranks
 
@@ -34,7 +34,7 @@ def test_tensors_of_two_devices_do_not_mix(device: torch.device) -> None:
     assert here.copy_(2 * there).device == CPU and here.tolist() == [2, 2, 2]
 
 
-@pytest.mark.parametrize("method", sorted(SMALL))
+@pytest.mark.parametrize("method", PRESETS)
 def test_method_trains_there(method: str, tmp_path: Path, device: torch.device) -> None:
     """With a map and a stop in between."""
     photo = save_photo(tmp_path / "photo.png")

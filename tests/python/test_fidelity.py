@@ -20,7 +20,7 @@ from solidtex_export.research.fidelity.cell import Cell
 from solidtex_export.research.fidelity.plan import PlanError, photograph, read_plan
 from solidtex_export.research.fidelity.table import write_table
 from solidtex_export.research.solids.materials import SOLIDS
-from solidtex_export.training.preset_file import shipped
+from solidtex_export.training.presets import shipped
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS, MODELS = REPOSITORY / "docs", REPOSITORY / "models"
@@ -72,7 +72,7 @@ def test_the_method_default_is_none_at_all(plan: Path, tmp_path: Path) -> None:
     plan.write_text(PLAN.replace('"lattice"', '"default"'))
     read = read_plan(plan)
     cell = Cell(read, read.exemplars[0], read.methods[0], tmp_path / "all", tmp_path)
-    assert not any(option.startswith("--method") for option in cell._training(tmp_path))
+    assert not any(option.startswith("--preset") for option in cell._training(tmp_path))
 
 
 def test_a_plan_is_trained_judged_and_written_once(
@@ -84,7 +84,7 @@ def test_a_plan_is_trained_judged_and_written_once(
     rock = tmp_path / "all" / "rock"
     assert [call[0] for call in calls] == ["train", "export", "evaluate", "train"]
     assert calls[0][1:4] == [str(rock / "exemplar.png"), "-o", str(rock / "lattice" / "result")]
-    options = {"--method=lattice", "--minutes=0.01", "--size=48", "--resolution=100"}
+    options = {"--preset=lattice", "--minutes=0.01", "--size=48", "--resolution=100"}
     assert options <= set(calls[0]) and calls[0][-2:] == ["--threads", "1"]
     assert (rock / "lattice" / "report.html").exists()
     errors = json.loads((rock / "lattice" / "solid.json").read_text())
@@ -185,14 +185,17 @@ def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("minutes = 1", "the plan: found minutes, expected exemplar, methods, minutes"),
+        ("minutes = 1", "methods: found nothing, expected this key"),
         ("]", "found no readable TOML"),
         (PLAN.replace("0.01", "0"), "minutes: found 0, expected more than 0"),
         (PLAN.replace('["lattice"]', "[]"), "methods: found []"),
         (PLAN.replace("missing", "rock"), "expected different ones"),
-        (PLAN.replace("porous", "cheese"), "exemplar[0].solid: found cheese"),
-        (PLAN.replace("pixels", "texels"), "exemplar[0]: found texels"),
-        (PLAN.replace('photo = "nowhere.png"', ""), "exemplar[1]: expected one of photo and solid"),
+        (PLAN.replace("porous", "cheese"), 'exemplar.0.solid: found "cheese"'),
+        (PLAN.replace("pixels", "texels"), "exemplar.0.texels: found an unknown key"),
+        (
+            PLAN.replace('photo = "nowhere.png"', ""),
+            "exemplar.1.photo: found null, expected one of photo and solid",
+        ),
     ],
 )
 def test_wrong_plans_are_refused(text: str, message: str, plan: Path) -> None:

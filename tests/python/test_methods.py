@@ -14,13 +14,13 @@ from pathlib import Path
 import pytest
 import torch
 from PIL import Image
-from small_trainings import SMALL, assert_equal, make_trainer, save_photo, save_vgg, train
+from small_trainings import PRESETS, SMALL, assert_equal, make_trainer, save_photo, save_vgg, train
 
 from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
 from solidtex_export.losses import vgg
 from solidtex_export.training.divergence import TrainError
-from solidtex_export.training.preset_file import MethodError, load_method, shipped
+from solidtex_export.training.presets import PresetError, load_recipe, shipped
 from solidtex_export.training.result import ResultError
 
 torch.set_num_threads(1)
@@ -31,32 +31,32 @@ def photo(tmp_path: Path) -> Path:
     return save_photo(tmp_path / "photo.png")
 
 
-def test_every_shipped_method_is_tested() -> None:
+def test_every_shipped_preset_is_tested() -> None:
     assert shipped() == sorted(SMALL)
 
 
-@pytest.mark.parametrize("method", sorted(SMALL))
+@pytest.mark.parametrize("method", PRESETS)
 def test_method_learns_maps_too(method: str, photo: Path, tmp_path: Path) -> None:
     trainer = train(make_trainer([photo], tmp_path / "r", method, "--map", f"wear={photo}"), 2)
     assert trainer.config.channels[3:] == ("wear.r", "wear.g", "wear.b")
     assert trainer.state()["generator"]["color_basis"].shape == (6, 6)
 
 
-@pytest.mark.parametrize("method", sorted(SMALL))
+@pytest.mark.parametrize("method", PRESETS)
 def test_method_trains_resumes_and_exports(method: str, photo: Path, tmp_path: Path) -> None:
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     uninterrupted = train(make_trainer([photo], whole, method))
     assert uninterrupted.finished
-    for step in (2, 3, 4):  # lattice: when the early part ends, and after it
+    for step in (2, 3, 4):  # lattice: when the initial phase ends, and after it
         resumed = train(make_trainer([photo], parts, method), steps=step)
         assert resumed.step == step
     assert resumed.finished
     assert_equal(resumed.state()["generator"], uninterrupted.state()["generator"])
     with (whole / "log.csv").open() as file:
         (row,) = csv.DictReader(file)
-    losses = uninterrupted.method.losses
-    at_times = {t.kind for t in losses if t.start > 0 or t.end < 1}
-    at_times |= set(uninterrupted.config.critics)
+    losses = uninterrupted.recipe.losses
+    at_times = {n for n, t in losses.items() if t.start > 0 or t.end < 1}
+    at_times |= set(uninterrupted.recipe.discriminators)
     for name, value in row.items():
         assert math.isfinite(float(value)) or name in at_times, name
     assert export.main([str(whole), "-o", str(tmp_path / "m.solidtex")]) == 0
@@ -86,21 +86,21 @@ def test_a_photograph_per_direction(method: str, photo: Path, tmp_path: Path) ->
     trainer = train(make_trainer([photo, other], tmp_path / "r", method, *share))
     assert trainer.finished
     expected = set() if method == "gutierrez" else {"critic"}
-    assert [set(critics) for critics in trainer.opponents] == [expected] * 2
+    assert [set(found) for found in trainer.discriminators] == [expected] * 2
 
 
 def test_critics_of_sts_gan_see_their_scales(photo: Path, tmp_path: Path) -> None:
     trainer = make_trainer([photo], tmp_path / "r", "sts-gan")
-    opponent = trainer.opponents[0]["critic"]
-    assert len(opponent.critics) == 5
+    judge = trainer.discriminators[0]["critic"]
+    assert len(judge.discriminators) == 5
     ramp = torch.arange(40.0).expand(1, 3, 40, 40)
     for scale, fraction in enumerate((0.2, 0.4, 0.6, 0.8, 1.0)):
-        view = opponent.view(ramp, scale)
+        view = judge.view(ramp, scale)
         assert view.shape == ramp.shape
         assert float(view.max() - view.min()) == pytest.approx(40 * fraction - 1)
-    before = [[p.clone() for p in critic.parameters()] for critic in opponent.critics]
+    before = [[p.clone() for p in critic.parameters()] for critic in judge.discriminators]
     train(trainer, steps=1)
-    for critic, old in zip(opponent.critics, before, strict=True):
+    for critic, old in zip(judge.discriminators, before, strict=True):
         assert any(not torch.equal(p, q) for p, q in zip(critic.parameters(), old, strict=True))
 
 
@@ -132,14 +132,14 @@ def test_vgg_weights_of_the_users(photo: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "b").exists()
     with pytest.raises(SystemExit):
         make_trainer([photo], tmp_path / "g", "gramgan", "--vgg", str(file))
-    with pytest.raises(MethodError, match=r"found 4 channels .* expected at most 3"):
+    with pytest.raises(PresetError, match=r"found 4 channels .* expected at most 3"):
         more = ("--map", f"roughness={photo.with_name('grey.png')}")
         Image.open(photo).convert("L").save(photo.with_name("grey.png"))
         make_trainer([photo], tmp_path / "m", "henzler", "--vgg", str(file), *more)
 
 
 def test_a_diverging_training_says_so(photo: Path, tmp_path: Path) -> None:
-    wild = ("--set", "optimiser.learning_rate=10", "--set", "optimiser.equalised=false")
+    wild = ("--set", "optimizer.learning_rate=10", "--set", "optimizer.per_layer_scaling=false")
     trainer = make_trainer([photo], tmp_path / "r", "lattice", *wild, "--steps", "400")
     with pytest.raises(TrainError, match=r"step \d+: .*the training diverges"):
         train(trainer)
@@ -156,7 +156,7 @@ from solidtex_export.training import ranks
 def run(name, steps):
     trainer = make_trainer([photo], results / name, "gramgan")
     train(trainer, steps)
-    networks = trainer.generator, trainer.opponents[0]["critic"].critics[0]
+    networks = trainer.generator, trainer.discriminators[0]["critic"].discriminators[0]
     found = results / f"{name}-{steps}-of-{os.environ['RANK']}.pt"
     torch.save([network.state_dict() for network in networks], found)
     return trainer
@@ -216,56 +216,64 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("mixing =", "found invalid TOML"),
+        ("mixing =", "found no readable TOML"),
         ("", "generator: found nothing, expected this key"),
         ("[generator]\nkind = 'mesh'", 'generator.kind: found "mesh", expected one of lattice'),
         ("[generator]\nkind = 'lattice'\nspeed = 1", "generator.speed: found an unknown key"),
-        ("[optimiser]\nlearning_rate = 'fast'", 'learning_rate: found "fast", expected a number'),
-        ("[optimiser]\nlearning_rate = -1", "optimiser.learning_rate: found -1.0, expected 1e-09"),
-        ("[optimiser]\nlearning_rate = nan", "optimiser.learning_rate: found NaN, expected a"),
-        ("losses = 3", "losses: found 3, expected an array"),
-        ("[[losses]]\nkind = 'gram'", "losses.0.layers: found nothing"),
-        ("[[losses]]\nkind = 'patches'\nend = 0.4", "losses: found none that always counts"),
-        ("[[losses]]\nkind = 'tones'\nline_length = 3", "losses: found none that always counts"),
+        ("[optimizer]\nlearning_rate = 'fast'", 'found "fast", expected a number'),
         (
-            "[[losses]]\nkind = 'tones'\nline_length_below = 3",
-            "losses: found none that always counts",
+            "[optimizer]\nlearning_rate = -1",
+            "optimizer.learning_rate: found -1, expected 1e-09 to 10",
         ),
-        ("[[losses]]\nkind = 'tones'\nwith_maps = false", "losses: found none that always counts"),
+        ("[optimizer]\nlearning_rate = nan", "optimizer.learning_rate: found NaN, expected a"),
+        ("losses = 3", "losses: found 3, expected named tables, such as [losses.gram]"),
+        ("[losses.gram]", "losses.gram.layers: found [], expected layer names"),
+        ("[losses.patches]\nend = 0.4", "expected at least one with start = 0 and end = 1"),
+        ("[losses.gram]\nenabled = false", "expected at least one with start = 0 and end = 1"),
+        ("[losses.mine]\nweight = 1", 'losses.mine.kind: found "mine", expected one of'),
         (
-            "[[losses]]\nkind = 'tones'\n[[losses]]\nkind = 'patches'\nstart = 0.5\nend = 0.4",
-            "losses.1.end: found 0.4, expected at least its start, 0.5",
-        ),
-        (
-            "[generator]\nkind = 'lattice'\nstatistics = 'trained'\n[early]\nsteps = 9",
-            "early.steps: found 9, expected 0 where generator.statistics are trained",
+            "[losses.patches]\nspeed = 1",
+            "losses.patches.speed: found an unknown key, expected kind",
         ),
         (
-            "[generator]\nkind = 'pyramid'\n[start]\nsmoothing = 0.5",
-            "start.smoothing: found 0.5, expected 0 for generator.kind pyramid",
+            "[losses.patches]\nstart = 0.5\nend = 0.4",
+            "losses.patches.end: found 0.4, expected at least its start, 0.5",
         ),
-        ("[slicing]\nfree_share = 0.25", "free_share: found 0.25, expected 0 without the loss of"),
-        ("[start]\nsmooth = 1", "start.smooth: found an unknown key"),
-        ("[start]\nfine_noise = 0", "start.fine_noise: found 0.0, expected 0.001 to 1"),
-        ("[early]\nsteps = -1", "early.steps: found -1, expected 0 to 1e+06"),
-        ("[early]\nline_length = -1", "early.line_length: found -1.0, expected 0 to 1e+06"),
+        ("[[losses]]\nkind = 'gram'", "losses: found an array, expected named tables"),
+        ("[losses.patches]\nline_length = 3", "losses.patches.line_length: found a key of"),
+        ("[early]\nline_length = 9", "initial_phase.line_length: found a key of"),
+        ("extends = 'alchemy'", "extends: found alchemy, expected one of babichev"),
+        ("extends = 'my.toml'", "my.toml, expected no circle"),
+        ("extends = 3", "extends: found 3, expected the name of a preset"),
+        (
+            "[generator]\nkind = 'lattice'\nstatistics = 'trained'\n[initial_phase]\nsteps = 9",
+            "initial_phase.steps: found 9, expected 0 where generator.statistics are trained",
+        ),
+        (
+            "[generator]\nkind = 'pyramid'\n[init]\nsmoothing = 0.5",
+            "init.smoothing: found 0.5, expected 0 for generator.kind pyramid",
+        ),
+        ("[slicing]\nfree_share = 0.25", "free_share: found 0.25, expected 0 without a loss of"),
+        ("[init]\nsmooth = 1", "init.smooth: found an unknown key"),
+        ("[init]\nfine_noise = 0", "init.fine_noise: found 0, expected 0.001 to 1"),
+        ("[initial_phase]\nsteps = -1", "initial_phase.steps: found -1, expected 0 to 1e+06"),
         ("[slicing]\nplanes = 'any'", 'slicing.planes: found "any", expected axes'),
-        ("[grain]\nshort_octaves = 2", "grain.short_octaves: found 2, expected 0 for this"),
+        ("[grain]\nshort_octaves = 2", 'grain: found {"short_octaves": 2, '),
     ],
 )
-def test_wrong_methods_are_named(text: str, message: str, tmp_path: Path) -> None:
-    """Each text changes or replaces tables of a method that is right."""
+def test_wrong_presets_are_named(text: str, message: str, tmp_path: Path) -> None:
+    """Each text changes or replaces tables of a preset that is right."""
     tables = {
         "generator": "[generator]\nkind = 'lattice'",
-        "optimiser": "[optimiser]\nlearning_rate = 0.1",
-        "losses": "[[losses]]\nkind = 'descriptor'",
+        "optimizer": "[optimizer]\nlearning_rate = 0.1",
+        "losses": "[losses.descriptor]",
     }
-    kept = [table for name, table in tables.items() if f"[{name}]" not in text]
-    kept = [table for table in kept if not (text.startswith("losses") and "[[" in table)]
+    kept = [table for name, table in tables.items() if f"[{name}" not in text]
+    kept = [table for table in kept if not (text.startswith("losses =") and "losses" in table)]
     path = tmp_path / "my.toml"
     path.write_text("\n".join([text, *kept] if text else []))
-    with pytest.raises(MethodError) as error:
-        load_method(str(path))
+    with pytest.raises(PresetError) as error:
+        load_recipe(str(path))
     assert str(error.value).startswith(str(path)) and message in str(error.value)
 
 
@@ -274,7 +282,7 @@ def test_wrong_methods_are_named(text: str, message: str, tmp_path: Path) -> Non
     [
         ("mixing", "expected KEY.KEY=VALUE"),
         ("mixing=average", 'mixing: found "average", expected one of sum'),
-        ("losses.99.weight=1", "found losses.99.weight=1, expected a key of the method"),
+        ("losses.0.weight=1", "found losses.0.weight=1, expected a loss by its name: descriptor"),
         ("generator.sizes.levels=two", "generator"),
     ],
 )
@@ -293,7 +301,7 @@ def test_wrong_settings_are_refused(
 def test_some_octaves_are_as_long_as_the_grain(
     photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = [str(photo), "-o", str(tmp_path / "r"), "--size", "44", "--method", "sampler"]
+    arguments = [str(photo), "-o", str(tmp_path / "r"), "--size", "44", "--preset", "sampler"]
     assert cli_train.main([*arguments, "--set", "grain.short_octaves=16"]) == 1
     message = "grain.short_octaves: found 16, expected fewer than all 16 octaves"
     assert message in capsys.readouterr().err

@@ -10,7 +10,7 @@ from torch import Tensor
 from solidtex_export.discriminators.projected import ProjectedCritic
 from solidtex_export.losses.descriptor.network import DescriptorNetwork, layer_names, smallest_image
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
-from solidtex_export.training.preset_file import MethodError, load_method
+from solidtex_export.training.presets import PresetError, load_recipe
 
 LAYERS = ("conv1_2", "conv3_2")
 
@@ -74,6 +74,6 @@ def test_the_smallest_image_is_enough_and_needed(layer: str) -> None:
 def test_layers_are_checked() -> None:
     for layers in ('["conv9_1"]', "[]"):
         with pytest.raises(
-            MethodError, match=r"projected_critic\.layers: found .* expected some of conv1_1"
+            PresetError, match=r"projected_critic\.layers: found .* expected some of conv1_1"
         ):
-            load_method("sampler", [f"projected_critic.layers={layers}"])
+            load_recipe("sampler", [f"projected_critic.layers={layers}"])

@@ -10,7 +10,9 @@ from PIL import Image
 from small_trainings import SMALL, config_of, of_solid
 from torch import Tensor
 
-from solidtex_export.analysis.symmetry import symmetry_of
+from solidtex_export.analysis.structure import MeasuredImage
+from solidtex_export.analysis.symmetry import Symmetry
+from solidtex_export.analysis.symmetry import symmetry_of as symmetry_of_images
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
@@ -18,6 +20,10 @@ from solidtex_export.losses.learned import LearnedDescriptor
 SIDE = 96
 torch.set_num_threads(1)
 distance = LearnedDescriptor(load_weights(SHIPPED)).loss
+
+
+def symmetry_of(exemplars: list[Exemplar], turns: bool) -> Symmetry:
+    return symmetry_of_images([MeasuredImage(e, distance) for e in exemplars], turns)
 
 
 def lit_bumps() -> Tensor:
@@ -39,7 +45,7 @@ def exemplar(image: Tensor) -> Exemplar:
 
 def test_what_is_lit_from_one_side_keeps_its_orientation() -> None:
     for turns in (True, False):
-        found = symmetry_of([exemplar(lit_bumps())], turns, distance)
+        found = symmetry_of([exemplar(lit_bumps())], turns)
         assert found.name == "none" and "flipped" in found.reason
 
 
@@ -47,31 +53,31 @@ def test_faint_light_counts_where_there_is_little_else() -> None:
     """It differs by 5, which is more than random phases do; sandstone by less than these."""
     noise = torch.randn(1, SIDE, SIDE, generator=torch.Generator().manual_seed(1))
     faint = 0.5 + 0.3 * (lit_bumps() - 0.5) + 0.08 * noise
-    assert symmetry_of([exemplar(faint.clamp(0, 1))], True, distance).name == "none"
-    assert symmetry_of([of_solid("sandstone", side=SIDE)], True, distance).name == "all"
+    assert symmetry_of([exemplar(faint.clamp(0, 1))], True).name == "none"
+    assert symmetry_of([of_solid("sandstone", side=SIDE)], True).name == "all"
 
 
 @pytest.mark.parametrize("name", ["marble", "brick", "porous", "paint", "spheres"])
 def test_what_has_no_direction_is_turned(name: str) -> None:
-    assert symmetry_of([of_solid(name, side=SIDE)], True, distance).name == "all"
+    assert symmetry_of([of_solid(name, side=SIDE)], True).name == "all"
 
 
 def test_layers_are_flipped_only() -> None:
-    found = symmetry_of([of_solid("wood", side=SIDE)], True, distance)
+    found = symmetry_of([of_solid("wood", side=SIDE)], True)
     assert found.name == "flips" and "turned" in found.reason
-    assert symmetry_of([of_solid("wood", side=SIDE)], False, distance).name == "flips"
+    assert symmetry_of([of_solid("wood", side=SIDE)], False).name == "flips"
 
 
 def test_one_lit_photograph_of_several_decides() -> None:
     plain = of_solid("porous", side=SIDE).image
     pair = [exemplar(plain), exemplar(lit_bumps())]
-    assert symmetry_of(pair, False, distance).name == "none"
+    assert symmetry_of(pair, False).name == "none"
 
 
 def test_the_same_in_every_call_and_the_generator_left_alone() -> None:
     picture = exemplar(lit_bumps())
     before = torch.get_rng_state()
-    first, second = (symmetry_of([picture], True, distance) for _ in range(2))
+    first, second = (symmetry_of([picture], True) for _ in range(2))
     assert first == second
     assert torch.equal(before, torch.get_rng_state())
 
@@ -79,7 +85,7 @@ def test_the_same_in_every_call_and_the_generator_left_alone() -> None:
 def symmetry_in(result: Path, photo: Path, method: str, *options: str) -> object:
     """What a small training of that method takes."""
     small = [part for setting in SMALL[method] for part in ("--set", setting)]
-    return config_of(photo, result, "--method", method, *small, *options)["symmetry"]
+    return config_of(photo, result, "--preset", method, *small, *options)["symmetry"]
 
 
 def test_the_command_measures_only_where_nothing_is_said(
@@ -91,6 +97,7 @@ def test_the_command_measures_only_where_nothing_is_said(
     assert symmetry_in(tmp_path / "measured", photo, "lattice") == "none"
     assert "so --symmetry none" in capsys.readouterr().out
     assert symmetry_in(tmp_path / "said", photo, "lattice", "--symmetry", "flips") == "flips"
+    assert "--symmetry" not in capsys.readouterr().out
     # Random planes through a solid show it turned, random networks keep from trained weights, and
     # a paper's method has a symmetry of its own.
     assert symmetry_in(tmp_path / "planes", photo, "sampler") == "all"

@@ -19,7 +19,9 @@ from PIL import Image
 from small_trainings import make_trainer, save_photo, save_specks
 
 from solidtex_export.analysis.grain import channel_axes, grain_ratio, whiten
+from solidtex_export.commands import terminal
 from solidtex_export.commands import train as cli_train
+from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.export.verification.reference import cubic_convolution
 from solidtex_export.generators.fixed_noise import FixedNoise
 from solidtex_export.generators.lattice import Box, LatticeGenerator
@@ -28,8 +30,9 @@ from solidtex_export.generators.sampler import HashedLattice, OctaveSampler, tri
 from solidtex_export.generators.slices import LatticeSlices, SamplerSlices
 from solidtex_export.images.exemplar import load_exemplar
 from solidtex_export.training import preview
-from solidtex_export.training.optimiser import half_cosine, learning_rate
-from solidtex_export.training.preset import Early, Optimiser
+from solidtex_export.training.optimizer import half_cosine, learning_rate
+from solidtex_export.training.recipe import InitialPhase, Optimizer
+from solidtex_export.training.resolve import scale
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
@@ -206,7 +209,7 @@ def test_training_leaves_a_complete_result(
     method: str, family: str, photo: Path, tmp_path: Path
 ) -> None:
     result = tmp_path / "result"
-    args = arguments(photo, result, "--method", method, "--steps", "4", "--license", "CC0-1.0")
+    args = arguments(photo, result, "--preset", method, "--steps", "4", "--license", "CC0-1.0")
     assert cli_train.main(args) == 0
     assert {p.name for p in result.iterdir()} == FILES
     config = json.loads((result / "config.json").read_text())
@@ -224,15 +227,15 @@ def test_training_leaves_a_complete_result(
 def small_trainer(photo: Path, result: Path, *more: str) -> Trainer:
     p = cli_train.parser()
     args = p.parse_args(arguments(photo, result, *more))
-    cli_train.check(p, args)
-    return cli_train.make_trainer(args)
+    asked = cli_train.request_of(p, args)
+    return cli_train.make_trainer(asked, result, use_cuda=False, compiled=False)
 
 
-def test_training_moves_weights_and_fixes_statistics_after_its_early_part(
+def test_training_moves_weights_and_fixes_statistics_after_its_initial_phase(
     photo: Path, tmp_path: Path
 ) -> None:
     statistics = "cb6_2.bn3.running_var"
-    options = ("--set", "early.steps=3", "--set", "early.line_length=0")
+    options = ("--set", "initial_phase.steps=3")
     trainer = small_trainer(photo, tmp_path / "r", "--steps", "7", *options)
     seen = []
     trainer.run(
@@ -246,36 +249,36 @@ def test_training_moves_weights_and_fixes_statistics_after_its_early_part(
     assert torch.equal(seen[-1][statistics], trainer.generator.state_dict()[statistics])
 
 
-def test_without_an_early_part_statistics_are_measured_before_the_first_step(
+def test_without_an_initial_phase_statistics_are_measured_before_the_first_step(
     photo: Path, tmp_path: Path
 ) -> None:
     statistics = "cb6_2.bn3.running_var"
-    trainer = small_trainer(photo, tmp_path / "r", "--steps", "2", "--set", "early.steps=0")
+    trainer = small_trainer(photo, tmp_path / "r", "--steps", "2", "--set", "initial_phase.steps=0")
     before = trainer.generator.state_dict()[statistics].clone()
     assert not torch.equal(before, torch.ones(24))
     trainer.run(lambda: False, lambda t: None)
     assert torch.equal(before, trainer.generator.state_dict()[statistics])
 
 
-def test_rates_fall_from_the_early_one_to_the_last() -> None:
-    settings = Optimiser(learning_rate=0.01, final_rate=0.1, warmup_steps=4)
-    early = Early(steps=250, learning_rate=0.05)
-    rates = [learning_rate(i, i / 1000, settings, early) for i in range(4, 1001)]
+def test_rates_fall_from_the_initial_one_to_the_last() -> None:
+    settings = Optimizer(learning_rate=0.01, final_rate=0.1, warmup_steps=4)
+    initial = InitialPhase(steps=250, learning_rate=0.05)
+    rates = [learning_rate(i, i / 1000, settings, initial) for i in range(4, 1001)]
     assert rates[0] == pytest.approx(0.05, rel=0.01)
     assert rates[245] == pytest.approx(0.01, rel=0.01) and rates[-1] == pytest.approx(0.001)
     assert rates[246] == pytest.approx(half_cosine(0.25, 0.01, 0.001))
     assert all(a > b for a, b in pairwise(rates))
-    assert learning_rate(0, 0.0, settings, early) == pytest.approx(0.05 / 4)
-    assert learning_rate(100, 0.0, settings, Early()) == pytest.approx(0.01)
+    assert learning_rate(0, 0.0, settings, initial) == pytest.approx(0.05 / 4)
+    assert learning_rate(100, 0.0, settings, InitialPhase()) == pytest.approx(0.01)
 
 
-def test_the_early_part_takes_its_steps_but_at_most_half_of_the_training() -> None:
-    early = Early(steps=250)
-    assert early.progress(125, 125 / 1500) == pytest.approx(0.5)
-    assert early.progress(250, 250 / 1500) == 1
-    assert early.progress(50, 50 / 200) == pytest.approx(0.5)
-    assert early.progress(100, 100 / 200) == 1
-    assert Early().progress(0, 0.0) == 1
+def test_the_initial_phase_takes_its_steps_but_at_most_half_of_the_training() -> None:
+    initial = InitialPhase(steps=250)
+    assert initial.progress(125, 125 / 1500) == pytest.approx(0.5)
+    assert initial.progress(250, 250 / 1500) == 1
+    assert initial.progress(50, 50 / 200) == pytest.approx(0.5)
+    assert initial.progress(100, 100 / 200) == 1
+    assert InitialPhase().progress(0, 0.0) == 1
 
 
 def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Path) -> None:
@@ -305,7 +308,7 @@ def log_lines(result: Path) -> list[str]:
 
 def test_a_photograph_per_direction(photo: Path, tmp_path: Path) -> None:
     result = tmp_path / "result"
-    args = [str(photo), *arguments(photo, result, "--method", "sampler", "--steps", "3")]
+    args = [str(photo), *arguments(photo, result, "--preset", "sampler", "--steps", "3")]
     assert cli_train.main(args) == 0
     assert json.loads((result / "config.json").read_text())["directions"] == "xy"
     assert (result / "exemplar-1.png").exists()
@@ -348,9 +351,7 @@ def test_slices_are_half_of_a_photograph_or_all_of_a_small_one(
     Image.fromarray(pixels.astype(np.uint8)).save(photo)
     p = cli_train.parser()
     args = p.parse_args([str(photo), "-o", str(tmp_path / "result"), *options])
-    cli_train.check(p, args)
-    cli_train.choose_scale(args)
-    assert (args.size, args.resolution) == (size, resolution)
+    assert scale(cli_train.request_of(p, args)) == (size, resolution)
 
 
 @pytest.mark.parametrize(
@@ -399,13 +400,37 @@ def test_foreign_folders_and_other_trainings_are_refused(
     assert cli_train.main(arguments(photo, result, "--steps", "1", "--seed", "7")) == 1
     error = capsys.readouterr().err
     assert "seed: found 0, expected 7" in error
-    rate = ["--set", "optimiser.learning_rate=0.125"]
+    rate = ["--set", "optimizer.learning_rate=0.125"]
     assert cli_train.main(arguments(photo, result, "--steps", "1", *rate)) == 1
     error = capsys.readouterr().err
-    assert "method.optimiser.learning_rate: found 0.006, expected 0.125;" in error
+    assert "recipe.optimizer.learning_rate: found 0.006, expected 0.125;" in error
     torch.save({"generator": {}}, result / "checkpoint.pt")
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
     assert "checkpoint.pt: found a checkpoint that does not fit" in capsys.readouterr().err
     (result / "checkpoint.pt").write_bytes(b"damaged")
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
     assert "checkpoint.pt" in capsys.readouterr().err
+
+
+def test_trainings_of_older_versions_are_not_resumed(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = tmp_path / "result"
+    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
+    config = json.loads((result / "config.json").read_text())
+    del config["version"]
+    (result / "config.json").write_text(json.dumps(config))
+    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
+    error = capsys.readouterr().err
+    assert "config.json: version: found null, expected 2: another version of solidtex" in error
+    assert "it can be exported as it is, else choose another -o" in error
+
+
+def test_without_a_terminal_lines_tell_the_progress(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(terminal, "LOG_SECONDS", 0.0)
+    run_in_terminal(small_trainer(photo, tmp_path / "r", "--steps", "2"))
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("step")]
+    assert [line.partition(",")[0] for line in lines] == ["step 1", "step 2"]
+    assert lines[-1] == "step 2, 0.0 min left, 100%"

@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from solidtex_export.losses.slants import WEIGHT
+from solidtex_export.losses.orientation_bias import WEIGHT
 from solidtex_export.losses.wavelets import WaveletLoss, filter_bank, orientations
 
 SIDE = 128
@@ -162,7 +162,7 @@ def test_slices_may_not_all_lean_alike(
 ) -> None:
     distances = []
     for weight in (0.0, WEIGHT):
-        monkeypatch.setattr("solidtex_export.losses.slants.WEIGHT", weight)
+        monkeypatch.setattr("solidtex_export.losses.orientation_bias.WEIGHT", weight)
         loss = WaveletLoss(blobs(1), SLICE, symmetry)
         distances.append([float(loss(slanted(angle), "x")) for _ in range(8)][-1])
     assert (distances[1] > distances[0] + 0.05) == forbidden

@@ -1,19 +1,12 @@
-"""How much of a photograph is outlines: what its tones and its spectrum do not tell.
+"""The structure score: how much of a photograph its tones and its spectrum do not tell.
 
-It decides between our two families where the user does not. A sampler computes a point from noise
-at that point alone: grains, specks and fibres come out sharp at any angle, outlines as blotches. A
-lattice generator sees neighbours: it draws outlines, and is softer at 45 degrees.
-
-Measured as the distance by our descriptor (losses/learned.py) from surrogates, which have the
-photograph's tones and spectrum alone (analysis/surrogate.py), less that of its own halves. Tried
-besides: the ratio of the two, by which a granite has more outlines than tissue, since its halves
-are so much alike; distances by wavelets, in which veins on a mottled ground are nearer to a
-surrogate than the photograph's parts are; kurtosis of octaves, which is large for specks too.
+Outlines score high. docs/experiments/structure-score.md has what else was tried.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -30,34 +23,53 @@ LARGEST = 256  # pixels on a side are looked at
 SCALE = 1000.0  # of the shipped descriptor's distances
 
 
-def outlines(exemplar: Exemplar, distance: Distance) -> float:
-    """How much farther surrogates are from the photograph than its own halves are.
+class MeasuredImage:
+    """What is looked at of a photograph, whitened, and how far other pictures are from it.
 
-    About 0 where there are none, 30 for a brick's crumbs. Draws at random, the same in every call.
+    Draws at random, the same in every call, and leaves the generator of random numbers alone.
     """
-    image = seen(exemplar)
-    with torch.random.fork_rng(devices=[]), torch.no_grad():
-        far = surrogate_distance(image, distance, torch.manual_seed(0))
-        return far - mean_distance(_halves(image), image, distance)
 
+    def __init__(self, exemplar: Exemplar, distance: Distance) -> None:
+        mean, basis = channel_axes([exemplar])
+        self.pixels = whiten(exemplar.image, mean, basis)[:, :LARGEST, :LARGEST]
+        self._distance = distance
 
-def seen(exemplar: Exemplar) -> Tensor:
-    """What is looked at of a photograph, whitened."""
-    mean, basis = channel_axes([exemplar])
-    return whiten(exemplar.image, mean, basis)[:, :LARGEST, :LARGEST]
+    def farthest(self, pictures: Sequence[Tensor], draws: int) -> float:
+        """The largest distance from whitened pictures, each a mean over `draws`."""
+        with torch.random.fork_rng(devices=[]), torch.no_grad():
+            torch.manual_seed(0)
+            return max(self._mean([picture] * draws) for picture in pictures)
 
+    @property
+    def surrogate_distance(self) -> float:
+        """From pictures of its tones and spectrum alone."""
+        return self._measured[0]
 
-def surrogate_distance(image: Tensor, distance: Distance, generator: torch.Generator) -> float:
-    """How far a whitened picture is from others of its tones and spectrum alone."""
-    others = [surrogate(image, generator) for _ in range(SURROGATES)]
-    return mean_distance(others, image, distance)
+    @property
+    def structure_score(self) -> float:
+        """How much farther surrogates are from the photograph than its own halves are.
 
+        About 0 where there is no structure, 30 for a brick's crumbs.
+        """
+        far, state = self._measured
+        with torch.random.fork_rng(devices=[]), torch.no_grad():
+            torch.set_rng_state(state)
+            return far - self._mean(self._halves())
 
-def _halves(image: Tensor) -> list[Tensor]:
-    rows, columns = (side // 2 for side in image.shape[1:])
-    return [image[:, :rows], image[:, -rows:], image[:, :, :columns], image[:, :, -columns:]]
+    @cached_property
+    def _measured(self) -> tuple[float, Tensor]:
+        """The distance of surrogates, and the state of the random numbers after it."""
+        with torch.random.fork_rng(devices=[]), torch.no_grad():
+            generator = torch.manual_seed(0)
+            pictures = [surrogate(self.pixels, generator) for _ in range(SURROGATES)]
+            return self._mean(pictures), torch.get_rng_state()
 
+    def _halves(self) -> list[Tensor]:
+        image = self.pixels
+        rows, columns = (side // 2 for side in image.shape[1:])
+        return [image[:, :rows], image[:, -rows:], image[:, :, :columns], image[:, :, -columns:]]
 
-def mean_distance(pictures: list[Tensor], image: Tensor, distance: Distance) -> float:
-    """Of whitened `pictures` from a whitened image, in thousandths."""
-    return SCALE * sum(float(distance(p[None], image[None])) for p in pictures) / len(pictures)
+    def _mean(self, pictures: Sequence[Tensor]) -> float:
+        """Distance in thousandths."""
+        distances = [float(self._distance(p[None], self.pixels[None])) for p in pictures]
+        return SCALE * sum(distances) / len(pictures)

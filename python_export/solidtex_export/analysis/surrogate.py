@@ -1,4 +1,4 @@
-"""A picture of the same tones and the same spectrum as another, and nothing else of it.
+"""A surrogate: a picture of the same tones and the same spectrum as another, and nothing else.
 
 "Improved surrogate data for nonlinearity tests" (Schreiber and Schmitz 1996): phases are drawn at
 random, then tones and spectrum are enforced in turns. What a surrogate lacks is all that takes

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from solidtex_export.commands import cli
 from solidtex_export.export.verification.model_output import OutputError
-from solidtex_export.training.preset_file import MethodError, load_method
+from solidtex_export.settings import SettingsError
+from solidtex_export.training.presets import load_recipe
 
 if TYPE_CHECKING:
     from solidtex_export.research.fidelity.cell import Cell
@@ -43,8 +44,8 @@ def make_parser() -> argparse.ArgumentParser:
                    " (default: FOLDER/fidelity.md)")  # fmt: skip
     p.add_argument("--only", metavar="EXEMPLAR", action="append",
                    help="train on this exemplar only; may be repeated")  # fmt: skip
-    p.add_argument("--method", metavar="METHOD", action="append",
-                   help="train this method of the plan only; may be repeated")  # fmt: skip
+    p.add_argument("--preset", "--method", dest="method", metavar="PRESET", action="append",
+                   help="train this preset of the plan only; may be repeated")  # fmt: skip
     p.add_argument("--again", action="store_true",
                    help="train what the table tells already but FOLDER lacks")  # fmt: skip
     p.add_argument("--no-training", action="store_true", help="only write the table")
@@ -75,7 +76,7 @@ def run(args: argparse.Namespace) -> None:
         from solidtex_export.research.fidelity.table import write_table
     plan = read_plan(args.plan)
     for method in plan.methods:
-        load_method(method)  # refuses what is none
+        load_recipe(method)  # refuses what is none
     exemplars = [entry.name for entry in plan.exemplars]
     for option, names, known in (
         ("--only", args.only, exemplars),
@@ -104,7 +105,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    return cli.run(make_parser(), arguments, run, (*cli.FAILURES, MethodError))
+    return cli.run(make_parser(), arguments, run, (*cli.FAILURES, SettingsError))
 
 
 if __name__ == "__main__":

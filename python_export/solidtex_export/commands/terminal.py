@@ -1,13 +1,18 @@
-"""A long training in a terminal: a progress bar with the time left, and Ctrl-C."""
+"""A long training: progress with the time left, in a terminal or in a log, and Ctrl-C."""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Protocol
 
+from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+LOG_SECONDS = 30.0
 
 
 class Training(Protocol):
@@ -24,8 +29,12 @@ class Training(Protocol):
         """Train to the end, or until `stop` says so; `report` is called after each step."""
 
 
+Report = Callable[[Training], None]
+
+
 def run_in_terminal(training: Training) -> None:
-    """Train with a progress bar; Ctrl-C ends it after the step."""
+    """Train with a progress bar, or without a terminal a line every half minute; Ctrl-C ends it
+    after the step."""
     interrupted = False
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
@@ -33,17 +42,33 @@ def run_in_terminal(training: Training) -> None:
         interrupted = True
 
     previous = signal.signal(signal.SIGINT, interrupt)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    console = Console()
     try:
-        with Progress(*columns) as bar:
-            task = bar.add_task("training", total=1.0)
-
-            def report(t: Training) -> None:
-                bar.update(task, completed=t.progress, description=_describe(t))
-
+        with _progress_bar(console) if console.is_terminal else _progress_lines() as report:
             training.run(lambda: interrupted, report)
     finally:
         signal.signal(signal.SIGINT, previous)
+
+
+@contextmanager
+def _progress_bar(console: Console) -> Iterator[Report]:
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task("training", total=1.0)
+        yield lambda t: bar.update(task, completed=t.progress, description=_describe(t))
+
+
+@contextmanager
+def _progress_lines() -> Iterator[Report]:
+    said = time.monotonic()
+
+    def report(training: Training) -> None:
+        nonlocal said
+        if time.monotonic() - said >= LOG_SECONDS:
+            said = time.monotonic()
+            print(f"{_describe(training)}, {training.progress:.0%}", flush=True)
+
+    yield report
 
 
 def _describe(training: Training) -> str:

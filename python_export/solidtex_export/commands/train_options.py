@@ -11,20 +11,17 @@ from solidtex_export.analysis.choice import LATTICE, SAMPLER
 from solidtex_export.commands import cli
 from solidtex_export.images.channels import check_map_name
 from solidtex_export.images.file_kinds import ExemplarError
-from solidtex_export.losses.descriptor.weights import SHIPPED
-from solidtex_export.training.preset import Method
-from solidtex_export.training.preset_file import MethodError, load_method, shipped
+from solidtex_export.training.presets import PresetError, load_recipe, shipped
+from solidtex_export.training.resolve import DEFAULT_SIZE, Request, smallest_size, uses_learned
 
 DEFAULT_MINUTES = 15.0
-DEFAULT_SIZE = 128  # texels
-SMALLEST_SIZE = 32  # texels
 
 EXAMPLES = """  solidtex-train granite.jpg -o results/granite
   solidtex-train plank.png --directions xy -o results/plank
-  solidtex-train granite.jpg --method lattice -o results/granite
+  solidtex-train granite.jpg --preset lattice -o results/granite
   solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
   solidtex-train front.png side.png top.png -o results/cube
-  solidtex-train granite.jpg --method gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
+  solidtex-train granite.jpg --preset gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
   solidtex-train granite.jpg --descriptor results/descriptor/weights.safetensors -o results/granite
   solidtex-train albedo.png --map roughness=rough.png --map height=height.tif -o results/rust
 
@@ -48,21 +45,21 @@ def parser() -> argparse.ArgumentParser:
                    " ...; with several photographs once for each, in order")  # fmt: skip
     cli.add_reading_arguments(p)
     p.add_argument("--color-space", choices=("srgb", "linear"), default="srgb",
-                   help="encoding of the colours that are learned and stored; files are converted,"
+                   help="encoding of the colors that are learned and stored; files are converted,"
                    " EXR and float TIFF from linear, others from sRGB (default: srgb, whose"
                    " differences are closer to the eye's)")  # fmt: skip
-    p.add_argument("--method", metavar="NAME",
-                   help=f"one of {', '.join(shipped())}, or a TOML file of yours like"
-                   f" theirs (default: {LATTICE} for what has outlines and where keys are --set,"
-                   f" {SAMPLER} for one photograph of grains or fibres)")  # fmt: skip
+    p.add_argument("--preset", "--method", metavar="NAME",
+                   help=f"one of {', '.join(shipped())}, or a TOML file. {LATTICE} stands for the"
+                   f" {LATTICE}-* preset that suits the photograph (default: {LATTICE} or"
+                   f" {SAMPLER}, as the photograph suits; {LATTICE} with --set)")  # fmt: skip
     p.add_argument("--set", dest="settings", metavar="KEY=VALUE", action="append", default=[],
-                   help="change one key of the method, for example optimiser.learning_rate=0.01 or"
-                   " losses.0.weight=2")  # fmt: skip
+                   help="change one key of the preset, for example optimizer.learning_rate=0.01 or"
+                   " losses.wavelets.weight=2")  # fmt: skip
     p.add_argument("--vgg", type=Path, metavar="FILE",
-                   help="weights of VGG-19, torchvision's or those of Gatys et al., for methods"
-                   " that use it; without them our own descriptor takes its place")  # fmt: skip
+                   help="weights of VGG-19, torchvision's or those of Gatys et al., for presets"
+                   " that use it (default: our own descriptor takes its place)")  # fmt: skip
     p.add_argument("--descriptor", type=Path, metavar="FILE",
-                   help="weights.safetensors of solidtex-pretrain-descriptor, for methods that"
+                   help="weights.safetensors of solidtex-pretrain-descriptor, for presets that"
                    ' say descriptor = "learned", or "vgg" without --vgg (default: the shipped'
                    " weights)")  # fmt: skip
     p.add_argument("--size", type=int, metavar="N",
@@ -77,20 +74,20 @@ def parser() -> argparse.ArgumentParser:
                    help="normals of the slices that must look like a photograph"
                    " (default: xyz, with two photographs xy)")  # fmt: skip
     p.add_argument("--symmetry", choices=("all", "flips", "none"),
-                   help="orientations in which a photograph looks just as right (default: all for"
-                   " one photograph in three directions, else flips; fewer for a lattice where"
-                   " the photograph differs from itself flipped or turned)")  # fmt: skip
+                   help="orientations in which a photograph looks just as right (default: measured"
+                   " for a lattice; else all for one photograph in three directions, flips for"
+                   " others)")  # fmt: skip
     p.add_argument("--minutes", type=float, metavar="M",
-                   help="how long to train (default: 15)")  # fmt: skip
+                   help="training time (default: 15)")  # fmt: skip
     p.add_argument("--steps", type=int, metavar="N", help="train N steps instead of --minutes")
-    p.add_argument("--seed", type=int, default=0, metavar="S", help="(default: 0)")
+    p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed (default: 0)")
     p.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto",
-                   help="auto takes CUDA where there is one (default: auto)")  # fmt: skip
+                   help="auto: CUDA where there is a device (default: auto)")  # fmt: skip
     p.add_argument("--compile", action="store_true",
                    help="compile the generator with torch.compile: slower to start")  # fmt: skip
     p.add_argument("--threads", type=int, metavar="T", help="CPU threads (default: torch's)")
     p.add_argument("--license", default="", metavar="TEXT",
-                   help="licence of the photographs, stored with the model")  # fmt: skip
+                   help="license of the photographs, stored with the model")  # fmt: skip
     p.add_argument("--source", default="", metavar="TEXT",
                    help="where the photographs come from, stored with the model")  # fmt: skip
     return p
@@ -116,8 +113,10 @@ def named_file(text: str) -> tuple[str, Path]:
     return name, Path(file)
 
 
-def maps_of_photographs(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
-    """args.maps becomes a list with the maps of each photograph, by name."""
+def maps_of_photographs(
+    p: argparse.ArgumentParser, args: argparse.Namespace
+) -> tuple[dict[str, Path], ...]:
+    """The maps of each photograph, by name."""
     files: dict[str, list[Path]] = {}
     for name, file in args.maps:
         files.setdefault(name, []).append(file)
@@ -127,64 +126,72 @@ def maps_of_photographs(p: argparse.ArgumentParser, args: argparse.Namespace) ->
                 f"--map: found {len(found)} files for {name}, expected {len(args.photos)}, one for"
                 " each photograph"
             )
-    args.maps = [{name: f[i] for name, f in files.items()} for i in range(len(args.photos))]
+    return tuple({name: f[i] for name, f in files.items()} for i in range(len(args.photos)))
 
 
-def method_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Method:
-    """The method, with what --set changes in it."""
-    try:
-        method = load_method(args.method, args.settings)
-    except MethodError as error:
-        p.error(str(error))
-    if args.vgg is not None and not method.uses("vgg"):
-        p.error(f"--vgg: found a file for method {args.method}, expected one that uses VGG-19")
-    learned = method.uses("learned") or (method.uses("vgg") and args.vgg is None)
-    if args.descriptor is not None and not learned:
+def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
+    """What the options ask for; refuses what cannot work."""
+    check_numbers(p, args)
+    directions = args.directions or ("xy" if len(args.photos) == 2 else "xyz")
+    if len(args.photos) not in (1, len(directions)):
         p.error(
-            f"--descriptor: found a file for method {args.method}, expected one with"
+            f"--directions: found {len(directions)} ({directions}) for {len(args.photos)}"
+            " photographs, expected one direction for each"
+        )
+    asked = Request(
+        photos=tuple(args.photos),
+        directions=directions,
+        maps=maps_of_photographs(p, args),
+        preset=args.preset,
+        overrides=tuple(args.settings),
+        size=args.size,
+        resolution=args.resolution,
+        crop=args.crop,
+        symmetry=args.symmetry,
+        seed=args.seed,
+        minutes=DEFAULT_MINUTES if args.minutes is args.steps is None else args.minutes,
+        steps=args.steps,
+        color_space=args.color_space,
+        reading=cli.reading_of(args),
+        license=args.license,
+        source=args.source,
+        vgg=args.vgg,
+        descriptor=args.descriptor,
+    )
+    try:
+        check_preset(p, asked)
+    except PresetError as error:
+        p.error(str(error))
+    return asked
+
+
+def check_preset(p: argparse.ArgumentParser, asked: Request) -> None:
+    recipe = load_recipe(asked.name, list(asked.overrides))
+    if asked.vgg is not None and not recipe.uses("vgg"):
+        p.error(f"--vgg: found a file for preset {asked.name}, expected one that uses VGG-19")
+    if asked.descriptor is not None and not uses_learned(recipe, asked.vgg):
+        p.error(
+            f"--descriptor: found a file for preset {asked.name}, expected one with"
             ' descriptor = "learned", or "vgg" without --vgg'
         )
-    if args.descriptor is None and learned:
-        args.descriptor = SHIPPED
-    return method
+    needed = smallest_size(asked)
+    if asked.size is not None and asked.size < needed:
+        p.error(f"--size: found {asked.size}, expected at least {needed}")
+    least = asked.size or needed
+    if asked.resolution is not None and asked.resolution < least:
+        p.error(f"--resolution: found {asked.resolution}, expected at least --size = {least}")
 
 
-def smallest_size(method: Method) -> int:
-    """Side of the smallest slice that every loss of the method can judge, in texels."""
-    return max(SMALLEST_SIZE, method.smallest_judged)
-
-
-def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
-    """Fill in what depends on other options, and refuse what cannot work."""
+def check_numbers(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
     if len(args.photos) > 3:
         p.error(f"PHOTO: found {len(args.photos)}, expected 1 to 3")
-    maps_of_photographs(p, args)
-    if args.directions is None:
-        args.directions = "xy" if len(args.photos) == 2 else "xyz"
-    if len(args.photos) not in (1, len(args.directions)):
-        p.error(
-            f"--directions: found {len(args.directions)} ({args.directions}) for"
-            f" {len(args.photos)} photographs, expected one direction for each"
-        )
-    unsaid = args.method is None and not args.settings
-    args.choose = unsaid and len(args.photos) == 1 and args.directions in ("xyz", "xy")
-    args.method = args.method or LATTICE
-    args.settings = method_of(p, args)
-    needed = smallest_size(args.settings)
-    if args.size is not None and args.size < needed:
-        p.error(f"--size: found {args.size}, expected at least {needed}")
-    least = args.size or needed
-    if args.resolution is not None and args.resolution < least:
-        p.error(f"--resolution: found {args.resolution}, expected at least --size = {least}")
     if args.minutes is not None and args.steps is not None:
         p.error("--steps: found together with --minutes, expected one of them")
     if args.minutes is not None and not 0 < args.minutes < 1e6:
         p.error(f"--minutes: found {args.minutes}, expected more than 0")
-    if args.steps is not None and args.steps < 1:
-        p.error(f"--steps: found {args.steps}, expected at least 1")
-    if args.threads is not None and args.threads < 1:
-        p.error(f"--threads: found {args.threads}, expected at least 1")
-    if args.minutes is None and args.steps is None:
-        args.minutes = DEFAULT_MINUTES
+    for option in ("steps", "threads"):
+        value = getattr(args, option)
+        if value is not None and value < 1:
+            p.error(f"--{option}: found {value}, expected at least 1")
     if args.device == "cuda" and not torch.cuda.is_available():
         p.error("--device: found no CUDA device, expected one (or use --device cpu)")

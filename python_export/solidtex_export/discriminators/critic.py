@@ -20,13 +20,13 @@ from torch import Tensor, nn
 
 from solidtex_export.losses.statistics import gram
 
-SLOPE = 0.2
+NEGATIVE_SLOPE = 0.2
 KERNELS = (5, 4)  # of the first convolution, of the strided ones
 LAST_KERNEL = 3
 
 
-class Judge(Protocol):
-    """What a critic is to the generator and to its own training."""
+class Discriminator(Protocol):
+    """What the generator and its own training ask of a discriminator."""
 
     def features(self, images: Tensor) -> list[Tensor]:
         """Hidden activations [batch, channel, rows, columns] for whitened images of that order."""
@@ -42,8 +42,8 @@ class Judge(Protocol):
 class Penalties:
     """Equation 3's lambda, the drift term's weight, and whether distances are root mean squares.
 
-    Equation 3 holds the critic's slope at 1 for distances of length, which grow with the root of
-    the number of values in an image; as it is built, a critic's slope is near 1 for root mean
+    Equation 3 holds the critic's gradient at 1 for distances of length, which grow with the root of
+    the number of values in an image; as it is built, a critic's gradient is near 1 for root mean
     square ones. `rms` is equation 3 of the critic times that root, all divided by the root: lambda
     is, too. Undivided it weighs a hundred times what it should, and critics tell nothing apart.
     """
@@ -53,7 +53,7 @@ class Penalties:
     rms: bool = False
 
 
-class EqualisedConv2d(nn.Conv2d):
+class EqualizedConv2d(nn.Conv2d):
     """Weights of unit variance, multiplied by sqrt(2 / fan-in) when used (Karras et al. 2018)."""
 
     def reset_parameters(self) -> None:
@@ -73,12 +73,12 @@ class Critic(nn.Module):
         self,
         channels: int = 3,
         widths: tuple[int, ...] = (32, 64, 96, 128),
-        equalised: bool = False,
+        equalized: bool = False,
         penalties: Penalties = Penalties(),
     ) -> None:
         super().__init__()
         self._penalties = penalties
-        convolution = EqualisedConv2d if equalised else nn.Conv2d
+        convolution = EqualizedConv2d if equalized else nn.Conv2d
         ins = (channels, *widths[:-1])
         self.layers = nn.ModuleList(
             convolution(n, width, KERNELS[i > 0], stride=1 + (i > 0))
@@ -89,7 +89,7 @@ class Critic(nn.Module):
     def features(self, images: Tensor) -> list[Tensor]:
         activations = []
         for layer in self.layers:
-            images = F.leaky_relu(layer(images), SLOPE)
+            images = F.leaky_relu(layer(images), NEGATIVE_SLOPE)
             activations.append(images)
         return activations
 
@@ -116,14 +116,16 @@ def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalti
     on_fakes, on_reals = critic(fakes), critic(reals)
     t = torch.rand(len(fakes), 1, 1, 1, device=fakes.device)
     between = torch.lerp(reals, fakes, t).requires_grad_()
-    (slope,) = torch.autograd.grad(critic(between).sum(), between, create_graph=True)
-    root = slope[0].numel() ** 0.5 if penalties.rms else 1.0
-    penalty = (root * slope.flatten(1).norm(dim=1) - 1).square().mean() / root
+    (gradient,) = torch.autograd.grad(critic(between).sum(), between, create_graph=True)
+    root = gradient[0].numel() ** 0.5 if penalties.rms else 1.0
+    penalty = (root * gradient.flatten(1).norm(dim=1) - 1).square().mean() / root
     distance = on_fakes.mean() - on_reals.mean()
     return distance + penalties.gradient * penalty + penalties.drift * on_reals.square().mean()
 
 
-def style_loss(critic: Judge, features: list[Tensor], reals: Tensor, relative: bool) -> Tensor:
+def style_loss(
+    critic: Discriminator, features: list[Tensor], reals: Tensor, relative: bool
+) -> Tensor:
     """L_style of equation 4; `relative`: each layer's distance in units of the photograph's mean
     absolute entry, so that no layer drowns the others.
     """
@@ -136,6 +138,6 @@ def style_loss(critic: Judge, features: list[Tensor], reals: Tensor, relative: b
     return torch.stack(distances).mean()
 
 
-def adversarial_loss(critic: Judge, features: list[Tensor]) -> Tensor:
+def adversarial_loss(critic: Discriminator, features: list[Tensor]) -> Tensor:
     """-E[D(f)] of equation 4."""
     return -critic.judge(features).mean()

@@ -3,7 +3,7 @@
 Sauer et al. 2021, "Projected GANs converge faster": several small discriminators, each on features
 of one layer of a network that was trained on something else and stays as it is, with a hinge loss
 and no gradient penalty. Their network is an EfficientNet with random mixing of its layers; ours is
-the descriptor (solidtex_export/descriptor), whose layers are judged as they are, each feature
+the descriptor (losses/descriptor), whose layers are judged as they are, each feature
 divided by its deviation on the photograph.
 
 A critic of pixels has to find out for itself what a grain is, from one photograph and within
@@ -19,7 +19,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 from torch.nn.utils.parametrizations import spectral_norm
 
-from solidtex_export.discriminators.critic import SLOPE
+from solidtex_export.discriminators.critic import NEGATIVE_SLOPE
 from solidtex_export.losses.descriptor.network import INPUT_CHANNELS, DescriptorNetwork
 from solidtex_export.losses.filled import filled_channels
 
@@ -100,8 +100,8 @@ class _Head(nn.Module):
         self.last = spectral_norm(nn.Conv2d(width, 1, 1))
 
     def hidden(self, x: Tensor) -> Tensor:
-        x = F.leaky_relu(self.first(x), SLOPE)
-        return F.leaky_relu(self.second(x), SLOPE)
+        x = F.leaky_relu(self.first(x), NEGATIVE_SLOPE)
+        return F.leaky_relu(self.second(x), NEGATIVE_SLOPE)
 
 
 def _normalisation(features: Tensor) -> tuple[Tensor, Tensor]:

@@ -1,4 +1,4 @@
-"""The critics of one kind and one photograph in training, and the slices they remember."""
+"""The discriminators of one kind and one photograph in training, with their replay buffer."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 from torch.optim import Adam
 
-from solidtex_export.discriminators import settings as method
 from solidtex_export.discriminators.critic import Critic, Penalties
 from solidtex_export.discriminators.projected import ProjectedCritic
+from solidtex_export.discriminators.settings import AnyDiscriminator, ProjectedCriticSettings
 from solidtex_export.images.exemplar import random_crops
 from solidtex_export.losses.descriptors import DescriptorSource
 
@@ -21,8 +21,9 @@ Reals = Callable[[int, int], Tensor]
 """(count, side) -> crops of the photograph [count, channel, side, side]."""
 
 
-class Opponent:
-    """One critic per scale; recent slices keep them from chasing only the last one.
+class DiscriminatorTrainer:
+    """One discriminator per scale; a replay buffer of recent slices keeps them from overfitting to
+    the last ones.
 
     Zhao et al. 2022 ("STS-GAN"), section 3.2: a critic of scale s sees crops of s times the side,
     magnified to the whole side, of slices and of photograph alike. Theirs are slices of smaller
@@ -30,27 +31,28 @@ class Opponent:
     """
 
     def __init__(
-        self, settings: method.AnyCritic, photograph: Tensor, source: DescriptorSource
+        self, settings: AnyDiscriminator, photograph: Tensor, source: DescriptorSource
     ) -> None:
         """`photograph` [channel, rows, columns], whitened, on the device of the training."""
         self._settings = settings
-        self.critics = [
-            _critic(settings, photograph, source).to(photograph.device) for _ in settings.scales
+        self.discriminators = [
+            _discriminator(settings, photograph, source).to(photograph.device)
+            for _ in settings.scales
         ]
         self._optimizers = [
-            Adam(critic.parameters(), settings.learning_rate, settings.betas)
-            for critic in self.critics
+            Adam(discriminator.parameters(), settings.learning_rate, settings.betas)
+            for discriminator in self.discriminators
         ]
-        self._slices: deque[Tensor] = deque(maxlen=settings.memory)
+        self._buffer: deque[Tensor] = deque(maxlen=settings.replay_buffer)
         self._device = photograph.device
 
     def random_scale(self) -> int:
-        """Which critic judges the generator in this step (STS-GAN, section 3.3)."""
-        count = len(self.critics)
+        """Which discriminator judges the generator in this step (STS-GAN, section 3.3)."""
+        count = len(self.discriminators)
         return 0 if count == 1 else int(torch.randint(count, ()))
 
     def view(self, images: Tensor, scale: int) -> Tensor:
-        """What the critic of that scale sees of images [batch, channel, side, side]."""
+        """What the discriminator of that scale sees of images [batch, channel, side, side]."""
         fraction, side = self._settings.scales[scale], images.shape[2]
         if fraction == 1:
             return images
@@ -59,59 +61,60 @@ class Opponent:
         return F.interpolate(crops, size=(side, side), mode="bilinear", align_corners=False)
 
     def remember(self, slices: Tensor) -> None:
-        self._slices.extend(slices)
+        self._buffer.extend(slices)
 
     def losses(self, reals: Reals, turned: Callable[[Tensor], Tensor]) -> list[Tensor]:
-        """What each critic has to minimise, on remembered slices."""
+        """What each discriminator minimizes, on slices of the replay buffer."""
         losses = []
-        for scale, critic in enumerate(self.critics):
+        for scale, discriminator in enumerate(self.discriminators):
             fakes = turned(self._crops())
             views = [self.view(i, scale) for i in (fakes, reals(len(fakes), fakes.shape[2]))]
-            losses.append(critic.loss(*views))
+            losses.append(discriminator.loss(*views))
         return losses
 
     def update(self, losses: list[Tensor], average: Callable[[nn.Module], None]) -> None:
-        """One step of each critic; `average` may change its gradients before."""
-        for critic, optimizer, loss in zip(self.critics, self._optimizers, losses, strict=True):
+        """One step of each; `average` may change its gradients before."""
+        trained = zip(self.discriminators, self._optimizers, losses, strict=True)
+        for discriminator, optimizer, loss in trained:
             optimizer.zero_grad(set_to_none=True)
             loss.backward()
-            average(critic)
+            average(discriminator)
             optimizer.step()
 
     def _crops(self) -> Tensor:
-        """Random crops [crop, channel, side, side] of what is remembered."""
-        side = min(image.shape[1] for image in self._slices)
+        """Random crops [crop, channel, side, side] of the replay buffer."""
+        side = min(image.shape[1] for image in self._buffer)
         side = min(side, self._settings.crop or side)
-        order = torch.randperm(len(self._slices)).tolist()
+        order = torch.randperm(len(self._buffer)).tolist()
         picks = [order[i % len(order)] for i in range(self._settings.batch)]
-        return torch.cat([random_crops(self._slices[p], 1, side, side) for p in picks])
+        return torch.cat([random_crops(self._buffer[p], 1, side, side) for p in picks])
 
     def state(self) -> dict[str, Any]:
         return {
-            "critics": [critic.state_dict() for critic in self.critics],
+            "discriminators": [d.state_dict() for d in self.discriminators],
             "optimizers": [optimizer.state_dict() for optimizer in self._optimizers],
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        for critic, saved in zip(self.critics, state["critics"], strict=True):
-            critic.load_state_dict(saved)
+        for discriminator, saved in zip(self.discriminators, state["discriminators"], strict=True):
+            discriminator.load_state_dict(saved)
         for optimizer, saved in zip(self._optimizers, state["optimizers"], strict=True):
             optimizer.load_state_dict(saved)
 
     @property
-    def memory(self) -> list[Tensor]:
-        return list(self._slices)
+    def replay_buffer(self) -> list[Tensor]:
+        return list(self._buffer)
 
-    @memory.setter
-    def memory(self, slices: list[Tensor]) -> None:
-        self._slices.extend(image.to(self._device) for image in slices)
+    @replay_buffer.setter
+    def replay_buffer(self, slices: list[Tensor]) -> None:
+        self._buffer.extend(image.to(self._device) for image in slices)
 
 
-def _critic(
-    settings: method.AnyCritic, photograph: Tensor, source: DescriptorSource
+def _discriminator(
+    settings: AnyDiscriminator, photograph: Tensor, source: DescriptorSource
 ) -> Critic | ProjectedCritic:
-    if isinstance(settings, method.ProjectedCritic):
+    if isinstance(settings, ProjectedCriticSettings):
         network = source.learned("projected_critic").network
         return ProjectedCritic(network, photograph, settings.layers, settings.head_width)
     penalties = Penalties(settings.penalty, settings.drift, settings.rms)
-    return Critic(len(photograph), settings.widths, settings.equalised, penalties)
+    return Critic(len(photograph), settings.widths, settings.equalized_learning_rate, penalties)

@@ -53,8 +53,8 @@ class DescriptorSource:
             return VggDescriptor(self.weights.vgg, self.color_mean, self.color_basis, self.linear)
         return LearnedDescriptor(self.learned(f'descriptor "{name}"'))
 
-    def learned(self, asker: str) -> Trained:
+    def learned(self, caller: str) -> Trained:
         """Our own network."""
         if self.weights.learned is None:
-            raise WeightsError(f"{asker}: found no weights, expected some")
+            raise WeightsError(f"{caller}: found no weights, expected some")
         return self.weights.learned

@@ -1,22 +1,9 @@
 """Gram matrices of a descriptor trained on procedural textures, in place of VGG-19's.
 
-The style loss of Gutierrez et al. 2020 (equations 2 and 3) on the network of
-solidtex_export/descriptor, from a file of weights. Features are normalised by the
-exemplar's mean and deviation plus their deviation over the procedural textures: most deep features
-are silent on a given exemplar, and would otherwise be amplified without bound.
-
-Tried, 1000 steps: Gram matrices averaged over four slices, as wavelets.py does, since a single one
-has fewer cracks or more than its mean. Red veins dissolved into specks (patterns along the axes
-1.83, so 3.73), and a cracked rock lost its bands and had spots as before (1.38, so 1.65).
-
-Tried, 700 steps of 128 x 128: statistics of the whole photograph in all its orientations instead of
-a crop's, taken once for eight sets of axes, each Gram matrix relative to the photograph's, and a
-tenth of the floor. Of a wall of stones one training of two had rounder stones, the other none
-(patterns along the axes 1.04, so 1.08 and 1.11); beige granite 1.73, so 1.59, marble 3.46, so 3.87
-with fewer dotted veins; pebbles 2.11, so 2.05. Free pixels descend to stones by either, in 300
-steps of L-BFGS. The generator by this loss alone does not, in 300 to 700 steps at three rates: it
-has bumps for stones, and is by then 0.6 to 2.7 times as far from one half of the photograph, layer
-by layer, as parts of the other half are.
+The style loss of Gutierrez et al. 2020 (equations 2 and 3) on the network of losses/descriptor.
+Features are normalized by the exemplar's mean and deviation plus their deviation over the
+procedural textures: most deep features are silent on a given exemplar, and would otherwise be
+amplified without bound. docs/experiments/descriptor-loss.md has what else was tried.
 """
 
 from __future__ import annotations

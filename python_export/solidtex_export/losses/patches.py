@@ -1,16 +1,9 @@
-"""Lines and outlines that go on: patches of a slice beside the nearest ones of the photograph.
+"""Patches of a slice beside the nearest ones of the photograph, both ways.
 
-Gram matrices and covariances know how much of an edge there is, not whether it goes on: cracks of
-mud came out as spots. A patch that has no like in the photograph, and one of the photograph that
-has no like in the slice, are seen here. Both ways as in "Summarizing visual data using
-bidirectional similarity" (Simakov, Caspi, Shechtman and Irani 2008, equation 1); Kopf et al. 2007
-("Solid texture synthesis from 2D exemplars") draw solids by the first way, and fix tones by
-histograms instead of the second.
-
-It joins the descriptor network early, when outlines are drawn, and leaves before the finer losses
-join, since the mean of near patches has no grain. The finest octave is left out for the same
-reason, and the loss where a photograph has no thin lines: of small crumbs rims are left,
-and of paint with its roughness and height too. Figures, and what was tried, are in docs/methods.md.
+After "Summarizing visual data using bidirectional similarity" (Simakov, Caspi, Shechtman and Irani
+2008, equation 1). Gram matrices and covariances know how much of an edge there is, not whether it
+goes on; a patch without its like shows that. The finest octave is left out, since the mean of near
+patches has no grain. docs/experiments/patches.md has what was tried.
 """
 
 from __future__ import annotations

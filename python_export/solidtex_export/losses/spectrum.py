@@ -1,16 +1,9 @@
-"""How much there is of waves of each frequency and direction: power spectra, in bands.
+"""Power spectra of slices, in bands of waves of like frequency and direction.
 
-Networks and wavelets see an octave at a time, and little of the weave that a generator of voxels
-leaves: waves of two or three texels along the axes, of which beige granite by lattice.toml without
-this loss had several times as much as the photograph, but less in diagonal waves. "Texture
-synthesis through convolutional neural networks and spectrum constraints" (Liu, Gousseau and Xia
-2016) sets the spectrum to the photograph's wave by wave, which is a picture that repeats it; here
-bands of waves are compared, by the logarithms of their power. Phases it leaves to other losses.
-
-Each band counts with the square root of its power, so that its gradient with respect to a slice
-has the same length for the same ratio: with equal weights the faintest waves take most of it (beige
-granite, weight 0.5: patterns along the axes and at 45 degrees 1.63, 4.07, so 1.57, 3.90, the same
-by eye).
+After "Texture synthesis through convolutional neural networks and spectrum constraints" (Liu,
+Gousseau and Xia 2016), but of bands instead of single waves, which would repeat the photograph.
+Each band counts with the square root of its power, so that its gradient with respect to a slice has
+the same length for the same ratio: docs/experiments/spectrum.md.
 """
 
 from __future__ import annotations

@@ -2,26 +2,11 @@
 
 After "Generalized rectifier wavelet covariance models for texture synthesis" (Brochard, Zhang and
 Mallat 2022): oriented band-pass filters on every octave, the positive and the negative half of each
-response, and the covariances of all those maps within an octave and with every finer one. A slice
-is compared with the whole exemplar, through an average over recent slices, since a single slice of
-a good solid differs from the photograph as two parts of the photograph do. How much those differ
-is the unit of each octave's distance.
+response, and the covariances of all those maps within an octave and with every finer one.
 
-Each direction of slices has an average of its own, since a slant across one would else be made up
-for by that across another; and that of a coarse octave, of which a slice shows little, goes back
-further. Not so of random planes, which cannot lean together: the sampler came out worse at 45
-degrees by it (beige granite, 400 steps, two seeds: patterns 1.60, 1.53; without 1.34, 1.18).
-Tried besides: the gradient of a slice as if it were the whole average, which puts more weight on
-coarse octaves: bands of grey in granite.
-
-Where the photograph may be flipped, slants that all slices of a direction share are judged once
-more by themselves (losses/slants.py).
-
-What was measured on granite (128 x 229 texels): by the Gram matrices of a random network redrawn
-for every step, slices that the eye refuses at once were nearer to the photograph than its own parts
-are (0.7 to 1.0 times as far), and so was noise with its spectrum and random phases (0.7); averaged
-over slices they were 1.3 to 3 times as far. By these covariances: 3 to 14 times, and 2.7; by the
-finest octaves 9 to 56 times, and 10.
+A slice is compared with the whole exemplar through an average over recent slices of its view, which
+goes back further on coarse octaves. Random planes have one common average of equal memory. The unit
+of each octave's distance is that of parts of the photograph: docs/experiments/wavelets.md.
 """
 
 from __future__ import annotations
@@ -36,7 +21,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from solidtex_export.losses.filled import filled_channels
-from solidtex_export.losses.slants import CommonSlants, slants
+from solidtex_export.losses.orientation_bias import CommonBias, orientation_bias
 
 ORIENTATIONS = 4
 SIDE = 7  # of a filter, in pixels
@@ -99,7 +84,7 @@ class WaveletLoss:
                        for g, m in self._target]  # fmt: skip
         self._units = self._measure_units(exemplar, size)
         self._averages: dict[str, Average] = {}
-        self._slants: dict[str, CommonSlants] = {}
+        self._biases: dict[str, CommonBias] = {}
 
     def __call__(self, slices: Tensor, view: str = "") -> Tensor:
         """The distance of `slices` [batch, channel, rows, columns], averaged with earlier ones of
@@ -117,31 +102,31 @@ class WaveletLoss:
             ]  # fmt: skip
             total = torch.stack(distances).mean()
             if view and self._symmetry != "none":
-                total = total + self._common_slants(found, view, self._symmetry)
+                total = total + self._common_bias(found, view, self._symmetry)
             return total
 
-    def slant(self, slices: Tensor, view: str) -> Tensor:
+    def orientation_bias(self, slices: Tensor, view: str) -> Tensor:
         """What `slices` share with earlier ones of a view that no photograph shows, and that looks
         the same flipped and turned."""
         with torch.autocast(slices.device.type, enabled=False):
             found = self._moments(slices.float()[:, self._filled])
-            return self._common_slants(found, view, "all")
+            return self._common_bias(found, view, "all")
 
-    def _common_slants(self, found: Statistics, view: str, symmetry: str) -> Tensor:
-        common = self._slants.setdefault(view, CommonSlants())
-        return common.loss(slants(self._energies(found), symmetry))
+    def _common_bias(self, found: Statistics, view: str, symmetry: str) -> Tensor:
+        common = self._biases.setdefault(view, CommonBias())
+        return common.loss(orientation_bias(self._energies(found), symmetry))
 
     def forget(self) -> None:
         """Judge the next slices by themselves."""
         self._averages = {}
-        self._slants = {}
+        self._biases = {}
 
     def state(self) -> dict[str, Any]:
         averages = {
             view: {"average": [[g.cpu(), m.cpu()] for g, m in a.statistics], "seen": a.seen}
             for view, a in self._averages.items()
         }
-        return {"averages": averages, "slants": {v: s.state() for v, s in self._slants.items()}}
+        return {"averages": averages, "biases": {v: b.state() for v, b in self._biases.items()}}
 
     def restore(self, state: dict[str, Any]) -> None:
         device = self._filters.device
@@ -149,9 +134,9 @@ class WaveletLoss:
         for view, saved in state["averages"].items():
             statistics = [(g.to(device), m.to(device)) for g, m in saved["average"]]
             self._averages[view] = Average(statistics, saved["seen"])
-        for view, saved in state["slants"].items():
-            self._slants[view] = CommonSlants()
-            self._slants[view].restore(saved, device)
+        for view, saved in state["biases"].items():
+            self._biases[view] = CommonBias()
+            self._biases[view].restore(saved, device)
 
     def _responses(self, image: Tensor) -> list[Tensor]:
         """Per octave, responses [batch, channel * filter, rows, columns]."""

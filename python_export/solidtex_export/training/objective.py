@@ -1,4 +1,4 @@
-"""The generator's loss: a method's terms, mixed into one gradient with respect to the slices."""
+"""The generator's loss: a recipe's terms, mixed into one gradient with respect to the slices."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ import torch
 from torch import Tensor
 
 from solidtex_export.discriminators.critic import adversarial_loss, style_loss
-from solidtex_export.discriminators.trainer import Opponent
+from solidtex_export.discriminators.trainer import DiscriminatorTrainer
 from solidtex_export.images.exemplar import random_crops, random_symmetry
+from solidtex_export.losses.color_distribution import color_distance
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
 from solidtex_export.losses.patches import patch_distance
 from solidtex_export.losses.spectrum import SpectrumLoss
 from solidtex_export.losses.statistics import Features, feature_loss
-from solidtex_export.losses.tones import tone_distance
 from solidtex_export.losses.wavelets import WaveletLoss
-from solidtex_export.training.preset import CRITIC_OF, DESCRIPTOR_LOSSES, Loss
+from solidtex_export.training.config import Config
+from solidtex_export.training.recipe import DESCRIPTOR_LOSSES, DISCRIMINATOR_OF, Loss
 
 REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
 
@@ -29,38 +30,34 @@ class Objective:
 
     def __init__(
         self,
-        terms: Sequence[Loss],
-        mixing: str,
-        symmetry: str,
-        size: int,
+        config: Config,
         exemplars: Sequence[Tensor],
-        opponents: Sequence[Mapping[str, Opponent]],
+        discriminators: Sequence[Mapping[str, DiscriminatorTrainer]],
         source: DescriptorSource,
         autocast: Callable[[], AbstractContextManager[None]],
     ) -> None:
-        self._terms = terms
-        self._mixing = mixing
-        self._symmetry = symmetry
+        self._terms = config.recipe.losses
+        self._mixing = config.recipe.mixing
+        self._symmetry = config.symmetry
         self._exemplars = exemplars
-        self._opponents = opponents
+        self._discriminators = discriminators
         self._autocast = autocast
-        self._names = _unique_names(terms)
         made: dict[tuple[str, tuple[tuple[int, ...], ...]], Descriptor] = {}
-        for term in terms:
+        for term in self._terms.values():
             if term.kind in DESCRIPTOR_LOSSES and (term.descriptor, term.groups) not in made:
                 made[term.descriptor, term.groups] = source.make(term.descriptor, term.groups)
         self._descriptors = made
         self._wavelets: list[WaveletLoss] = []
-        if any(term.kind == "wavelets" for term in terms):
-            self._wavelets = [WaveletLoss(e, size, symmetry) for e in exemplars]
+        if config.recipe.of_kind("wavelets"):
+            self._wavelets = [WaveletLoss(e, config.size, self._symmetry) for e in exemplars]
         self._spectra: list[SpectrumLoss] = []
-        if any(term.kind == "spectrum" for term in terms):
-            self._spectra = [SpectrumLoss(e, symmetry) for e in exemplars]
+        if config.recipe.of_kind("spectrum"):
+            self._spectra = [SpectrumLoss(e, self._symmetry) for e in exemplars]
 
     @property
     def names(self) -> list[str]:
         """Of the terms, as columns of the log."""
-        return self._names
+        return list(self._terms)
 
     def gradient(
         self, slices: Tensor, index: int, progress: float, view: str = ""
@@ -83,16 +80,18 @@ class Objective:
                 (part,) = torch.autograd.grad(loss, slices, retain_graph=True)
                 gradient += term.weight / (part.norm() + 1e-12) * part
         values = {name: loss.item() for name, (_, loss) in losses.items()}
-        return gradient, {name: values.get(name, math.nan) for name in self._names}
+        return gradient, {name: values.get(name, math.nan) for name in self._terms}
 
-    def slant_gradient(
+    def orientation_bias_gradient(
         self, slices: Tensor, index: int, view: str
     ) -> tuple[Tensor, dict[str, float]]:
-        """As `gradient`, of length one, of a view that no photograph shows: against slants that its
-        slices share. No term has a value."""
+        """As `gradient`, of length one, of a view that no photograph shows: against the orientation
+        bias that its slices share. No term has a value."""
         slices = slices.detach().float().requires_grad_()
-        (gradient,) = torch.autograd.grad(self._wavelets[index].slant(slices, view), slices)
-        return gradient / (gradient.norm() + 1e-12), dict.fromkeys(self._names, math.nan)
+        (gradient,) = torch.autograd.grad(
+            self._wavelets[index].orientation_bias(slices, view), slices
+        )
+        return gradient / (gradient.norm() + 1e-12), dict.fromkeys(self._terms, math.nan)
 
     def state(self) -> list[Any]:
         """What the losses remember of earlier slices."""
@@ -107,24 +106,19 @@ class Objective:
         for loss in self._wavelets:
             loss.forget()
 
-    def critic_losses(self, name: str, index: int) -> list[Tensor]:
-        """What the critics of that name and photograph have to minimise, on the slices they
-        remember."""
+    def discriminator_losses(self, name: str, index: int) -> list[Tensor]:
+        """What the discriminators of that name and photograph minimize, on their replay buffer."""
         with self._autocast():
             reals = lambda count, side: self._reals(index, count, side)  # noqa: E731
-            return self._opponents[index][name].losses(reals, self._turned)
+            return self._discriminators[index][name].losses(reals, self._turned)
 
     def _losses(
         self, slices: Tensor, index: int, progress: float, view: str
     ) -> dict[str, tuple[Loss, Tensor]]:
-        terms = [
-            (name, term)
-            for name, term in zip(self._names, self._terms, strict=True)
-            if term.judges(progress)
-        ]
+        terms = [(name, term) for name, term in self._terms.items() if term.active(progress)]
         losses = {}
         features: dict[object, Features] = {}
-        judged: dict[str, Callable[[Loss], Tensor]] = {}  # by the critic's name
+        judged: dict[str, Callable[[Loss], Tensor]] = {}  # by the discriminator's name
         for name, term in terms:
             key = (term.descriptor, term.groups)
             if term.kind == "descriptor":
@@ -136,13 +130,13 @@ class Objective:
                 loss = self._wavelets[index](slices, view)
             elif term.kind == "spectrum":
                 loss = self._spectra[index](slices)
-            elif term.kind == "tones":
-                loss = tone_distance(slices, self._exemplars[index])
-            elif term.kind in CRITIC_OF:
-                critic = CRITIC_OF[term.kind]
-                if critic not in judged:
-                    judged[critic] = self._judged(self._opponents[index][critic], slices, index)
-                loss = judged[critic](term)
+            elif term.kind == "color_distribution":
+                loss = color_distance(slices, self._exemplars[index])
+            elif term.kind in DISCRIMINATOR_OF:
+                judge = DISCRIMINATOR_OF[term.kind]
+                if judge not in judged:
+                    judged[judge] = self._judged(self._discriminators[index][judge], slices, index)
+                loss = judged[judge](term)
             else:
                 if key not in features:
                     reals = self._reals(index, len(slices), slices.shape[2])
@@ -151,12 +145,14 @@ class Objective:
             losses[name] = (term, loss)
         return losses
 
-    def _judged(self, opponent: Opponent, slices: Tensor, index: int) -> Callable[[Loss], Tensor]:
-        """A critic's losses, on features that they share."""
-        scale = opponent.random_scale()
-        critic = opponent.critics[scale]
-        reals = opponent.view(self._reals(index, len(slices), slices.shape[2]), scale)
-        features = critic.features(opponent.view(self._turned(slices), scale))
+    def _judged(
+        self, trainer: DiscriminatorTrainer, slices: Tensor, index: int
+    ) -> Callable[[Loss], Tensor]:
+        """A discriminator's losses, on features that they share."""
+        scale = trainer.random_scale()
+        critic = trainer.discriminators[scale]
+        reals = trainer.view(self._reals(index, len(slices), slices.shape[2]), scale)
+        features = critic.features(trainer.view(self._turned(slices), scale))
 
         def loss(term: Loss) -> Tensor:
             if term.kind == "style":
@@ -174,11 +170,3 @@ class Objective:
 
     def _turned(self, images: Tensor) -> Tensor:
         return random_symmetry(images, self._symmetry)
-
-
-def _unique_names(terms: Sequence[Loss]) -> list[str]:
-    """Kinds, with the descriptor's name where one kind comes twice, else with a number."""
-    names = [term.kind for term in terms]
-    if len(set(names)) < len(names):
-        names = [t.kind if t.kind in CRITIC_OF else f"{t.descriptor}-{t.kind}" for t in terms]
-    return [n if names.count(n) == 1 else f"{n}-{i}" for i, n in enumerate(names)]

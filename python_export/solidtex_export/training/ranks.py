@@ -30,7 +30,7 @@ class Ranks:
         self._device = device or torch.device("cpu")
 
     @property
-    def leads(self) -> bool:
+    def is_main(self) -> bool:
         return self.rank == 0
 
     def seed(self, seed: int) -> int:
@@ -62,7 +62,7 @@ class Ranks:
         """Every rank's value, by rank; on other ranks than 0 only its own."""
         if self.count == 1:
             return [value]
-        values: list[Any] | None = [None] * self.count if self.leads else None
+        values: list[Any] | None = [None] * self.count if self.is_main else None
         dist.gather_object(value, values, dst=0)
         return values if values is not None else [value]
 

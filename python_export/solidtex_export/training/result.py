@@ -68,6 +68,12 @@ class ResultFolder:
         except (OSError, ValueError) as error:
             raise ResultError(f"{self._config}: found no readable JSON ({error})") from error
         wanted = json.loads(json.dumps(config.document()))
+        if isinstance(found, dict) and found.get("version") != wanted.get("version"):
+            raise ResultError(
+                f"{self._config}: version: found {json.dumps(found.get('version'))}, expected"
+                f" {json.dumps(wanted.get('version'))}: another version of solidtex trained this,"
+                " which can resume it; it can be exported as it is, else choose another -o"
+            )
         if difference := first_difference(found, wanted):
             raise ResultError(
                 f"{self._config}: {difference}; to resume, repeat the same command, else choose"

@@ -1,7 +1,7 @@
-"""The training loop of every method.
+"""The training loop of every recipe.
 
-A step draws slices of the solid, asks the objective for the gradient with respect to them, sends it
-back through the generator, then trains the critics, if the method has some, on recent slices.
+A step draws slices of the solid, asks the objective for the gradient with respect to them and
+sends it back through the generator. Then it trains the recipe's discriminators on recent slices.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from solidtex_export.analysis.grain import channel_axes, whiten
-from solidtex_export.discriminators.trainer import Opponent
+from solidtex_export.discriminators.trainer import DiscriminatorTrainer
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.training.batch_norm import measure_statistics
@@ -23,7 +23,7 @@ from solidtex_export.training.config import Config
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
 from solidtex_export.training.families import build
 from solidtex_export.training.objective import Objective
-from solidtex_export.training.optimiser import GeneratorOptimiser
+from solidtex_export.training.optimizer import GeneratorOptimizer
 from solidtex_export.training.preview import preview_sheet
 from solidtex_export.training.ranks import Ranks, on_cpu
 from solidtex_export.training.reproducible import make_reproducible
@@ -48,32 +48,32 @@ class Trainer:
     ) -> None:
         make_reproducible(config.seed, device)
         self.config = config
-        self.method = config.method
+        self.recipe = config.recipe
         self.device = device
         self.folder = folder
         self.ranks = ranks or Ranks()
         self.originals = exemplars
-        self.generator, self.slices, self.oblique = build(config, exemplars)
+        self.generator, self.slices, self.oblique = build(config)
         mean, basis = channel_axes(exemplars)
         self.generator.color_mean.copy_(mean)
         self.generator.color_basis.copy_(basis)
         self.generator.to(device)
-        self.optimizer = GeneratorOptimiser(self.generator, self.method.optimiser, config.early)
+        self.optimizer = GeneratorOptimizer(
+            self.generator, self.recipe.optimizer, self.recipe.initial_phase
+        )
         photographs = [whiten(e.image, mean, basis).to(device) for e in exemplars]
         source = DescriptorSource(
             mean, basis, weights or PretrainedWeights(), config.color_space == "linear"
         )
-        self.opponents = [
-            {name: Opponent(critic, p, source) for name, critic in config.critics.items()}
+        settings = self.recipe.discriminators
+        self.discriminators = [
+            {name: DiscriminatorTrainer(s, p, source) for name, s in settings.items()}
             for p in photographs
         ]
         self.objective = Objective(
-            config.losses,
-            self.method.mixing,
-            config.symmetry,
-            config.size,
+            config,
             photographs,
-            self.opponents,
+            self.discriminators,
             source,
             self._autocast,
         )
@@ -83,7 +83,7 @@ class Trainer:
         self.settled = False
         self.finished = False
         self._settle_when_due()
-        if not self.ranks.leads:
+        if not self.ranks.is_main:
             torch.manual_seed(self.ranks.seed(config.seed))
 
     @property
@@ -112,7 +112,7 @@ class Trainer:
             start = time.monotonic()
             row = self._train_step()
             self.seconds += time.monotonic() - start
-            if self.ranks.leads and (self.step % LOG_STEPS == 0 or self.step == 1):
+            if self.ranks.is_main and (self.step % LOG_STEPS == 0 or self.step == 1):
                 self.folder.log(row)
             report(self)
         if self.progress >= 1 and not self.finished:
@@ -120,26 +120,26 @@ class Trainer:
         self.save()
 
     def _finish(self) -> None:
-        if self.method.generator.statistics == "trained":
+        if self.recipe.generator.statistics == "trained":
             self._measure_statistics()
         self.finished = True
         self._save_preview()
 
     def _settle_when_due(self) -> None:
-        """Ends the early part, or what would be one: statistics are fixed where they are measured,
-        and the optimiser begins anew."""
-        if self.settled or self.config.early.progress(self.step, self.progress) < 1:
+        """Ends the initial phase, or what would be one: statistics are fixed where they are
+        measured, and the optimizer begins anew."""
+        if self.settled or self.recipe.initial_phase.progress(self.step, self.progress) < 1:
             return
         self.settled = True
-        if self.method.generator.statistics == "measured":
+        if self.recipe.generator.statistics == "measured":
             self._measure_statistics()
         self.optimizer.renew()
 
     def _train_step(self) -> dict[str, float]:
         self._settle_when_due()
         progress = self.progress
-        critics = self.config.critics_on(progress)
-        rate = self.optimizer.prepare(self.step, progress, bool(critics))
+        judging = self.recipe.discriminators_at(progress)
+        rate = self.optimizer.prepare(self.step, progress, bool(judging))
         passes = self._passes()
         judged = set()
         sums: dict[str, float] = {}
@@ -148,13 +148,14 @@ class Trainer:
             values, slices = self._backward(direction, oblique, progress, 1 / len(passes))
             sums = {name: sums.get(name, 0.0) + v / len(passes) for name, v in values.items()}
             if direction in self.config.directions:
-                for name in critics:
-                    self.opponents[index][name].remember(slices)
+                for name in judging:
+                    self.discriminators[index][name].remember(slices)
                 judged.add(index)
         self.ranks.average_gradients(self.generator)
         self.optimizer.step()
-        for name in self.opponents[0]:
-            losses = [self._train_critics(name, i) for i in sorted(judged) if name in critics]
+        for name in self.discriminators[0]:
+            indices = sorted(judged) if name in judging else []
+            losses = [self._train_discriminators(name, i) for i in indices]
             sums[name] = sum(losses) / len(losses) if losses else math.nan
         self.watch.check(self.step, sums)
         self.step += 1
@@ -162,7 +163,7 @@ class Trainer:
 
     def _passes(self) -> list[tuple[str, bool]]:
         """Direction of each pass through the generator in this step, and whether it is oblique."""
-        slicing, directions = self.method.slicing, self.config.directions
+        slicing, directions = self.recipe.slicing, self.config.directions
         free_share = slicing.free_share if self._z_is_free else 0.0
         free_steps = math.ceil(self.step * free_share)  # first of four: the log has the last of 20
         if math.ceil((self.step + 1) * free_share) > free_steps:
@@ -182,13 +183,13 @@ class Trainer:
             assert self.oblique is not None
             source, size = self.oblique, self._oblique_size()
         with self._autocast():
-            drawn = source.draw(direction, size, self.method.slicing.batch)
+            drawn = source.draw(direction, size, self.recipe.slicing.batch)
         index = self.config.exemplar_index(direction)
         view = source.view(direction)
         if direction in self.config.directions:
             gradient, values = self.objective.gradient(drawn, index, progress, view)
         else:
-            gradient, values = self.objective.slant_gradient(drawn, index, view)
+            gradient, values = self.objective.orientation_bias_gradient(drawn, index, view)
         if not gradient.isfinite().all():
             raise not_finite(self.step, "a gradient")
         drawn.backward((weight * gradient).to(drawn.dtype))
@@ -202,16 +203,15 @@ class Trainer:
         return one and config.symmetry != "none" and config.family == "field"
 
     def _oblique_size(self) -> int:
-        return max(
-            self.method.smallest_judged, round(self.method.slicing.oblique_size * self.config.size)
-        )
+        side = round(self.recipe.slicing.oblique_size * self.config.size)
+        return max(self.recipe.smallest_judged, side)
 
-    def _train_critics(self, name: str, index: int) -> float:
-        losses = self.objective.critic_losses(name, index)
-        self.opponents[index][name].update(losses, self.ranks.average_gradients)
+    def _train_discriminators(self, name: str, index: int) -> float:
+        losses = self.objective.discriminator_losses(name, index)
+        self.discriminators[index][name].update(losses, self.ranks.average_gradients)
         mean = sum(loss.item() for loss in losses) / len(losses)
         if not math.isfinite(mean):
-            raise not_finite(self.step, "a critic's loss")
+            raise not_finite(self.step, "a discriminator's loss")
         return mean
 
     def _autocast(self) -> torch.autocast:
@@ -227,7 +227,7 @@ class Trainer:
         measure_statistics(self.generator, self.slices, config.directions, config.size, self.ranks)
 
     def _save_preview(self) -> None:
-        if not self.ranks.leads:
+        if not self.ranks.is_main:
             return
         with torch.random.fork_rng(devices=[self.device] if self._on_cuda else []):
             torch.manual_seed(0)  # so that previews of one training can be compared
@@ -236,7 +236,7 @@ class Trainer:
 
     def save(self) -> None:
         state = self.state()
-        if self.ranks.leads:
+        if self.ranks.is_main:
             self.folder.save_checkpoint(state)
         self.ranks.wait()
 
@@ -244,18 +244,18 @@ class Trainer:
         own = {
             "rng": torch.get_rng_state(),
             "cuda_rng": torch.cuda.get_rng_state(self.device) if self._on_cuda else None,
-            "memories": [
-                {name: on_cpu(critic.memory) for name, critic in opponents.items()}
-                for opponents in self.opponents
+            "replay_buffers": [
+                {name: on_cpu(d.replay_buffer) for name, d in discriminators.items()}
+                for discriminators in self.discriminators
             ],
             "objective": self.objective.state(),
         }
         return {
             "generator": self.generator.state_dict(),
             "optimizer": self.optimizer.state_dict(),
-            "opponents": [
-                {name: critic.state() for name, critic in opponents.items()}
-                for opponents in self.opponents
+            "discriminators": [
+                {name: d.state() for name, d in discriminators.items()}
+                for discriminators in self.discriminators
             ],
             "watch": self.watch.state(),
             "step": self.step,
@@ -273,23 +273,24 @@ class Trainer:
         self.generator.load_state_dict(state["generator"])
         self.optimizer.load_state_dict(state["optimizer"])
         own = state["ranks"][self.ranks.rank]
-        states = zip(self.opponents, state["opponents"], own["memories"], strict=True)
-        for opponents, saved, memories in states:
-            for name, opponent in opponents.items():
-                opponent.restore(saved[name])
-                opponent.memory = memories[name]
+        saved, buffers = state["discriminators"], own["replay_buffers"]
+        states = zip(self.discriminators, saved, buffers, strict=True)
+        for discriminators, saved_states, saved_buffers in states:
+            for name, discriminator in discriminators.items():
+                discriminator.restore(saved_states[name])
+                discriminator.replay_buffer = saved_buffers[name]
         self.objective.restore(own["objective"])
         self.watch.restore(state["watch"])
         self.step = state["step"]
         self.seconds = state["seconds"]
         self.settled = state["settled"]
         self.finished = state["finished"]
-        if self.settled and self.method.generator.statistics == "measured":
+        if self.settled and self.recipe.generator.statistics == "measured":
             self.generator.eval()
         torch.set_rng_state(own["rng"])
         if self._on_cuda and own["cuda_rng"] is not None:
             torch.cuda.set_rng_state(own["cuda_rng"], self.device)
-        if self.ranks.leads:
+        if self.ranks.is_main:
             self.folder.trim_log(self.step)
 
     @property

@@ -87,7 +87,7 @@ class Cell:
     def _training(self, result: Path) -> list[str]:
         entry = self.entry
         options = {
-            "method": None if self.method == CHOSEN else self.method,
+            "preset": None if self.method == CHOSEN else self.method,
             "minutes": self._minutes,
             "size": entry.size,
             "resolution": entry.resolution,

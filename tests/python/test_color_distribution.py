@@ -1,4 +1,4 @@
-"""The loss of tones: exact where it can be, blind to places, and sharper than moments."""
+"""The color distribution: exact where it can be, blind to places, sharper than moments."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import torch
 from textures_2d import noise
 from torch import Tensor
 
-from solidtex_export.losses.tones import tone_distance
+from solidtex_export.losses.color_distribution import color_distance
 
 SIDE = 64
 
@@ -19,7 +19,7 @@ def two_tones(seed: int, side: int = SIDE) -> Tensor:
 
 def between(slice_: Tensor, exemplar: Tensor) -> float:
     torch.manual_seed(0)
-    return float(tone_distance(slice_[None], exemplar))
+    return float(color_distance(slice_[None], exemplar))
 
 
 def test_of_a_row_and_a_single_tone_it_is_the_mean_squared_distance() -> None:
@@ -56,6 +56,6 @@ def test_its_gradient_leads_to_the_tones_of_the_photograph() -> None:
     optimiser = torch.optim.Adam([image], 0.05)
     for _ in range(60):
         optimiser.zero_grad()
-        tone_distance(image[None], exemplar).backward()
+        color_distance(image[None], exemplar).backward()
         optimiser.step()
     assert between(image.detach(), exemplar) < 0.3 * begin

@@ -1,26 +1,9 @@
-"""Slants that all slices of one view share, though the photograph has none.
-
-A solid whose parts are long along a diagonal of space leans alike in all its slices. Single slices
-show that no more than pieces of a photograph do, which lean by chance; among all covariances of
-wavelets it hardly counts. So slants are averaged by themselves over recent slices of a view, and
-only what the average has for certain is held against the next slice.
+"""Orientation bias that all slices of one view share, though the photograph has none.
 
 A slant is what a symmetry of the photograph forbids: where it may be flipped, more energy along one
 diagonal than along the other; where it may be turned too, more across columns than across rows.
-
-By eye, 500 to 600 steps of rust and marble, of which the one leans and the other's slices have long
-veins in any direction by chance:
-
-    none                              layers along an axis     veins, a slight slant
-    distance of the average           they lean still          -
-    average times slice, 4            a little                 -
-    16                                none                     specks instead of veins
-    64                                blots with pale specks   -
-    certain, in variances, 0.2        none                     veins that close
-
-All that from the beginning of a training on, wavelets too. Slants alone joining at 40 % helped
-marble in short trainings (430 steps: veins that close; else specks), in long ones it was the other
-way round. Now wavelets and slants join together, when outlines are there (methods/lattice.toml).
+Single slices lean by chance, so slants are averaged over recent slices of a view, and only what the
+average has for certain is held against the next slice: docs/experiments/orientation-bias.md.
 """
 
 from __future__ import annotations
@@ -33,7 +16,7 @@ MEMORY = 32.0  # slices that the average goes back
 CERTAINTY = 2.0  # variances of such an average that a slant's square must exceed to be certain
 
 
-def slants(energies: Tensor, symmetry: str) -> Tensor:
+def orientation_bias(energies: Tensor, symmetry: str) -> Tensor:
     """Shares of energy [octave, 1 or 2] that are none by the symmetry.
 
     `energies` [octave, 4] are those of waves across columns, rising, across rows and falling.
@@ -45,7 +28,7 @@ def slants(energies: Tensor, symmetry: str) -> Tensor:
     return torch.stack(forbidden, dim=1) / (across + rising + down + falling).unsqueeze(1)
 
 
-class CommonSlants:
+class CommonBias:
     """Of the slices of one view."""
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Adam for a generator, with a schedule and, if the method says so, equalised steps."""
+"""Adam for a generator, with a schedule and, if the recipe says so, per-layer scaling."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from typing import Any
 from torch import nn
 from torch.optim import Adam
 
-from solidtex_export.training.preset import Early, Optimiser
+from solidtex_export.training.recipe import InitialPhase, Optimizer
 
 
-class GeneratorOptimiser:
+class GeneratorOptimizer:
     """`prepare` before the backward passes of a step, `step` after them."""
 
-    def __init__(self, generator: nn.Module, settings: Optimiser, early: Early) -> None:
+    def __init__(self, generator: nn.Module, settings: Optimizer, initial: InitialPhase) -> None:
         self._generator = generator
         self._settings = settings
-        self._early = early
+        self._initial = initial
         self.renew()
 
     def renew(self) -> None:
-        """Forgets all gradients so far; equalised steps fit the size that weights have now."""
+        """Forgets all gradients so far; per-layer scaling follows the present size of weights."""
         settings = self._settings
-        groups = _parameter_groups(self._generator, settings.equalised)
+        groups = _parameter_groups(self._generator, settings.per_layer_scaling)
         self._adam = Adam(groups, settings.learning_rate, settings.betas)
 
     def prepare(self, step: int, progress: float, critic_on: bool) -> float:
         """Clears gradients and sets the learning rate, which it returns."""
         settings = self._settings
-        rate = learning_rate(step, progress, settings, self._early)
+        rate = learning_rate(step, progress, settings, self._initial)
         first, second = settings.betas
         if critic_on and settings.beta_with_critic is not None:
             first = settings.beta_with_critic
@@ -49,14 +49,14 @@ class GeneratorOptimiser:
         self._adam.load_state_dict(state)
 
 
-def learning_rate(step: int, progress: float, settings: Optimiser, early: Early) -> float:
-    """Linear warm-up, then half a cosine: in the early part from its rate to the optimiser's, after
-    it over the whole training from the optimiser's to `final_rate` of that."""
+def learning_rate(step: int, progress: float, settings: Optimizer, initial: InitialPhase) -> float:
+    """Linear warm-up, then half a cosine: in the initial phase from its rate to the
+    optimizer's, after it over the whole training from that to `final_rate` of it."""
     warmup = min(1.0, (step + 1) / max(settings.warmup_steps, 1))
     last = settings.learning_rate
-    begun = early.progress(step, progress)
+    begun = initial.progress(step, progress)
     if begun < 1:
-        return warmup * half_cosine(begun, early.learning_rate, last)
+        return warmup * half_cosine(begun, initial.learning_rate, last)
     return warmup * half_cosine(progress, last, settings.final_rate * last)
 
 
@@ -65,9 +65,9 @@ def half_cosine(progress: float, first: float, last: float) -> float:
     return last + (first - last) * (0.5 + 0.5 * math.cos(math.pi * min(progress, 1.0)))
 
 
-def _parameter_groups(generator: nn.Module, equalised: bool) -> list[dict[str, Any]]:
-    """Equalised: groups whose steps are proportional to the size that their weights have."""
-    if not equalised:
+def _parameter_groups(generator: nn.Module, per_layer_scaling: bool) -> list[dict[str, Any]]:
+    """Scaled: learning rates are proportional to the size that weights have."""
+    if not per_layer_scaling:
         return [{"params": list(generator.parameters()), "scale": 1.0}]
     groups = []
     for module in generator.modules():

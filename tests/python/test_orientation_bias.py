@@ -7,18 +7,21 @@ import torch
 from small_trainings import assert_equal, make_trainer, save_photo
 from torch import Tensor
 
-from solidtex_export.losses.slants import WEIGHT, CommonSlants, slants
+from solidtex_export.losses.orientation_bias import WEIGHT, CommonBias, orientation_bias
 from solidtex_export.losses.wavelets import WaveletLoss
 
 
 def test_slants_are_what_the_symmetry_forbids() -> None:
     energies = torch.tensor([[4.0, 1.0, 2.0, 3.0], [1.0, 1.0, 1.0, 1.0]])
-    assert slants(energies, "all").tolist() == [[pytest.approx(-0.2), pytest.approx(0.2)], [0, 0]]
-    assert slants(energies, "flips").tolist() == [[pytest.approx(-0.2)], [0]]
+    assert orientation_bias(energies, "all").tolist() == [
+        [pytest.approx(-0.2), pytest.approx(0.2)],
+        [0, 0],
+    ]
+    assert orientation_bias(energies, "flips").tolist() == [[pytest.approx(-0.2)], [0]]
 
 
 def test_slants_of_either_kind_in_turn_are_none() -> None:
-    common = CommonSlants()
+    common = CommonBias()
     for step in range(100):
         values = common.loss(torch.tensor([[0.3 * (-1) ** step]]))
     assert values == 0
@@ -28,7 +31,7 @@ def test_chance_asks_for_little_and_a_common_slant_for_much() -> None:
     """Slices vary by 0.2; what they have in common is nothing, then a third of that."""
     pulls = {}
     for shared in (0.0, 0.07):
-        common = CommonSlants()
+        common = CommonBias()
         for _ in range(400):
             found = (shared + 0.2 * torch.randn(4, 1)).requires_grad_()
             (gradient,) = torch.autograd.grad(common.loss(found), found)
@@ -39,7 +42,7 @@ def test_chance_asks_for_little_and_a_common_slant_for_much() -> None:
 
 
 def test_a_restart_remembers() -> None:
-    common, again = CommonSlants(), CommonSlants()
+    common, again = CommonBias(), CommonBias()
     for _ in range(5):
         common.loss(torch.randn(3, 2))
     again.restore(common.state(), torch.device("cpu"))
@@ -57,10 +60,10 @@ def sheets(angle: float, phase: float) -> Tensor:
 @pytest.mark.parametrize("angle", [0.0, 0.785, 1.571, 2.356])
 def test_of_a_free_direction_any_slant_that_stays_is_held_against(angle: float) -> None:
     loss = WaveletLoss(torch.randn(1, 64, 64), 48, "flips")
-    values = [float(loss.slant(sheets(angle, phase), "z")) for phase in range(8)]
+    values = [float(loss.orientation_bias(sheets(angle, phase), "z")) for phase in range(8)]
     assert values[-1] > 0.1 * WEIGHT
     turned = sheets(angle + 1.571, 0.0)
-    assert float(loss.slant(turned, "z")) < -0.1 * WEIGHT
+    assert float(loss.orientation_bias(turned, "z")) < -0.1 * WEIGHT
 
 
 def drawn(tmp_path: Path, *options: str) -> list[str]:

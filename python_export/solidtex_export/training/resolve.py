@@ -1,0 +1,238 @@
+"""From what is asked for to a configuration that leaves nothing to decide."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from solidtex_export.analysis.choice import LATTICE, LATTICES, Choice, choose_lattice, choose_preset
+from solidtex_export.analysis.measurements import Measurements
+from solidtex_export.generators.build import build_generator
+from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.images.channels import AS_IS, Reading
+from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
+from solidtex_export.images.histograms import share_histograms
+from solidtex_export.images.photographs import read_picture
+from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.descriptors import PretrainedWeights
+from solidtex_export.losses.learned import LearnedDescriptor
+from solidtex_export.losses.vgg import read_weights
+from solidtex_export.training.config import Config, FileRecord, exemplar_records
+from solidtex_export.training.presets import PresetError, load_recipe
+from solidtex_export.training.recipe import Recipe
+
+DEFAULT_SIZE = 128  # texels
+SMALLEST_SIZE = 32  # texels
+
+# A sampler is easily trained to shorter grain, hardly ever to longer one, so it starts with longer
+# grain than measured: docs/experiments/sampler-preset.md
+GRAIN_GAIN = 2.0
+GRAIN_POWER = 1.4
+MAX_GRAIN = 128.0
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a user asks for; None is left to solidtex."""
+
+    photos: tuple[Path, ...]
+    directions: str
+    maps: tuple[dict[str, Path], ...]
+    """Of each photograph, by name."""
+    preset: str | None = None
+    overrides: tuple[str, ...] = ()
+    size: int | None = None
+    resolution: int | None = None
+    crop: tuple[int, ...] | None = None
+    symmetry: str | None = None
+    seed: int = 0
+    minutes: float | None = None
+    steps: int | None = None
+    color_space: str = "srgb"
+    reading: Reading = AS_IS
+    license: str = ""
+    source: str = ""
+    vgg: Path | None = None
+    descriptor: Path | None = None
+
+    @property
+    def name(self) -> str:
+        """The preset that sizes and options are checked for."""
+        return self.preset or LATTICE
+
+    def recipes(self) -> list[Recipe]:
+        """Every recipe that the name may stand for."""
+        names = [LATTICE, *LATTICES] if self.name == LATTICE else [self.name]
+        return [load_recipe(name, list(self.overrides)) for name in names]
+
+    @property
+    def chooses_a_family(self) -> bool:
+        """Nothing is said, of one photograph that serves directions which a sampler can."""
+        unsaid = self.preset is None and not self.overrides
+        return unsaid and len(self.photos) == 1 and self.directions in ("xyz", "xy")
+
+
+@dataclass(frozen=True)
+class Resolved:
+    """A training that can begin."""
+
+    config: Config
+    exemplars: list[Exemplar]
+    weights: PretrainedWeights
+    choices: tuple[Choice, ...]
+
+
+def resolve(request: Request) -> Resolved:
+    """Reads the photographs and weights, measures what is left open, and decides it."""
+    size, resolution = scale(request)
+    exemplars = [
+        load_exemplar(
+            path, resolution, size, request.crop, maps, request.color_space, request.reading
+        )
+        for path, maps in zip(request.photos, request.maps, strict=True)
+    ]
+    check_alike(exemplars)
+    if request.recipes()[0].match_histograms:
+        exemplars = share_histograms(exemplars)
+    shipped = functools.cache(lambda: load_weights(SHIPPED))
+    descriptor_loss = lambda: LearnedDescriptor(shipped()).loss  # noqa: E731
+    measured = Measurements(exemplars, request.directions, descriptor_loss)
+    preset, recipe, choices = decide(request, measured)
+    descriptor = request.descriptor or (SHIPPED if uses_learned(recipe, request.vgg) else None)
+    config = Config(
+        preset=preset,
+        reasons=tuple(choice.sentence for choice in choices),
+        family=recipe.family,
+        size=size,
+        resolution=resolution,
+        crop=request.crop,
+        directions=request.directions,
+        seed=request.seed,
+        minutes=request.minutes,
+        steps=request.steps,
+        exemplars=exemplar_records(exemplars),
+        channels=exemplars[0].channels,
+        color_space=exemplars[0].color_space,
+        license=request.license,
+        source=request.source,
+        generator=generator_arguments(preset, recipe, len(exemplars[0].channels)),
+        recipe=recipe,
+        vgg=_record(request.vgg),
+        descriptor=_record(descriptor),
+    )
+    check_vgg(request, config)
+    learned = None
+    if descriptor is not None:
+        learned = shipped() if descriptor == SHIPPED else load_weights(descriptor)
+    return Resolved(config, exemplars, PretrainedWeights(request.vgg, learned), choices)
+
+
+def smallest_size(request: Request) -> int:
+    """Side of the smallest slice that every loss can judge, in texels."""
+    return max(SMALLEST_SIZE, *(recipe.smallest_judged for recipe in request.recipes()))
+
+
+def scale(request: Request) -> tuple[int, int]:
+    """Side of slices and resolution. Slices of the default size see half of the photograph each
+    way, or all of a small one."""
+    size = request.size
+    if size is None:
+        crop = request.crop
+        sizes = [
+            crop[2:] if crop else read_picture(p, request.reading.layer).size
+            for p in request.photos
+        ]
+        largest = min(DEFAULT_SIZE, request.resolution or DEFAULT_SIZE, *map(min, sizes))
+        size = max(smallest_size(request), largest)
+    return size, request.resolution or 2 * size
+
+
+def decide(request: Request, measured: Measurements) -> tuple[str, Recipe, tuple[Choice, ...]]:
+    """The preset by its name, its recipe without anything left open, and what was chosen."""
+    choices = []
+    preset = request.name
+    if request.chooses_a_family:
+        choices.append(choose_preset(measured))
+        preset = choices[-1].value
+    recipe = load_recipe(preset, list(request.overrides))
+    symmetry = request.symmetry or recipe.slicing.symmetry
+    if symmetry == "auto":
+        symmetry = measured.most_symmetric
+        if _shows_orientations(recipe) and measured.symmetry.name != symmetry:
+            symmetry, reason = measured.symmetry
+            choices.append(Choice("symmetry", symmetry, reason))
+    if preset == LATTICE:
+        choices.append(choose_lattice(measured, symmetry))
+        preset = choices[-1].value
+        recipe = load_recipe(preset, list(request.overrides))
+    planes = _planes(recipe, request)
+    elongation = recipe.grain.elongation
+    if elongation is None and recipe.slicing.planes == "auto" and planes == "about-z":
+        elongation = initial_grain(measured.grain)
+    slicing = recipe.slicing.model_copy(update={"symmetry": symmetry, "planes": planes})
+    grain = recipe.grain.model_copy(update={"elongation": elongation})
+    resolved = recipe.model_copy(update={"slicing": slicing, "grain": grain})
+    return preset, resolved, tuple(choices)
+
+
+def _shows_orientations(recipe: Recipe) -> bool:
+    """A sampler's random planes show all of them alike; and where no trained weights judge slices,
+    none are to decide how these are shown."""
+    return recipe.family == "field" and recipe.uses("learned")
+
+
+def _planes(recipe: Recipe, request: Request) -> str:
+    """What `auto` means: GramGAN, section 4, "implementation details"."""
+    if recipe.slicing.planes != "auto":
+        return recipe.slicing.planes
+    if len(request.photos) > 1:
+        return "axes"
+    return {"xyz": "any", "xy": "about-z"}.get(request.directions, "axes")
+
+
+def initial_grain(measured: float) -> float:
+    """How much octaves are stretched along z at first."""
+    return min(max(GRAIN_GAIN * measured, measured**GRAIN_POWER, 1.0), MAX_GRAIN)
+
+
+def uses_learned(recipe: Recipe, vgg: Path | None) -> bool:
+    return recipe.uses("learned") or (recipe.uses("vgg") and vgg is None)
+
+
+def generator_arguments(preset: str, recipe: Recipe, channels: int) -> dict[str, Any]:
+    """The generator's constructor arguments, and its kind; checked by building it."""
+    settings = recipe.generator
+    arguments = {"kind": settings.kind, **settings.sizes, "out_channels": channels}
+    try:
+        generator = build_generator(recipe.family, arguments)
+    except (TypeError, ValueError) as error:
+        raise PresetError(f"{preset}: generator: {error}") from error
+    short = recipe.grain.short_octaves
+    if isinstance(generator, OctaveSampler) and short >= generator.octaves:
+        needed = f"fewer than all {generator.octaves} octaves"
+        raise PresetError(f"{preset}: grain.short_octaves: found {short}, expected {needed}")
+    return arguments
+
+
+def check_vgg(request: Request, config: Config) -> None:
+    """Refuses bad weights before there is a result folder."""
+    if request.vgg is None:
+        return
+    channels = config.channels
+    if config.recipe.only_vgg and len(channels) > 3:
+        raise PresetError(
+            f"--vgg: found {len(channels)} channels ({', '.join(channels)}), expected at most 3:"
+            f" VGG-19 sees no more, and preset {config.preset} has no other loss"
+        )
+    read_weights(request.vgg)
+
+
+def _record(path: Path | None) -> FileRecord | None:
+    if path is None:
+        return None
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: found no such file, expected weights of a descriptor")
+    return FileRecord(file=path.name, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
