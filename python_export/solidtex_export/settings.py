@@ -116,7 +116,8 @@ def _table(model: type[Settings], path: tuple[int | str, ...]) -> type[Settings]
     found: Any = model
     for key in path:
         if isinstance(found, type) and issubclass(found, Settings):
-            found = found.model_fields[str(key)].annotation
+            fields = {field.alias or name: field for name, field in found.model_fields.items()}
+            found = fields[str(key)].annotation
         elif arguments := get_args(found):
             found = arguments[-1]
     return found if isinstance(found, type) and issubclass(found, Settings) else model

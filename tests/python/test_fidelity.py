@@ -211,7 +211,7 @@ def test_unknown_methods_and_exemplars_are_refused(
     assert main([str(plan), "-o", str(tmp_path / "all"), "--only", "cheese"]) == 1
     assert "--only: found cheese, expected one of rock, missing" in capsys.readouterr().err
     assert main([str(plan), "-o", str(tmp_path / "all"), "--method", "cheese"]) == 1
-    assert "--method: found cheese, expected one of lattice" in capsys.readouterr().err
+    assert "--preset: found cheese, expected one of lattice" in capsys.readouterr().err
     plan.write_text(PLAN.replace('["lattice"]', '["alchemy"]'))
     assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
     assert "found alchemy" in capsys.readouterr().err

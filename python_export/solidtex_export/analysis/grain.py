@@ -10,19 +10,19 @@ from torch import Tensor
 from solidtex_export.images.channels import groups
 from solidtex_export.images.exemplar import Exemplar
 
-MIN_AXIS_RATIO = 0.15  # of the largest: keeps a grey stone's faint hues from being amplified
+MIN_AXIS_RATIO = 0.15  # of the largest: keeps a gray stone's faint hues from being amplified
 CONSTANT = 1e-3  # a channel that varies by less than this share of its size counts as constant
 
 
 def channel_axes(exemplars: Sequence[Exemplar]) -> tuple[Tensor, Tensor]:
     """Mean m [channel] and axes B [channel, channel]; channels = m + B y, y of unit variance.
 
-    First colour as a whole and every other channel are scaled to unit deviation, so that units do
+    First color as a whole and every other channel are scaled to unit deviation, so that units do
     not matter: a roughness that hardly varies counts as much as a height in millimetres. Then the
     principal axes of all channels together are scaled to unit variance. Joint axes let a generator
     start with the exemplar's correlations between maps, and make what breaks them stand out: where
-    an edge of the colour lacks its edge of the roughness, y on a small axis is large. The floor
-    keeps what is hardly there (a grey stone's hues) from being amplified more than 1/0.15 times.
+    an edge of the color lacks its edge of the roughness, y on a small axis is large. The floor
+    keeps what is hardly there (a gray stone's hues) from being amplified more than 1/0.15 times.
     """
     values = torch.cat([e.image.flatten(1) for e in exemplars], dim=1).double()
     mean = values.mean(1)
@@ -34,9 +34,9 @@ def channel_axes(exemplars: Sequence[Exemplar]) -> tuple[Tensor, Tensor]:
 
 
 def block_scales(values: Tensor, channels: Sequence[str]) -> Tensor:
-    """Deviation of each channel of `values` [channel, pixel]; that of the largest for a colour's.
+    """Deviation of each channel of `values` [channel, pixel]; that of the largest for a color's.
 
-    One scale for a colour (albedo.r, albedo.g ...) keeps the proportions of its channels.
+    One scale for a color (albedo.r, albedo.g ...) keeps the proportions of its channels.
     """
     floor = CONSTANT * values.abs().amax(1).clamp_min(1e-6)
     scales = torch.maximum(values.std(1), floor)
@@ -47,7 +47,7 @@ def block_scales(values: Tensor, channels: Sequence[str]) -> Tensor:
 
 
 def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
-    """The inverse of the colour affine, for an image [channel, row, column]."""
+    """The inverse of the color affine, for an image [channel, row, column]."""
     centred = (image - mean[:, None, None]).flatten(1).double()
     return torch.linalg.solve(basis.double(), centred).float().view_as(image)
 

@@ -17,7 +17,7 @@ def surrogate(image: Tensor, generator: torch.Generator) -> Tensor:
     """A random one of `image` [channel, row, column], of its size.
 
     The spectrum is that of the picture mirrored at its borders, which would else be outlines. All
-    channels get the same phases, so that colours that go together still do.
+    channels get the same phases, so that colors that go together still do.
     """
     rows, columns = image.shape[1:]
     mirrored = torch.cat([image, image.flip(2)], 2)
@@ -38,7 +38,7 @@ def _with_tones(image: Tensor, tones: Tensor) -> Tensor:
 
 
 def scrambled(images: Tensor, generator: torch.Generator) -> Tensor:
-    """The same spectrum and no structure: random phases, the same for all colours."""
+    """The same spectrum and no structure: random phases, the same for all colors."""
     rows, columns = images.shape[2:]
     white = torch.fft.rfft2(torch.randn(len(images), 1, rows, columns, generator=generator))
     return torch.fft.irfft2(torch.fft.rfft2(images) * white / white.abs(), s=(rows, columns))

@@ -98,7 +98,7 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error(f"--slices: found {len(args.paths)} exemplars, expected 1")
     args.model = None if args.slices else args.paths[0]
     args.photos = args.paths if args.slices else args.paths[1:]
-    maps_of_photographs(p, args)
+    args.maps = maps_of_photographs(p, args)
     if args.size is not None and args.size < SMALLEST_PICTURE:
         p.error(f"--size: found {args.size}, expected at least {SMALLEST_PICTURE}")
     if args.crops < 1:

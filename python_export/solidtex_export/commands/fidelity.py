@@ -47,7 +47,7 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("--preset", "--method", dest="method", metavar="PRESET", action="append",
                    help="train this preset of the plan only; may be repeated")  # fmt: skip
     p.add_argument("--again", action="store_true",
-                   help="train what the table tells already but FOLDER lacks")  # fmt: skip
+                   help="train what the table has already but FOLDER lacks")  # fmt: skip
     p.add_argument("--no-training", action="store_true", help="only write the table")
     p.add_argument("--retry", action="store_true", help="try again what failed before")
     p.add_argument("--threads", type=int, default=1, metavar="T",
@@ -60,9 +60,9 @@ def is_chosen(cell: Cell, args: argparse.Namespace) -> bool:
     return exemplar and (not args.method or cell.method in args.method)
 
 
-def is_done(cell: Cell, told: Outcomes, args: argparse.Namespace) -> bool:
-    """In the folder, or told by the page, whose figures may have been made elsewhere."""
-    outcome = None if args.again else told.of(cell)
+def is_done(cell: Cell, recorded: Outcomes, args: argparse.Namespace) -> bool:
+    """In the folder, or recorded in the table, whose figures may have been made elsewhere."""
+    outcome = None if args.again else recorded.of(cell)
     if cell.failure.exists() or (outcome and outcome.failure):
         return not args.retry
     return cell.finished or outcome is not None
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> None:
     exemplars = [entry.name for entry in plan.exemplars]
     for option, names, known in (
         ("--only", args.only, exemplars),
-        ("--method", args.method, plan.methods),
+        ("--preset", args.method, plan.methods),
     ):
         for name in names or ():
             if name not in known:
@@ -92,9 +92,9 @@ def run(args: argparse.Namespace) -> None:
     ]
     table = args.table or args.folder / "fidelity.md"
     args.folder.mkdir(parents=True, exist_ok=True)
-    told = read_outcomes(table.with_suffix(".json"))
+    recorded = read_outcomes(table.with_suffix(".json"))
     for cell in [] if args.no_training else [c for row in rows for c in row]:
-        if not is_chosen(cell, args) or is_done(cell, told, args):
+        if not is_chosen(cell, args) or is_done(cell, recorded, args):
             continue
         print(f"{cell.entry.name}, {cell.method}", flush=True)
         if not cell.run(args.threads):

@@ -138,7 +138,7 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
             f"--directions: found {len(directions)} ({directions}) for {len(args.photos)}"
             " photographs, expected one direction for each"
         )
-    asked = Request(
+    request = Request(
         photos=tuple(args.photos),
         directions=directions,
         maps=maps_of_photographs(p, args),
@@ -159,27 +159,27 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
         descriptor=args.descriptor,
     )
     try:
-        check_preset(p, asked)
+        check_preset(p, request)
     except PresetError as error:
         p.error(str(error))
-    return asked
+    return request
 
 
-def check_preset(p: argparse.ArgumentParser, asked: Request) -> None:
-    recipe = load_recipe(asked.name, list(asked.overrides))
-    if asked.vgg is not None and not recipe.uses("vgg"):
-        p.error(f"--vgg: found a file for preset {asked.name}, expected one that uses VGG-19")
-    if asked.descriptor is not None and not uses_learned(recipe, asked.vgg):
+def check_preset(p: argparse.ArgumentParser, request: Request) -> None:
+    recipe = load_recipe(request.name, list(request.overrides))
+    if request.vgg is not None and not recipe.uses("vgg"):
+        p.error(f"--vgg: found a file for preset {request.name}, expected one that uses VGG-19")
+    if request.descriptor is not None and not uses_learned(recipe, request.vgg):
         p.error(
-            f"--descriptor: found a file for preset {asked.name}, expected one with"
+            f"--descriptor: found a file for preset {request.name}, expected one with"
             ' descriptor = "learned", or "vgg" without --vgg'
         )
-    needed = smallest_size(asked)
-    if asked.size is not None and asked.size < needed:
-        p.error(f"--size: found {asked.size}, expected at least {needed}")
-    least = asked.size or needed
-    if asked.resolution is not None and asked.resolution < least:
-        p.error(f"--resolution: found {asked.resolution}, expected at least --size = {least}")
+    needed = smallest_size(request)
+    if request.size is not None and request.size < needed:
+        p.error(f"--size: found {request.size}, expected at least {needed}")
+    least = request.size or needed
+    if request.resolution is not None and request.resolution < least:
+        p.error(f"--resolution: found {request.resolution}, expected at least --size = {least}")
 
 
 def check_numbers(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:

@@ -35,7 +35,7 @@ class Discriminator(Protocol):
         """The judgement [batch] from them, higher where images look like the photograph."""
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
-        """What the critic itself minimises."""
+        """What the critic itself minimizes."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ class ProjectedCritic(nn.Module):
         layers: tuple[str, ...],
         width: int,
     ) -> None:
-        """`photograph` [channel, rows, columns], whitened, is what features are normalised by."""
+        """`photograph` [channel, rows, columns], whitened, is what features are normalized by."""
         super().__init__()
         self._network = (network,)  # in a tuple, so that it is no submodule
         self._layers = layers
@@ -54,7 +54,7 @@ class ProjectedCritic(nn.Module):
         heads = {name: _Head(found[name].shape[1], width) for name in layers}
         self.heads: Mapping[str, _Head] = nn.ModuleDict(heads)  # type: ignore[assignment]
         for name in layers:
-            mean, gain = _normalisation(found[name])
+            mean, gain = _normalization(found[name])
             self.register_buffer(f"{name}_mean", mean)
             self.register_buffer(f"{name}_gain", gain)
 
@@ -104,7 +104,7 @@ class _Head(nn.Module):
         return F.leaky_relu(self.second(x), NEGATIVE_SLOPE)
 
 
-def _normalisation(features: Tensor) -> tuple[Tensor, Tensor]:
+def _normalization(features: Tensor) -> tuple[Tensor, Tensor]:
     """Mean and reciprocal deviation, each [1, channel, 1, 1]."""
     mean = features.mean((0, 2, 3), keepdim=True)
     deviation = (features - mean).square().mean((0, 2, 3), keepdim=True).sqrt()

@@ -33,6 +33,6 @@ def color_distance(slices: Tensor, exemplar: Tensor) -> Tensor:
 def _sliced_wasserstein(slices: Tensor, exemplar: Tensor) -> Tensor:
     fakes, reals = (images.float().transpose(0, 1).flatten(1) for images in (slices, exemplar))
     directions = F.normalize(torch.randn(DIRECTIONS, len(fakes)), dim=1).to(fakes.device)
-    fake, real = ((directions @ colours).sort(dim=1).values for colours in (fakes, reals))
+    fake, real = ((directions @ colors).sort(dim=1).values for colors in (fakes, reals))
     even = (torch.arange(fake.shape[1], device=real.device) + 0.5) / fake.shape[1]
     return (fake - real[:, (even * real.shape[1]).long()]).square().mean()

@@ -37,13 +37,13 @@ class PretrainedWeights:
 
 @dataclass(frozen=True)
 class DescriptorSource:
-    """What descriptors are made from: colour = color_mean + color_basis @ y, and weights."""
+    """What descriptors are made from: color = color_mean + color_basis @ y, and weights."""
 
     color_mean: Tensor
     color_basis: Tensor
     weights: PretrainedWeights = field(default_factory=PretrainedWeights)
     linear: bool = False
-    """Colours are linear light, not sRGB-encoded."""
+    """Colors are linear light, not sRGB-encoded."""
 
     def make(self, name: str, groups: tuple[tuple[int, ...], ...] = ()) -> Descriptor:
         """ "vgg" without a file of its weights is "learned", our own network."""

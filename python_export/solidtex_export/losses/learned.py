@@ -21,7 +21,7 @@ SILENT_SHARE = 0.1  # of a layer's mean deviation: the least that a feature is d
 
 
 class LearnedDescriptor:
-    """Compares images by what a network learnt to tell textures apart by."""
+    """Compares images by what a network learned to tell textures apart by."""
 
     def __init__(self, trained: Trained) -> None:
         self._network = trained.network
@@ -51,7 +51,7 @@ class LearnedDescriptor:
         found = self._activations(fakes, axes)
         features: Features = {}
         for name in (n for n in found if n in targets):
-            fake, real = self._normalised(name, found[name], targets[name])
+            fake, real = self._normalized(name, found[name], targets[name])
             features[name.replace("conv", "relu")] = fake, real
             if name in self._pooled and min(*fake.shape[2:], *real.shape[2:]) > 1:
                 pooled = F.avg_pool2d(fake, 2), F.avg_pool2d(real, 2)
@@ -67,7 +67,7 @@ class LearnedDescriptor:
         network = self._network.to(images.device)
         return network.features(torch.einsum("ic,bcrs->birs", axes, images))
 
-    def _normalised(self, name: str, fakes: Tensor, reals: Tensor) -> tuple[Tensor, Tensor]:
+    def _normalized(self, name: str, fakes: Tensor, reals: Tensor) -> tuple[Tensor, Tensor]:
         fakes, reals = fakes.float(), reals.float()
         mean = reals.mean((0, 2, 3), keepdim=True)
         deviation = (reals - mean).square().mean((0, 2, 3), keepdim=True).sqrt()

@@ -2,7 +2,7 @@
 
 The style loss of Gutierrez et al. 2020 (equations 2 and 3; after Gatys et al. 2015) with VGG-19
 replaced: no pretrained weights are needed, and since the network never repeats, the generator
-cannot adapt to the blind spots of any single one. The statistics that normalise each layer come
+cannot adapt to the blind spots of any single one. The statistics that normalize each layer come
 from the exemplar, seen through the same weights.
 """
 
@@ -54,7 +54,7 @@ class RandomDescriptor:
 
 
 def _layer(fakes: Tensor, reals: Tensor, width: int, kernel: int) -> tuple[Tensor, Tensor]:
-    """One random convolution, ReLU, and normalisation by the exemplar's statistics."""
+    """One random convolution, ReLU, and normalization by the exemplar's statistics."""
     weight = torch.randn(width, fakes.shape[1], kernel, kernel, device=fakes.device)
     weight = weight - 0.5 * weight.mean((2, 3), keepdim=True)
     weight = weight / weight.flatten(1).norm(dim=1).view(-1, 1, 1, 1)

@@ -20,7 +20,7 @@ Features = dict[str, tuple[Tensor, Tensor]]
 
 
 class LayerError(ValueError):
-    """A method names layers that its descriptor does not have."""
+    """A preset names layers that its descriptor does not have."""
 
 
 NEIGHBOURS = 1  # pixels around one that equation 10 sums over

@@ -3,9 +3,9 @@
 The loss is equations 2 and 3 of Gutierrez et al. 2020, "On demand solid texture synthesis using
 deep 3D networks", section 5.1, with their layers (section 6.1): relu1_1, relu2_1, relu3_1, relu4_1
 and relu5_1, padded convolutions, average pooling. Two kinds of state dict are recognised by their
-keys: torchvision's `vgg19` (`features.N.weight`, colours normalised by ImageNet's mean and
-deviation) and the one of Gatys et al. (`conv1_1.weight`, colours in BGR order, 0 ... 255, minus a
-mean). Slices come as whitened values; the first three channels of their colours are what VGG sees.
+keys: torchvision's `vgg19` (`features.N.weight`, colors normalized by ImageNet's mean and
+deviation) and the one of Gatys et al. (`conv1_1.weight`, colors in BGR order, 0 ... 255, minus a
+mean). Slices come as whitened values; the first three channels of their colors are what VGG sees.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class VggError(ValueError):
 
 @dataclass(frozen=True)
 class Preprocessing:
-    """RGB colours in 0 ... 1 to what the weights were trained with."""
+    """RGB colors in 0 ... 1 to what the weights were trained with."""
 
     order: tuple[int, int, int]
     scale: float
@@ -60,9 +60,9 @@ class VggDescriptor:
     def __init__(
         self, path: Path, color_mean: Tensor, color_basis: Tensor, linear: bool = False
     ) -> None:
-        """`color_mean` [channel], `color_basis` [channel, channel]: colour = mean + basis @ y.
+        """`color_mean` [channel], `color_basis` [channel, channel]: color = mean + basis @ y.
 
-        `linear`: colours are linear light; VGG was trained on sRGB-encoded ones.
+        `linear`: colors are linear light; VGG was trained on sRGB-encoded ones.
         """
         self._linear = linear
         self._layers, self._preprocess = read_weights(path)

@@ -72,8 +72,8 @@ class WaveletLoss:
         self._filters = filter_bank().to(exemplar.device)
         self._symmetry = symmetry
         self._deviations: list[Tensor] = []
-        # Of a grey exemplar two channels are empty: relative to nothing, all that a slice has in
-        # them would be infinitely far. Nor is rounding to be learnt: with its octaves beside those
+        # Of a gray exemplar two channels are empty: relative to nothing, all that a slice has in
+        # them would be infinitely far. Nor is rounding to be learned: with its octaves beside those
         # of the veins, marble was ten units away after 300 steps and had strokes for veins.
         self._filled = filled_channels(exemplar)
         exemplar = exemplar[self._filled]

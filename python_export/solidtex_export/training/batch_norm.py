@@ -1,4 +1,4 @@
-"""Statistics of batch normalisation, measured over several slices."""
+"""Statistics of batch normalization, measured over several slices."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def measure_statistics(
     """Sets running statistics to averages over slices in turn, of all ranks; the generator is left
     evaluating.
 
-    Each slice is normalised by its own statistics while they are measured.
+    Each slice is normalized by its own statistics while they are measured.
     """
     norms = [m for m in generator.modules() if isinstance(m, nn.BatchNorm3d)]
     if norms:

@@ -20,7 +20,7 @@ DIAGONAL = (torch.tensor([0.5**0.5, 0.5**0.5, 0.0]), torch.tensor([0.0, 0.0, -1.
 
 
 def preview_sheet(generator: nn.Module, exemplars: Sequence[Exemplar], size: int) -> Tensor:
-    """Colours [3, rows, columns]: exemplars, slices normal to x, y and z, the 45 degree slice."""
+    """Colors [3, rows, columns]: exemplars, slices normal to x, y and z, the 45 degree slice."""
     return sheet_of([s.cpu() for s in solid_slices(generator, size)], exemplars, size)
 
 

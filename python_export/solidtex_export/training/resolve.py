@@ -1,4 +1,4 @@
-"""From what is asked for to a configuration that leaves nothing to decide."""
+"""From what is requested to a configuration that leaves nothing to decide."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The descriptor network: plain convolutions on five scales, each a factor of two coarser.
 
-No normalisation layers, so that features depend on their neighbourhood alone. The two finest scales
+No normalization layers, so that features depend on their neighbourhood alone. The two finest scales
 convolve without padding; the coarser ones, where that would cost too much of a small image, mirror
 their border.
 """

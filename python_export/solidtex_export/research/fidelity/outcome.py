@@ -92,7 +92,7 @@ def read_outcomes(path: Path) -> Outcomes:
 
 
 def _distances(judgement: dict[str, Any]) -> dict[str, Any]:
-    """Of the colours, or of the first group of channels."""
+    """Of the colors, or of the first group of channels."""
     overall: dict[str, Any] = next(iter(judgement["distances"].values()))["overall"]
     return overall
 

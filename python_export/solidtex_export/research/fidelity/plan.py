@@ -90,7 +90,7 @@ class Plan(Settings):
     def _different_names(cls, entries: tuple[Entry, ...]) -> tuple[Entry, ...]:
         names = [entry.name for entry in entries]
         if len(set(names)) < len(names) or not names:
-            raise expected("exemplars of different names")
+            raise wrong("name", names, "different ones")
         return entries
 
     @field_validator("note")
