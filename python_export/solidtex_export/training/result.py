@@ -74,6 +74,8 @@ class ResultFolder:
                 f" {json.dumps(wanted.get('version'))}: another version of solidtex trained this,"
                 " which can resume it; it can be exported as it is, else choose another -o"
             )
+        if isinstance(found, dict):
+            found["reasons"] = wanted.get("reasons")  # they decide nothing
         if difference := first_difference(found, wanted):
             raise ResultError(
                 f"{self._config}: {difference}; to resume, repeat the same command, else choose"
