@@ -134,11 +134,11 @@ def test_the_command_chooses_only_where_nothing_is_said(
     (reason,) = chosen["reasons"]
     assert reason in said
     settings = [part for s in [*LATTICE, *CRITIC] for part in ("--set", s)]
-    assert config_of(photo, tmp_path / "set", *settings)["preset"] == "lattice-outlines"
+    assert config_of(photo, tmp_path / "set", *settings)["preset"] == "lattice-grains"
     named = [part for s in SMALL["lattice"] for part in ("--set", s)]
     assert (
         config_of(photo, tmp_path / "x", "--directions", "z", *named)["preset"]
-        == "lattice-outlines"
+        == "lattice-grains"
     )
     assert "structure score" not in capsys.readouterr().out
 
