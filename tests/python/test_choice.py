@@ -137,8 +137,7 @@ def test_the_command_chooses_only_where_nothing_is_said(
     assert config_of(photo, tmp_path / "set", *settings)["preset"] == "lattice-grains"
     named = [part for s in SMALL["lattice"] for part in ("--set", s)]
     assert (
-        config_of(photo, tmp_path / "x", "--directions", "z", *named)["preset"]
-        == "lattice-grains"
+        config_of(photo, tmp_path / "x", "--directions", "z", *named)["preset"] == "lattice-grains"
     )
     assert "structure score" not in capsys.readouterr().out
 
