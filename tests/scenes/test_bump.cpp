@@ -23,6 +23,7 @@ pt::Scene bumpy_scene(const TemporaryFolder& folder, bool world_space, const glm
       pt::SolidColor{0, world_space, glm::scale(glm::dmat4(1), glm::dvec3(20, 10, 40))};
   material.bump = pt::Bump{0, kDepth};
   scene.materials.push_back(material);
+  scene.meshes.push_back(make_quad(1));
   scene.objects.push_back({0, 0, to_world});
   return scene;
 }
