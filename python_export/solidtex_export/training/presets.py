@@ -95,7 +95,7 @@ def _renamed(values: dict[str, Any], label: str, where: str = "") -> dict[str, A
         if key in MEASURED:
             raise PresetError(
                 f"{label}: {path}: found a key of an older version, expected none: a preset no"
-                " longer depends on what is measured (docs/training.md#presets)"
+                " longer depends on what is measured (docs/methods.md)"
             )
         if path == "losses" and isinstance(value, list):
             raise PresetError(
