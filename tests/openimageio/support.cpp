@@ -21,7 +21,7 @@ class ModelFolder {
     std::string path = (fs::temp_directory_path() / "solidtex-openimageio-XXXXXX").string();
     REQUIRE(mkdtemp(path.data()));
     path_ = path;
-    write("tiny-field.solidtex", tiny_lattice_file());
+    write("tiny-lattice.solidtex", tiny_lattice_file());
     write("tiny-sampler.solidtex", tiny_sampler_file());
   }
   ~ModelFolder() {
@@ -47,7 +47,7 @@ const ModelFolder& models() {
 
 }  // namespace
 
-std::string tiny_field() { return models().file("tiny-field.solidtex"); }
+std::string tiny_lattice() { return models().file("tiny-lattice.solidtex"); }
 
 std::string tiny_sampler() { return models().file("tiny-sampler.solidtex"); }
 

@@ -41,13 +41,13 @@ struct Files {
 };
 
 std::string atlas_name(const Files& files) {
-  return tiny_field() + "?mesh=" + (files / "sheet.obj") +
+  return tiny_lattice() + "?mesh=" + (files / "sheet.obj") +
          "&size=150&scale=9&origin=5,-6,7&seed=3&type=float";
 }
 
 // [y][x][channel] of the level of the mipmap whose edge this is.
 std::vector<float> expected(const Files& files, int size) {
-  const solidtex::texture texture(tiny_field(), {.seed = 3});
+  const solidtex::texture texture(tiny_lattice(), {.seed = 3});
   const auto mesh =
       std::make_shared<const solidtex::mesh::Mesh>(solidtex::mesh::load_mesh(files / "sheet.obj"));
   const solidtex::mesh::Atlas atlas(mesh, {{5, -6, 7}, 9}, size);
@@ -151,7 +151,7 @@ TEST_CASE("Hostile queries for an atlas are refused with a message") {
   };
   for (const auto& [query, words] : cases) {
     CAPTURE(query);
-    const std::string message = refusal(tiny_field() + "?" + query);
+    const std::string message = refusal(tiny_lattice() + "?" + query);
     CAPTURE(message);
     CHECK(message.find(words) != std::string::npos);
   }

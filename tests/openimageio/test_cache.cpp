@@ -105,7 +105,7 @@ int wrong_lookups(OIIO::TextureSystem& system, const std::string& name,
 
 TEST_CASE(
     "texture3d finds what lies between voxels of direct evaluation, within the trilinear bound") {
-  for (const std::string& model : {tiny_field(), tiny_sampler()}) {
+  for (const std::string& model : {tiny_lattice(), tiny_sampler()}) {
     const solidtex::texture texture(model, {.seed = 11});
     const std::string name = model + "?size=96&seed=11&tile=16&scale=2&type=";
     const System system = small_system();
@@ -120,9 +120,9 @@ TEST_CASE(
 }
 
 TEST_CASE("Threads share a cache that is too small for the volume") {
-  const solidtex::texture texture(tiny_field());
+  const solidtex::texture texture(tiny_lattice());
   const System system = small_system();
-  const std::string name = tiny_field() + "?size=96&tile=16&scale=2&type=float";
+  const std::string name = tiny_lattice() + "?size=96&tile=16&scale=2&type=float";
   constexpr unsigned kThreads = 6;
   std::array<int, kThreads> wrong{};
   std::vector<std::thread> threads;
@@ -141,8 +141,8 @@ TEST_CASE("Threads share a cache that is too small for the volume") {
 
 TEST_CASE("texture3d takes a level by its name, and knows nothing outside of the volume") {
   const System system = small_system();
-  const OIIO::ustring name(tiny_field() + "?size=96&type=float");
-  const auto input = open_image(tiny_field() + "?size=96&lod=2&type=float");
+  const OIIO::ustring name(tiny_lattice() + "?size=96&type=float");
+  const auto input = open_image(tiny_lattice() + "?size=96&lod=2&type=float");
   const std::vector<float> level = read_all(*input, 0);
   const Imath::V3f none(0, 0, 0);
   for (const int voxel : {0, 7, 23}) {
@@ -167,7 +167,7 @@ TEST_CASE("ImageCache reports a name that cannot be opened") {
   options.missingcolor = nullptr;
   float found[2];
   const Imath::V3f none(0, 0, 0);
-  const OIIO::ustring name(tiny_field() + "?size=0");
+  const OIIO::ustring name(tiny_lattice() + "?size=0");
   CHECK_FALSE(system->texture3d(name, options, none, none, none, none, 2, found));
   CHECK_THAT(system->geterror(), ContainsSubstring("size is \"0\""));
 }

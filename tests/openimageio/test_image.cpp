@@ -8,7 +8,7 @@
 using namespace openimageio_tests;
 
 TEST_CASE("An image describes its volume") {
-  const auto input = open_image(tiny_field() + "?size=70x40x20&seed=7&origin=-8,16,1024&scale=2");
+  const auto input = open_image(tiny_lattice() + "?size=70x40x20&seed=7&origin=-8,16,1024&scale=2");
   const OIIO::ImageSpec spec = input->spec(0, 0);
   CHECK(spec.width == 70);
   CHECK(spec.height == 40);
@@ -22,7 +22,7 @@ TEST_CASE("An image describes its volume") {
   CHECK(spec.alpha_channel == -1);
   CHECK(spec.get_string_attribute("oiio:ColorSpace") == "sRGB");
   CHECK(spec.get_string_attribute("oiio:subimagename") == "lod0");
-  CHECK(spec.get_string_attribute("solidtex:model") == "tiny-field");
+  CHECK(spec.get_string_attribute("solidtex:model") == "tiny-lattice");
   CHECK(spec["solidtex:seed"].get<int>() == 7);
   CHECK(input->spec(0, 1).format == OIIO::TypeUnknown);
   CHECK(input->spec(99, 0).format == OIIO::TypeUnknown);
@@ -42,7 +42,7 @@ TEST_CASE("Four channels are no alpha, and a shipped model needs no path") {
 }
 
 TEST_CASE("Float pixels are the bits of the texture, half pixels those rounded once") {
-  for (const std::string& model : {tiny_field(), tiny_sampler()}) {
+  for (const std::string& model : {tiny_lattice(), tiny_sampler()}) {
     const solidtex::texture texture(model, {.seed = 3});
     const std::string query = "?size=37x19x21&tile=16&seed=3&origin=-20,5,1000000000";
     const std::vector<float> expected = voxels(texture, {-20, 5, 1000000000}, {37, 19, 21});
@@ -55,10 +55,10 @@ TEST_CASE("Float pixels are the bits of the texture, half pixels those rounded o
 }
 
 TEST_CASE("A slice is a flat picture") {
-  const auto input = open_image(tiny_field() + "?size=20x30x1&type=float&origin=0,0,9");
+  const auto input = open_image(tiny_lattice() + "?size=20x30x1&type=float&origin=0,0,9");
   CHECK(input->spec(0, 0).depth == 1);
   CHECK(input->spec(0, 0).tile_depth == 1);
-  CHECK(read_all(*input, 0) == voxels(solidtex::texture(tiny_field()), {0, 0, 9}, {20, 30, 1}));
+  CHECK(read_all(*input, 0) == voxels(solidtex::texture(tiny_lattice()), {0, 0, 9}, {20, 30, 1}));
 }
 
 TEST_CASE("A tile comes whole beyond the image's edge, in any type, channels and strides") {
@@ -79,7 +79,7 @@ TEST_CASE("A tile comes whole beyond the image's edge, in any type, channels and
 }
 
 TEST_CASE("Tiles that are none are refused") {
-  const auto input = open_image(tiny_field() + "?size=64&tile=16");
+  const auto input = open_image(tiny_lattice() + "?size=64&tile=16");
   std::vector<float> pixels(64 * 64 * 64 * 2);
   const auto reads = [&](int subimage, int miplevel, int begin, int end) {
     return input->read_tiles(subimage, miplevel, begin, end, 0, 16, 0, 16, 0, 2, OIIO::TypeFloat,
@@ -98,7 +98,7 @@ TEST_CASE("Tiles that are none are refused") {
 }
 
 TEST_CASE("Tiles are made while another thread holds the reader's lock") {
-  const auto input = open_image(tiny_field() + "?size=40&tile=16&type=float");
+  const auto input = open_image(tiny_lattice() + "?size=40&tile=16&type=float");
   const std::vector<float> expected = read_all(*input, 0);
   std::vector<float> found(expected.size());
   input->lock();

@@ -28,7 +28,7 @@ std::array<double, 2> mean_of_cube(const solidtex::texture& texture,
 }  // namespace
 
 TEST_CASE("A volume has levels down to one voxel, named and placed alike") {
-  const auto input = open_image(tiny_field() + "?size=70x40x20&origin=-8,16,1024&scale=2");
+  const auto input = open_image(tiny_lattice() + "?size=70x40x20&origin=-8,16,1024&scale=2");
   const std::vector<std::array<int, 3>> sizes = {{70, 40, 20}, {35, 20, 10}, {18, 10, 5},
                                                  {9, 5, 3},    {5, 3, 2},    {3, 2, 1},
                                                  {2, 1, 1},    {1, 1, 1}};
@@ -50,14 +50,14 @@ TEST_CASE("A volume has levels down to one voxel, named and placed alike") {
     CHECK(local.z * static_cast<float>(spec.depth << lod) == Approx(2).margin(1e-3));
   }
   CHECK_FALSE(input->seek_subimage(8, 0));
-  const auto largest = open_image(tiny_field() + "?size=65536");
+  const auto largest = open_image(tiny_lattice() + "?size=65536");
   CHECK(largest->seek_subimage(9, 0));
   CHECK_FALSE(largest->seek_subimage(10, 0));
 }
 
 TEST_CASE("lod gives one level alone") {
-  const auto all = open_image(tiny_field() + "?size=40&type=float");
-  const auto one = open_image(tiny_field() + "?lod=2&size=40&type=float");
+  const auto all = open_image(tiny_lattice() + "?size=40&type=float");
+  const auto one = open_image(tiny_lattice() + "?lod=2&size=40&type=float");
   CHECK(one->spec(0, 0).width == 10);
   CHECK(one->spec(0, 0).get_string_attribute("oiio:subimagename") == "lod2");
   CHECK_FALSE(one->seek_subimage(1, 0));
@@ -65,8 +65,8 @@ TEST_CASE("lod gives one level alone") {
 }
 
 TEST_CASE("Voxels of the lattice family are means of their texels") {
-  const solidtex::texture texture(tiny_field(), {.seed = 5});
-  const auto input = open_image(tiny_field() + "?size=24x16x16&seed=5&origin=-16,8,64&type=float");
+  const solidtex::texture texture(tiny_lattice(), {.seed = 5});
+  const auto input = open_image(tiny_lattice() + "?size=24x16x16&seed=5&origin=-16,8,64&type=float");
   for (int lod = 1; lod <= 3; ++lod) {
     const OIIO::ImageSpec spec = input->spec(lod, 0);
     const std::vector<float> found = read_all(*input, lod);
@@ -83,10 +83,10 @@ TEST_CASE("Voxels of the lattice family are means of their texels") {
 }
 
 TEST_CASE("Far levels of the lattice family are the mean of the material") {
-  const auto input = open_image(tiny_field() + "?size=256&lod=6&type=float");
+  const auto input = open_image(tiny_lattice() + "?size=256&lod=6&type=float");
   const std::vector<float> found = read_all(*input, 0);
   REQUIRE(found.size() == 4 * 4 * 4 * 2);
-  const auto mean = mean_of_cube(solidtex::texture(tiny_field()), {1000, 0, 0}, 48);
+  const auto mean = mean_of_cube(solidtex::texture(tiny_lattice()), {1000, 0, 0}, 48);
   for (std::size_t i = 0; i < found.size(); i += 2) {
     REQUIRE(found[i] == Approx(mean[0]).margin(0.02));
     REQUIRE(found[i + 1] == Approx(mean[1]).margin(0.02));

@@ -57,7 +57,7 @@ TEST_CASE("Hostile queries are refused with a message") {
       {"size=64&size=64", "query", "size twice"},
       {"size=64?seed=1", "size", "\"64?seed=1\""},
   };
-  for (const std::string& model : {tiny_field(), std::string("granite-grey.solidtex")}) {
+  for (const std::string& model : {tiny_lattice(), std::string("granite-grey.solidtex")}) {
     for (const Case& each : cases) {
       std::string name = model;
       name += "?";
@@ -75,12 +75,12 @@ TEST_CASE("Bounds themselves are allowed") {
   for (const char* query : {"size=1", "size=65536", "size=1x65536x1", "seed=18446744073709551615",
                             "lod=0", "lod=8", "lod=9&size=65536", "origin=-1073741824,1073741824,0",
                             "scale=1e-9", "scale=1000000000", "tile=4", "tile=128", "type=half"}) {
-    CHECK(open_image(tiny_field() + "?" + query)->spec(0, 0).width > 0);
+    CHECK(open_image(tiny_lattice() + "?" + query)->spec(0, 0).width > 0);
   }
 }
 
 TEST_CASE("The farthest tile of the largest volume can be made") {
-  for (const std::string& model : {tiny_field(), tiny_sampler()}) {
+  for (const std::string& model : {tiny_lattice(), tiny_sampler()}) {
     const auto input =
         open_image(model + "?size=65536&tile=4&origin=1073741824,1073741824,1073741824");
     for (int lod = 0; lod <= 9; ++lod) {
@@ -101,7 +101,7 @@ TEST_CASE("Models that are none are refused") {
   CHECK_THAT(refusal("unknown-wood.solidtex"),
              ContainsSubstring("unknown-wood") && ContainsSubstring("granite-grey"));
   CHECK_THAT(refusal("/dev/null.solidtex/?size=64"), ContainsSubstring("/dev/null.solidtex"));
-  const std::string folder = tiny_field().substr(0, tiny_field().rfind('/'));
+  const std::string folder = tiny_lattice().substr(0, tiny_lattice().rfind('/'));
   CHECK_FALSE(refusal(folder + "/.solidtex").empty());
   CHECK_FALSE(refusal("?size=64").empty());
 }
