@@ -423,7 +423,7 @@ def test_trainings_of_older_versions_are_not_resumed(
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
     error = capsys.readouterr().err
     assert "config.json: version: found null, expected 2: another version of solidtex" in error
-    assert "it can be exported as it is, else choose another -o" in error
+    assert "export it as it is, or choose another -o" in error
 
 
 def test_without_a_terminal_lines_tell_the_progress(

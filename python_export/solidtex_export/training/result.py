@@ -71,8 +71,9 @@ class ResultFolder:
         if isinstance(found, dict) and found.get("version") != wanted.get("version"):
             raise ResultError(
                 f"{self._config}: version: found {json.dumps(found.get('version'))}, expected"
-                f" {json.dumps(wanted.get('version'))}: another version of solidtex trained this,"
-                " which can resume it; it can be exported as it is, else choose another -o"
+                f" {json.dumps(wanted.get('version'))}: another version of solidtex began this"
+                " training, and only that version can resume it; export it as it is, or choose"
+                " another -o"
             )
         if isinstance(found, dict):
             found["reasons"] = wanted.get("reasons")  # they decide nothing
