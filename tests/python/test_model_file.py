@@ -18,6 +18,7 @@ from solidtex_export.export.file_format.model_file import (
     serialize,
     write,
 )
+from solidtex_export.export.verification.model_output import OutputError, check_output
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 INFO = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-info"
@@ -132,3 +133,9 @@ def test_example_of_the_documentation_runs(tmp_path: Path) -> None:
     report = json.loads(result.stdout)
     (printed,) = re.findall(r"voxel \(0, 0, 0\) is (0\.\d+)", text)
     assert report["voxel"]["values"] == pytest.approx([float(printed)], abs=1e-6)
+
+
+def test_output_names_in_capitals_are_accepted(tmp_path: Path) -> None:
+    check_output(tmp_path / "M.SOLIDTEX", force=False)
+    with pytest.raises(OutputError, match=r"found extension '\.npy', expected \.solidtex"):
+        check_output(tmp_path / "m.npy", force=False)

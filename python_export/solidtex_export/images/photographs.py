@@ -124,7 +124,8 @@ def _part_with_color(path: Path, layer: str | None) -> tuple[int, list[str]]:
         file.geterror()  # that there is no second one
         return 0, []
     if file.format_name() != "openexr":
-        raise refuse(path, "several pictures (frames, pages or parts)", "a file with one")
+        found = "several pictures (frames, pages or parts)"
+        raise refuse(path, found, f"a file with one (for example magick {path.name}[0] one.png)")
     parts: list[tuple[str, Sequence[str]]] = []
     while file.seek_subimage(len(parts), 0):
         spec = file.spec()

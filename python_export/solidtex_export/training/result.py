@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,6 +12,7 @@ import torch
 
 from solidtex_export.images.display import Display
 from solidtex_export.images.exemplar import Exemplar, save_channels, save_image
+from solidtex_export.whole_file import replacing
 
 
 class ResultError(ValueError):
@@ -106,7 +106,7 @@ class ResultFolder:
         self._replace(self.checkpoint, lambda temporary: torch.save(state, temporary))
 
     def save_preview(self, sheet: torch.Tensor) -> None:
-        self._replace(self.preview, lambda temporary: save_image(sheet, temporary), ".tmp.png")
+        self._replace(self.preview, lambda temporary: save_image(sheet, temporary))
 
     def log(self, row: dict[str, float]) -> None:
         new = not self._log.exists()
@@ -126,10 +126,9 @@ class ResultFolder:
         self._replace(self._log, lambda temporary: temporary.write_text(text))
 
     @staticmethod
-    def _replace(target: Path, write: Callable[[Path], object], suffix: str = ".tmp") -> None:
-        temporary = target.with_name(target.name + suffix)
-        write(temporary)
-        os.replace(temporary, target)
+    def _replace(target: Path, write: Callable[[Path], object]) -> None:
+        with replacing(target) as temporary:
+            write(temporary)
 
 
 def first_difference(found: object, wanted: object, key: str = "") -> str | None:

@@ -1,14 +1,14 @@
-"""Writes a model that the C++ engine has been shown to evaluate as its network does, or nothing."""
+"""Writes a model if the engine evaluates it as its network does."""
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.verification.networks import Network
 from solidtex_export.export.verification.verify import BOUND, Differences, differences
+from solidtex_export.whole_file import replacing
 
 
 class OutputError(ValueError):
@@ -16,8 +16,8 @@ class OutputError(ValueError):
 
 
 def check_output(path: Path, force: bool, suffix: str = ".solidtex") -> None:
-    """Refuses what could not be written, before anything is computed."""
-    if path.suffix != suffix:
+    """Refuse what could not be written, before anything is computed."""
+    if path.suffix.lower() != suffix:
         raise OutputError(f"{path}: found extension {path.suffix!r}, expected {suffix}")
     if not path.parent.is_dir():
         raise OutputError(f"{path}: found no folder {path.parent}, expected one to write into")
@@ -28,10 +28,9 @@ def check_output(path: Path, force: bool, suffix: str = ".solidtex") -> None:
 def write_verified(
     path: Path, model: ModelFile, network: Network, bound: float = BOUND
 ) -> Differences:
-    """Writes under a temporary name, compares with the engine, then renames, or refuses."""
-    unverified = path.with_name(f".{path.stem}.unverified.{os.getpid()}.solidtex")
-    try:
-        model_file.write(unverified, model)
+    """Write under a temporary name, compare with the engine, then rename; or refuse."""
+    with replacing(path) as unverified:
+        unverified.write_bytes(model_file.serialize(model, str(path)))
         found = differences(unverified, network)
         if not found.largest <= bound:
             raise OutputError(
@@ -39,9 +38,6 @@ def write_verified(
                 f" (boxes {found.boxes:.3g}, points {found.points:.3g}, network"
                 f" {found.network:.3g}), expected at most {bound:g}; nothing was written"
             )
-        os.replace(unverified, path)
-    finally:
-        unverified.unlink(missing_ok=True)
     return found
 
 
