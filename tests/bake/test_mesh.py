@@ -139,6 +139,48 @@ def test_parts_that_share_a_place_are_told(tmp_path: Path) -> None:
     assert "texels lie in more than one triangle" in said
 
 
+def wedge_ply(path: Path, obj: Path) -> Path:
+    """The mesh of an OBJ as a PLY whose faces have texture coordinates of their own."""
+    lines = [line.split() for line in obj.read_text().splitlines()]
+    vertices = [" ".join(words[1:]) for words in lines if words[0] == "v"]
+    uvs = [" ".join(words[1:]) for words in lines if words[0] == "vt"]
+    faces = [[int(w.split("/")[0]) - 1 for w in words[1:]] for words in lines if words[0] == "f"]
+    unique = list(dict.fromkeys(vertices))
+    rows = [
+        f"{len(face)} {' '.join(str(unique.index(vertices[i])) for i in face)} "
+        f"{2 * len(face)} {' '.join(uvs[i] for i in face)} 0"
+        for face in faces
+    ]
+    header = ["ply", "format ascii 1.0", f"element vertex {len(unique)}"]
+    header += [f"property float {axis}" for axis in "xyz"]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+    header += ["property list uchar float texcoord", "property int texnumber", "end_header"]
+    path.write_text("\n".join([*header, *unique, *rows]) + "\n")
+    return path
+
+
+def test_texture_coordinates_of_corners_give_the_same_atlas(
+    tmp_path: Path, atlas: np.ndarray
+) -> None:
+    wedge = wedge_ply(tmp_path / "CUBE.PLY", cube_obj(tmp_path / "cube.obj"))
+    out = tmp_path / "wedge.exr"
+    arguments = ("--mesh", wedge, "--to", "uv", "--size", SIZE, "--margin", MARGIN)
+    baked(*arguments, "-o", out, *PLACED)
+    assert (oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT) == atlas).all()
+
+
+def test_what_a_file_lacks_is_said(tmp_path: Path) -> None:
+    mesh = wedge_ply(tmp_path / "cube.ply", cube_obj(tmp_path / "cube.obj"))
+    text = mesh.read_text()
+    mesh.write_text(text.replace("element face 6", "element face 7") + "0 0 0\n")
+    said = baked("--mesh", mesh, "--to", "uv", "--size", 64, "-o", tmp_path / "a.exr")
+    assert "1 face with fewer than three different vertices left out" in said
+    mesh.write_text(text.replace("element face 6", "element face 9"))
+    result = bake("--mesh", mesh, "--to", "uv", "--size", 64, "-o", tmp_path / "b.exr")
+    assert result.returncode == 1
+    assert "found 6 of the 9 faces that the header promises" in result.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [

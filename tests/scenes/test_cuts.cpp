@@ -40,6 +40,37 @@ pt::Mesh crossing_cubes() {
   return cubes;
 }
 
+// A comb with teeth as an OBJ: its bottom and top are one concave polygon each. Between two teeth
+// both have a vertex in the middle of a straight edge.
+std::string comb_obj(unsigned teeth, const glm::dvec3& at) {
+  std::vector<glm::dvec2> outline = {{0, 0}, {2.0 * teeth, 0}};
+  for (unsigned tooth = teeth; tooth-- > 0;) {
+    const double x = 2.0 * tooth;
+    for (const glm::dvec2& step : {glm::dvec2(2, 1), {1.5, 1}, {1, 1}, {1, 4}, {0, 4}}) {
+      outline.emplace_back(x + step.x, step.y);
+    }
+  }
+  std::string text, bottom, top, sides;
+  const std::size_t count = outline.size();
+  for (const double z : {0.0, 1.0}) {
+    for (const glm::dvec2& p : outline) {
+      text += "v " + std::to_string(at.x + p.x) + " " + std::to_string(at.y + p.y) + " " +
+              std::to_string(at.z + z) + "\n";
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t next = (i + 1) % count;
+    bottom = " " + std::to_string(i + 1) + bottom;
+    top += " " + std::to_string(i + 1 + count);
+    sides += "f";
+    for (const std::size_t v : {i, next, next + count, i + count}) {
+      sides += " " + std::to_string(v + 1);
+    }
+    sides += "\n";
+  }
+  return text + "f" + bottom + "\nf" + top + "\n" + sides;
+}
+
 // Whether every edge has one face on each side.
 bool is_closed(const pt::Mesh& mesh) {
   pt::Mesh copy = mesh;
@@ -141,6 +172,27 @@ TEST_CASE("Split faces keep their texture coordinates") {
     const bool kept = glm::length(rest.uvs[i] - expected) < 1e-5f;
     CHECK((kept || rest.uvs[i] == glm::vec2(0)));
     if (!is_old) CHECK(rest.uvs[i] == glm::vec2(0));
+  }
+}
+
+TEST_CASE("A solid whose faces are concave polygons is cut") {
+  if (!built_with_cgal()) return;
+  const TemporaryFolder folder;
+  const glm::dvec3 places[] = {{0, 0, 0}, {465881.25, 5248342.5, 1200}};
+  for (const glm::dvec3& place : places) {
+    for (const unsigned teeth : {1u, 3u, 20u}) {
+      write_text(folder / "comb.OBJ", comb_obj(teeth, place));
+      pt::Mesh comb = pt::load_mesh(folder / "comb.OBJ");
+      REQUIRE(pt::repair_mesh(comb).closed);
+      CHECK(signed_volume(comb) == Approx(5.0 * teeth));
+      const glm::vec3 point(place + glm::dvec3(0.4, 2, 0.5) - comb.origin);
+      const pt::Mesh tool = pt::make_half_space(point, {1, 1, 1}, comb);
+      const pt::Mesh rest = pt::cut_mesh(comb, {{kSubtract, tool}});
+      const pt::Mesh piece = pt::cut_mesh(comb, {{kIntersect, tool}});
+      CHECK(is_closed(rest));
+      CHECK(signed_volume(rest) > 0.1);
+      CHECK(signed_volume(rest) + signed_volume(piece) == Approx(5.0 * teeth));
+    }
   }
 }
 

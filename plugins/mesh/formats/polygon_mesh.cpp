@@ -165,7 +165,9 @@ class Builder {
       for (std::uint32_t i = 0; i < from_.face_sizes[f]; ++i) {
         face.push_back(from_.positions[from_.corners[first + i].position]);
       }
-      if (!triangulate(face, triangles)) {
+      if (is_triangle(from_.corners.data() + first, face.size())) {
+        triangles.emplace_back(0, 1, 2);
+      } else if (!triangulate(face, triangles)) {
         refuse(from_.file,
                "face " + std::to_string(f) + " with " + std::to_string(face.size()) + " vertices",
                "smaller or simpler polygons: split it in the program that made it");
@@ -177,6 +179,12 @@ class Builder {
       }
       first += face.size();
     }
+  }
+
+  // Three vertices, maybe at one place: the file's triangles stay as they are.
+  static bool is_triangle(const Corner* face, std::size_t count) {
+    return count == 3 && face[0].position != face[1].position &&
+           face[1].position != face[2].position && face[2].position != face[0].position;
   }
 
   const PolygonMesh& from_;
