@@ -1,4 +1,5 @@
 // PLY as programs write it, and as it should never be.
+#include <algorithm>
 #include <random>
 
 #include "catch.hpp"
