@@ -20,14 +20,14 @@ class AtlasLevel final : public Level {
     tile_ = {tile, tile, 1};
   }
 
-  // Made when first asked for: who opens a file looks at few of its levels, and to sort a million
-  // triangles into all of 13 took more than half as long as to load them. Throws MeshError.
+  // Constructed on first use: most hosts read few levels, and sorting the triangles of a large mesh
+  // into all levels takes half as long as loading it. Throws MeshError.
   const mesh::Atlas& atlas() const {
     std::call_once(is_made_, [&] { atlas_.emplace(mesh_, placement_, size_[0]); });
     return *atlas_;
   }
 
-  // Beyond the image there is nothing: 0.
+  // 0 beyond the image.
   void evaluate(const texture& texture, const Region& region, float* values) const override {
     const std::size_t channels = texture.channel_count();
     std::fill_n(values, region.voxel_count() * channels, 0.0f);
@@ -60,7 +60,7 @@ std::vector<std::unique_ptr<const Level>> atlas_levels(const Query& query) {
   std::vector<std::unique_ptr<const Level>> levels;
   for (int size = query.size[0]; size > 0; size /= 2) {
     auto level = std::make_unique<AtlasLevel>(mesh, placement, size, tile);
-    if (levels.empty()) level->atlas();  // refuses a mesh that has none
+    if (levels.empty()) level->atlas();  // refuses a mesh without an atlas
     levels.push_back(std::move(level));
   }
   return levels;

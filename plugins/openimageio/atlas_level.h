@@ -9,9 +9,8 @@
 
 namespace solidtex::openimageio {
 
-// The atlas of query.mesh and its mipmap, down to one texel. Every level is evaluated by itself,
-// for what its own texels cover. Throws QueryError, or std::exception with a message that names the
-// mesh.
+// The levels of the atlas of query.mesh, down to one texel. Each level is averaged over the
+// footprints of its own texels. Throws QueryError, or std::exception naming the mesh.
 std::vector<std::unique_ptr<const Level>> atlas_levels(const Query& query);
 
 }  // namespace solidtex::openimageio

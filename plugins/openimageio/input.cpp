@@ -14,11 +14,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kExtension[] = ".solidtex";
-// Tiles are as large as the engine's bricks of means, so that hardly one is asked for twice.
+// Tiles are as large as the engine's bricks of means: few bricks are evaluated twice.
 constexpr std::uint64_t kBrickBytes = std::uint64_t{32} << 20;
 
-// What solidtex_open calls the model: a name without a folder is one of a shipped model where no
-// such file lies in the current folder.
+// The model name for solidtex_open: a name without a folder is a shipped model unless the current
+// folder has such a file.
 std::string model_of(const std::string& file) {
   const fs::path path(file);
   std::error_code ignored;
@@ -67,7 +67,7 @@ void Input::open_volume(const Query& query) {
     OIIO::ImageSpec& spec = specs_.emplace_back(spec_of(query, *level));
     const std::array<float, 16> matrix = level->world_to_local();
     spec.attribute("worldtolocal", OIIO::TypeMatrix, matrix.data());
-    // Outside of the image there is nothing that could be taken for the material.
+    // Pixels outside of the image are black, not material.
     spec.attribute("wrapmodes", "black,black");
     spec.attribute("oiio:subimagename", "lod" + std::to_string(lod));
     spec.attribute("oiio:subimages", last - first + 1);

@@ -16,8 +16,8 @@ namespace solidtex::openimageio {
 
 // Subimages are the levels of detail of a volume, named lod0, lod1 ...; the UV atlas of a mesh is
 // one subimage with a mipmap. Reads that name their subimage take no lock and may run on any number
-// of threads, as OpenImageIO promises its callers. "procedural" is not among what it supports: that
-// changes nothing but makes oiiotool 2.4 crash on refused names.
+// of threads. "procedural" is not a supported feature: it would make oiiotool 2.4 crash on refused
+// names.
 class Input final : public OIIO::ImageInput {
  public:
   const char* format_name() const override { return "solidtex"; }
@@ -40,7 +40,7 @@ class Input final : public OIIO::ImageInput {
   bool read_native_scanline(int subimage, int miplevel, int y, int z, void* data) override;
 
  private:
-  // Which level this is, none for one that is not there.
+  // Index of a level; nothing where it does not exist.
   std::optional<std::size_t> index_of(int subimage, int miplevel) const;
   void open_volume(const Query& query);
   void open_atlas(const Query& query);
@@ -48,7 +48,7 @@ class Input final : public OIIO::ImageInput {
 
   std::optional<texture> texture_;
   std::vector<std::unique_ptr<const Level>> levels_;
-  std::vector<OIIO::ImageSpec> specs_;  // one a level
+  std::vector<OIIO::ImageSpec> specs_;  // one for each level
   bool is_atlas_ = false;
   int subimage_ = 0, miplevel_ = 0;  // current
 };

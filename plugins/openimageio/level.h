@@ -1,4 +1,4 @@
-// One level of detail of an image: its size, and its values.
+// One level of detail of an image.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace solidtex::openimageio {
 
-// Voxels [low, high) of a level, from the image's own corner.
+// Voxels [low, high) of a level, relative to the corner of the image.
 struct Region {
   std::array<int, 3> low{}, high{};
 
@@ -25,8 +25,8 @@ class Level {
   const std::array<int, 3>& size() const { return size_; }  // voxels
   const std::array<int, 3>& tile() const { return tile_; }
 
-  // Values of a region, index order [z][y][x][channel]. It may reach beyond the image. Queries run
-  // on the calling thread's oneTBB arena. Throws solidtex::error.
+  // Values of a region, index order [z][y][x][channel]. The region may reach beyond the image.
+  // Queries run on the calling thread's oneTBB arena. Throws solidtex::error.
   virtual void evaluate(const texture& texture, const Region& region, float* values) const = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// What OpenImageIO looks for in solidtex.imageio.so; the names are its convention.
+// The symbols that OpenImageIO looks up in solidtex.imageio.so.
 #include <OpenImageIO/imageio.h>
 
 #include "plugins/openimageio/input.h"

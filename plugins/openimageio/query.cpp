@@ -12,10 +12,10 @@
 namespace solidtex::openimageio {
 namespace {
 
-constexpr std::int64_t kMaxOrigin = std::int64_t{1} << 30;  // what the engine is meant for
+constexpr std::int64_t kMaxOrigin = std::int64_t{1} << 30;  // the engine's precision
 constexpr double kMinScale = 1e-9, kMaxScale = 1e9;         // its products with sizes stay in float
 
-// A message is one line of moderate length, whatever is in the query.
+// Keeps a message to one line of moderate length.
 std::string shown(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   std::string result = "\"";
@@ -41,7 +41,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
   }
 }
 
-// The whole text as a number between two bounds, or nothing. NaN lies between none.
+// The whole text as a number between two bounds, or nothing. NaN is refused.
 template <class Number>
 std::optional<Number> number(std::string_view text, Number low, Number high) {
   Number value{};
@@ -91,7 +91,7 @@ void read_seed(Query& query, std::string_view text) {
   query.seed = *seed;
 }
 
-// Which levels there are depends on the size, whatever the order of the keys: checked in the end.
+// Checked in the end, because the number of levels depends on the size.
 void read_lod(Query& query, std::string_view text) {
   query.lod = number(text, 0, kMaxLod);
   if (!query.lod) refuse("lod", text, "0 to " + std::to_string(kMaxLod));
@@ -146,7 +146,7 @@ void read_pair(Query& query, std::string_view pair, std::set<std::string_view>& 
   key.read(query, pair.substr(sign + 1));
 }
 
-// What the keys mean for an atlas, whatever their order.
+// Meaning of the keys for an atlas; checked in the end, in any order of the keys.
 void check_atlas(Query& query, bool has_size) {
   constexpr int kDefaultSize = 1024;
   const int edge = has_size ? query.size[0] : kDefaultSize;

@@ -9,7 +9,7 @@
 namespace solidtex::openimageio {
 namespace {
 
-// Columns along x, which the engine evaluates with the least margins.
+// Columns along x: the engine evaluates them with the smallest margins.
 constexpr std::array<int, 3> kPiece = {256, 64, 64};
 
 void fill_in(Target& target, const OIIO::ImageSpec& spec, const Region& region) {
@@ -20,7 +20,7 @@ void fill_in(Target& target, const OIIO::ImageSpec& spec, const Region& region) 
                                target.chend - target.chbegin, region.size(0), region.size(1));
 }
 
-// Pixels are what the image's own type can hold, whatever type the caller wants them in.
+// Converts to the type of the image first, then to the type of the caller.
 void round_to(OIIO::TypeDesc type, std::vector<float>& values) {
   if (type == OIIO::TypeFloat) return;
   std::vector<char> rounded(values.size() * type.size());

@@ -1,4 +1,4 @@
-// From a region of a level to pixels in memory.
+// Converts a region of a level to pixels in memory.
 #pragma once
 
 #include <OpenImageIO/imageio.h>
@@ -7,7 +7,7 @@
 
 namespace solidtex::openimageio {
 
-// Where pixels go and how they lie there, as in OpenImageIO's ImageInput::read_tiles.
+// Destination of pixels and its layout, as in OpenImageIO's ImageInput::read_tiles.
 struct Target {
   void* data;
   OIIO::TypeDesc format;  // UNKNOWN: the image's own
@@ -15,9 +15,9 @@ struct Target {
   int chbegin, chend;
 };
 
-// Reads a region of at least one voxel, in pieces of bounded memory. A region of one tile stays on
-// the calling thread: a host that asks for tiles does so from all of its threads. Larger ones use
-// the calling thread's oneTBB arena. Throws solidtex::error.
+// Reads a region of at least one voxel, in pieces of bounded memory. A region of one tile is read
+// on the calling thread, because hosts read tiles on all their threads. Larger regions use the
+// calling thread's oneTBB arena. Throws solidtex::error.
 void read_region(const texture& texture, const Level& level, const OIIO::ImageSpec& spec,
                  const Region& region, Target target);
 

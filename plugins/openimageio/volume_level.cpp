@@ -7,11 +7,11 @@
 namespace solidtex::openimageio {
 namespace {
 
-// A tile of a volume takes some hundredths of a second; flat ones waste less on margins when wide.
+// A tile of a volume takes some hundredths of a second. Wide flat tiles waste less on margins.
 constexpr int kVolumeTile = 32, kFlatTile = 128;
 
 // The lattice family keeps means over 2^n texels and takes level n for footprints of 2^n / 0.75
-// (docs/filtering.md): that radius has them alone, others would mix two levels at twice the cost.
+// (docs/filtering.md). This radius uses one level; others would mix two at twice the cost.
 float radius_of(solidtex_family family, int lod) {
   const float edge = static_cast<float>(1 << lod);
   return family == SOLIDTEX_FAMILY_FIELD ? edge * (2.0f / 3.0f) : edge / 2;

@@ -9,15 +9,14 @@
 
 namespace solidtex::openimageio {
 
-// Level n has voxels of 2^n texels along an edge. Those of level 0 are the texture's own. Others
-// are means over their cubes, in light, as far as solidtex_eval_filtered knows them: where the
-// origin is a multiple of 2^n these are the engine's own means up to n = 3, and above it what it
-// predicts. Beyond the image the texture goes on.
+// Level n has voxels with edges of 2^n texels. Level 0 has the voxels of the texture. Other levels
+// have linear means over cubes, by solidtex_eval_filtered: where the origin is a multiple of 2^n,
+// exact means up to n = 3 and predicted ones above. The texture continues beyond the image.
 class VolumeLevel final : public Level {
  public:
   VolumeLevel(const Query& query, int lod);
 
-  // Row vectors: a point of the host's world to [0,1]^3 over the image, as OpenImageIO wants it.
+  // Maps a point of the host's world to [0,1]^3 over the image; for row vectors, as in OpenImageIO.
   std::array<float, 16> world_to_local() const;
 
   void evaluate(const texture& texture, const Region& region, float* values) const override;

@@ -1,7 +1,6 @@
 #include "tools/bake/channels.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 namespace solidtex::tools {
@@ -85,16 +84,6 @@ std::vector<std::string> exr_names(const solidtex::texture& texture) {
     for (std::size_t i = 0; i < 3; ++i) names[group.channels[i]] = std::string(1, "RGB"[i]);
   }
   return names;
-}
-
-float srgb_to_linear(float value) {
-  if (!(value > 0.04045f)) return value / 12.92f;
-  return std::pow((value + 0.055f) / 1.055f, 2.4f);
-}
-
-float linear_to_srgb(float value) {
-  if (!(value > 0.0031308f)) return value * 12.92f;
-  return 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
 }
 
 }  // namespace solidtex::tools

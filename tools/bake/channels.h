@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "plugins/common/srgb.h"
+
 namespace solidtex::tools {
 
 // How the values of a group are encoded.
@@ -29,9 +31,6 @@ std::vector<Encoding> channel_encodings(const solidtex::texture& texture);
 
 // The name of each channel in an EXR: albedo is R, G and B, which viewers look for.
 std::vector<std::string> exr_names(const solidtex::texture& texture);
-
-float srgb_to_linear(float value);
-float linear_to_srgb(float value);
 
 // For 8 bits: linear colors become sRGB.
 inline float display_value(float value, Encoding encoding) {

@@ -1,4 +1,4 @@
-// What a long bake has finished, kept in a file, so that it can go on after Ctrl-C or a crash.
+// The finished part of a long bake in a file, to continue after Ctrl-C or a crash.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,21 @@
 
 namespace solidtex::tools {
 
-// A line of what the file is, one of JSON that says which bake it belongs to, then parts in the
-// order in which they are baked: values, and a fingerprint of them, which tells whole ones.
+// Format: a line with the kind of file, a line of JSON with the identity of the bake, then the
+// parts in the order of baking. A part is its values and their fingerprint, which shows that it is
+// whole.
 class Checkpoint {
  public:
-  Checkpoint() = default;  // keeps nothing
+  Checkpoint() = default;  // saves nothing
 
-  // Goes on from the file if it is there. `identity` is what must be the same for the same bits;
-  // throws std::runtime_error, which says what is different, for that of another bake.
+  // Continues from the file if it exists. `identity` holds the settings that the bits depend on.
+  // Throws std::runtime_error with the difference when the file has another identity.
   Checkpoint(const std::filesystem::path& file, const nlohmann::ordered_json& identity);
 
-  // The next part; false where it is not there whole, and from then on.
+  // Reads the next part. Returns false from the first part on that is missing or damaged.
   bool read(std::span<float> values);
 
-  // Adds a part behind those read. Throws std::runtime_error.
+  // Writes a part behind those read. Throws WriteError.
   void append(std::span<const float> values);
 
  private:

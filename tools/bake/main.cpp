@@ -101,8 +101,7 @@ void run(const BakeOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Bakes a solid texture: a box of it into voxels, or what a mesh shows of it.",
-               "solidtex-bake");
+  CLI::App app("Bakes a solid texture to voxels, or onto a mesh.", "solidtex-bake");
   BakeOptions options;
   add_options(app, options);
   return run_tool(app, argc, argv, [&] { run(options); });

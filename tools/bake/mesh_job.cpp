@@ -179,7 +179,7 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
   progress.finish();
   if (overlapping == 0) return;
   std::cerr << fmt::format(
-      "{}: {} texels lie in more than one triangle, and have the colour of the first\n", mesh->file,
+      "{}: {} texels lie in more than one triangle and have the color of the first\n", mesh->file,
       overlapping);
 }
 

@@ -1,4 +1,4 @@
-// A solid texture on a mesh: as colours of its vertices, or as the picture of its UV atlas.
+// Bakes a solid texture onto a mesh: to colors of its vertices, or to its UV atlas.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace solidtex::tools {
 
-// Throws where the options of a mesh contradict each other, or this build knows no meshes.
+// Throws when options of a mesh contradict each other, or this build reads no meshes.
 void check_mesh_options(const BakeOptions& options);
 
-// Bakes options.mesh into a file that will be called options.output in the end.
+// Bakes options.mesh to `file`, a temporary name of options.output.
 void bake_mesh(const BakeOptions& options, const solidtex::texture& texture,
                const std::filesystem::path& file);
 

@@ -51,7 +51,7 @@ Index3 parse_origin(const std::string& text) {
   return {values[0], values[1], values[2]};
 }
 
-// Not left to CLI11, which takes -1 for the largest number.
+// CLI11 would take -1 for the largest number.
 std::uint64_t parse_seed(const std::string& text) {
   std::uint64_t seed = 0;
   const char* const end = text.data() + text.size();
@@ -64,8 +64,11 @@ std::uint64_t parse_seed(const std::string& text) {
 }
 
 constexpr char examples[] =
-    "OUT ends in .npy (float32, [x][y][z][channel], values as the model has them, not clamped)\n"
-    "or .vdb, or is a new folder with --slices; with --mesh .ply or .exr.\n"
+    "OUT is a .npy file (float32, [x][y][z][channel], not clamped), a .vdb file, a new folder "
+    "with\n"
+    "--slices, or with --mesh a .ply or .exr file. What memory or the disk cannot hold is "
+    "refused:\n"
+    ".npy needs no memory, --slices that of a slice, .vdb that of the whole volume.\n"
     "Examples:\n"
     "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
     "  solidtex-bake mine.solidtex --size 512,512,64 --origin -100,0,7 --seed 3 -o mine.vdb\n"
@@ -76,34 +79,33 @@ constexpr char examples[] =
     "  solidtex-bake mine.solidtex --show roughness --preview roughness.png";
 
 void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) {
-  auto* mesh =
-      app.add_option("--mesh", options.mesh, "Bake the surface of an OBJ or PLY file, not a box")
-          ->type_name("FILE")
-          ->needs(output);
+  auto* mesh = app.add_option("--mesh", options.mesh,
+                              "Bake the surface of a mesh file (OBJ, PLY ...) instead of a box")
+                   ->type_name("FILE")
+                   ->needs(output);
   auto* to = app.add_option("--to", options.to,
-                            "What of the mesh: colours of its vertices as .ply, or the picture of "
-                            "its UV atlas as .exr")
+                            "Bake colors of the vertices to a .ply, or the UV atlas to an .exr")
                  ->check(CLI::IsMember({"vertex-color", "uv"}))
                  ->type_name("vertex-color|uv")
                  ->needs(mesh);
   mesh->needs(to);
   app.add_option("--texels-per-unit", options.texels_per_unit,
-                 "Of the mesh's units (default: 512 along the longest side of its box)")
+                 "Texels per unit of the mesh (default: 512 along its longest side)")
       ->check(CLI::Range(1e-9, 1e9))
       ->type_name("N")
       ->needs(mesh);
   app.add_option("--color-type", options.color_type,
-                 "Of vertices: uchar is sRGB-encoded, float is light (default uchar)")
+                 "Type of vertex colors: uchar is sRGB-encoded, float is linear (default uchar)")
       ->check(CLI::IsMember({"uchar", "float"}))
       ->type_name("uchar|float")
       ->needs(mesh);
   app.add_option("--margin", options.margin,
-                 "Texels by which an atlas goes on beyond its edges (default 8)")
+                 "Extend the charts of an atlas by so many texels (default 8)")
       ->check(CLI::Range(0, 64))
       ->type_name("N")
       ->needs(mesh);
   app.add_option("--checkpoint", options.checkpoint,
-                 "Keep what is baked of a mesh in this file, and go on from it if it is there")
+                 "Save the progress of a mesh to this file; continue from it if it exists")
       ->type_name("FILE")
       ->needs(mesh);
   for (const char* name : {"--slices", "--block"}) mesh->excludes(app.get_option(name));
@@ -125,32 +127,33 @@ void add_options(CLI::App& app, BakeOptions& options) {
       ->type_name("N|X,Y,Z");
   app.add_option_function<std::string>(
          "--origin", [&](const std::string& text) { options.origin = parse_origin(text); },
-         "First voxel (default 0,0,0); with --mesh, where its origin lies")
+         "First voxel (default 0,0,0); with --mesh, the texel of its origin")
       ->type_name("X,Y,Z");
   app.add_option_function<std::string>(
          "--seed", [&](const std::string& text) { options.seed = parse_seed(text); },
-         "Variant of the material (default 0)")
+         "Random seed: variant of the material (default 0)")
       ->type_name("N");
   add_precision(app, options.precision);
   app.add_option(
          "--block", options.block,
-         "Edge of the boxes evaluated at a time (default: as memory suits); changes no value")
+         "Edge of the boxes evaluated at a time (default: chosen by memory); changes no value")
       ->check(CLI::Range(1, 4096));
-  app.add_option("--threads", options.threads, "Default: all cores")->check(CLI::Range(1, 1024));
+  app.add_option("--threads", options.threads, "Number of threads (default: all cores)")
+      ->check(CLI::Range(1, 1024));
   auto* output =
-      app.add_option("-o,--output", options.output, "Where the voxels go")->type_name("OUT");
+      app.add_option("-o,--output", options.output, "File or folder to write")->type_name("OUT");
   app.add_option("--slices", options.slices, "Write a folder of images, one for each z")
       ->check(CLI::IsMember({"png", "exr"}))
       ->type_name("png|exr")
       ->needs(output);
   add_mesh_options(app, options, output);
   app.add_option("--preview", options.preview,
-                 "Picture of a cube cut open, three slices along the axes and one at 45 degrees")
+                 "Image of a cube cut open, three slices along the axes and one at 45 degrees")
       ->type_name("FILE.png");
   app.add_option(
          "--show", options.show,
-         "What the preview shows: a colour (albedo) or a channel (roughness), in grey from 0"
-         " to 1 (default: albedo, else the first)")
+         "Channels of the preview: a color (albedo), or a single channel (roughness) in gray "
+         "from 0 to 1 (default: albedo, else the first)")
       ->type_name("NAME");
   app.add_flag("--force", options.force, "Replace files that exist");
 }

@@ -13,7 +13,7 @@ namespace solidtex::tools {
 struct BakeOptions {
   std::string model = "granite-grey";
   Index3 size{128, 128, 128};
-  bool has_size = false;  // given by the user
+  bool has_size = false;  // given on the command line
   Index3 origin{0, 0, 0};
   std::uint64_t seed = 0;
   std::string precision = "full";
@@ -24,7 +24,7 @@ struct BakeOptions {
   std::filesystem::path mesh;        // empty: a box of voxels
   std::filesystem::path checkpoint;  // empty: none
   std::string to, color_type = "uchar";
-  double texels_per_unit = 0;  // 0: as the mesh's size suggests
+  double texels_per_unit = 0;  // 0: chosen by the size of the mesh
   int margin = 8;
   bool force = false;
 };

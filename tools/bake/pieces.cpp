@@ -19,8 +19,8 @@ std::int64_t in_bricks(std::int64_t edge) {
   return std::max(edge / brick, std::int64_t{1}) * brick;
 }
 
-// How far a piece of up to `edge` voxels reaches that begins at `offset`: to an absolute multiple
-// of `unit`, where it does not reach the end.
+// The end of a piece of up to `edge` voxels that begins at `offset`: an absolute multiple of
+// `unit`, or the end of the volume.
 std::int64_t piece_end(const Volume& volume, int axis, std::int64_t offset, std::int64_t edge,
                        std::int64_t unit) {
   if (volume.size[axis] - offset <= edge) return volume.size[axis];
@@ -29,7 +29,7 @@ std::int64_t piece_end(const Volume& volume, int axis, std::int64_t offset, std:
   return offset + edge - remainder;
 }
 
-// Chooses how many planes along x to ask for at a time: a look at Ctrl-C each second.
+// Chooses the number of planes along x to evaluate at a time, so that Ctrl-C is seen each second.
 class Pace {
  public:
   explicit Pace(std::int64_t max_planes) : max_planes_(max_planes) {}

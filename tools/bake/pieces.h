@@ -1,4 +1,4 @@
-// A volume evaluated piece after piece, so that memory stays bounded by one of them.
+// Evaluates a volume piece after piece: memory is bounded by one piece.
 #pragma once
 
 #include <functional>
@@ -14,13 +14,13 @@ struct Piece {
   std::span<const float> values;  // [x][y][z][channel]
 };
 
-// The largest piece to ask for: at most 64 MiB where that leaves a sensible shape, long along x,
-// where the lattice family evaluates plane after plane. At most `depth` voxels along z.
+// The size of the largest piece: up to 64 MiB, at most `depth` voxels along z, and long along x,
+// where the lattice family evaluates plane after plane.
 Index3 choose_piece(const Volume& volume, std::int64_t depth);
 
-// Cuts the volume at multiples of `largest` (along x also at others, to hear Ctrl-C in time), the
-// pieces with the same z one after another, and calls `take` for each. The library evaluates each
-// in parallel. Throws Interrupted after Ctrl-C.
+// Calls `take` for each piece; pieces with the same z come one after another. The volume is cut at
+// multiples of `largest`, along x also in between, to react to Ctrl-C within a second. The library
+// evaluates each piece in parallel. Throws Interrupted after Ctrl-C.
 void for_each_piece(const Volume& volume, const Index3& largest, Progress& progress,
                     const std::function<void(const Piece&)>& take);
 

@@ -1,4 +1,4 @@
-// PLY files with whatever is known of their vertices.
+// Writes PLY files.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +12,12 @@ namespace solidtex::tools {
 struct PlyProperty {
   std::string name;
   bool is_byte;               // uchar from values in [0, 1], else float
-  std::vector<float> values;  // one a vertex
+  std::vector<float> values;  // one for each vertex
 };
 
-// Binary: positions, normals (nx, ny, nz) and texture coordinates (s, t) where the mesh has some,
-// then the properties; triangles. Throws WriteError, and std::runtime_error for two properties of
-// one name.
+// Writes binary PLY: positions, normals (nx, ny, nz) and texture coordinates (s, t) if present, the
+// properties, then the triangles. Throws WriteError, and std::runtime_error for two properties with
+// the same name.
 void write_ply(const std::filesystem::path& path, const mesh::Mesh& mesh,
                const std::vector<PlyProperty>& properties);
 

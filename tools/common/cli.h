@@ -1,4 +1,4 @@
-// The frame of a command-line tool: options, error messages, exit codes, a clean Ctrl-C.
+// What all command-line tools share: options, error messages, exit codes, Ctrl-C.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,14 +14,14 @@ inline constexpr int exit_failure = 1;
 inline constexpr int exit_usage = 2;
 inline constexpr int exit_interrupted = 130;
 
-// Thrown where the work stops after Ctrl-C; run_tool turns it into exit_interrupted.
+// Thrown after Ctrl-C; run_tool turns it into exit_interrupted.
 class Interrupted : public std::runtime_error {
  public:
   explicit Interrupted(const std::string& outcome = "nothing was written")
       : std::runtime_error("interrupted, " + outcome) {}
 };
 
-// From then on SIGINT and SIGTERM only raise a flag; a second one ends the program at once.
+// SIGINT and SIGTERM set a flag from now on. A second one ends the program at once.
 void install_interrupt_handler();
 bool interrupted();
 void throw_if_interrupted();
@@ -29,7 +29,7 @@ void throw_if_interrupted();
 // Adds --precision full|fast.
 void add_precision(CLI::App& app, std::string& precision);
 
-// Adds --version, parses, runs `work`. Returns the exit code; what went wrong is on stderr.
+// Adds --version, parses, runs `work`. Prints errors to stderr and returns the exit code.
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work);
 
 }  // namespace solidtex::tools

@@ -23,7 +23,7 @@ void propagate_shape(const json& description, const std::vector<GraphNode>& node
 
 std::int64_t floor_half(std::int64_t value) { return value >> 1; }
 
-// Widens the input's region by what the node reads to compute its own.
+// Extends the input's region by what the node needs of it.
 void extend_region(const json& description, const GraphNode& node, GraphNode& input) {
   std::int64_t low = node.region_low, high = node.region_high;
   if (node.op == "conv3d") {
@@ -31,7 +31,7 @@ void extend_region(const json& description, const GraphNode& node, GraphNode& in
     low -= radius;
     high += radius;
   } else if (node.op == "upsample" || node.op == "conv_transpose3d") {
-    // Upsampling reaches what a transposed convolution with kernel 2 reaches.
+    // Upsampling has the receptive field of a transposed convolution with kernel 2.
     const std::int64_t kernel = description.value("kernel", std::int64_t{2});
     const std::int64_t padding = description.value("padding", std::int64_t{0});
     low = floor_half(low + padding - kernel + 2);
@@ -43,8 +43,8 @@ void extend_region(const json& description, const GraphNode& node, GraphNode& in
 
 }  // namespace
 
-std::vector<GraphNode> describe_graph(const json& field) {
-  const json& descriptions = field.at("nodes");
+std::vector<GraphNode> describe_graph(const json& lattice) {
+  const json& descriptions = lattice.at("nodes");
   std::vector<GraphNode> nodes;
   std::map<std::string, std::size_t> indices;
   for (const json& description : descriptions) {

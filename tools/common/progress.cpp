@@ -40,7 +40,7 @@ double Progress::elapsed() const {
 void Progress::advance(std::uint64_t count) {
   const std::uint64_t done = done_.fetch_add(count, std::memory_order_relaxed) + count;
   if (!terminal_) return;
-  const std::unique_lock lock(mutex_, std::try_to_lock);  // whoever is late need not print
+  const std::unique_lock lock(mutex_, std::try_to_lock);  // the other thread prints
   if (!lock || finished_ || Clock::now() - last_print_ < print_interval) return;
   last_print_ = Clock::now();
   print(std::min(done, total_));

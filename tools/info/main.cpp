@@ -1,16 +1,17 @@
-// solidtex-info: prints what is in a model file, and verifies all of it.
+// solidtex-info: prints the contents of a model file and verifies it.
 #include <iostream>
 
 #include "tools/common/cli.h"
 #include "tools/info/report.h"
 
 int main(int argc, char** argv) {
-  CLI::App app("Prints what is in a .solidtex model and verifies the whole file.", "solidtex-info");
+  CLI::App app("Prints the contents of a .solidtex model and verifies the whole file.",
+               "solidtex-info");
   app.footer(
       "Examples:\n"
       "  solidtex-info granite-grey            a shipped model, by name\n"
       "  solidtex-info mine.solidtex --json    for scripts\n"
-      "Exit code: 0 the file verifies, 1 it does not, 2 wrong usage.");
+      "Exit code: 0 the file is valid, 1 it is not, 2 wrong usage.");
   std::string model;
   bool as_json = false;
   app.add_option("MODEL", model, "Path of a .solidtex file, or name of a shipped model")

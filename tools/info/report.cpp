@@ -26,8 +26,8 @@ std::vector<float> evaluate_voxel(const solidtex::texture& texture) {
   return values;
 }
 
-ordered_json describe_nodes(const nlohmann::json& field) {
-  const std::vector<GraphNode> nodes = describe_graph(field);
+ordered_json describe_nodes(const nlohmann::json& lattice) {
+  const std::vector<GraphNode> nodes = describe_graph(lattice);
   ordered_json result = ordered_json::array();
   for (const GraphNode& node : nodes) {
     ordered_json inputs = ordered_json::array();
@@ -42,7 +42,7 @@ ordered_json describe_nodes(const nlohmann::json& field) {
   return result;
 }
 
-// One short line; control characters stay escaped, so that a file cannot play with the terminal.
+// One short line. Control characters stay escaped: a file must not control the terminal.
 std::string text_of(const ordered_json& value) {
   std::string text = to_text(value, -1);
   if (value.is_string()) text = text.substr(1, text.size() - 2);
@@ -87,7 +87,7 @@ void print_nodes(std::ostream& out, const ordered_json& nodes) {
         << op << std::right << std::setw(5) << level << std::setw(10) << channels << std::setw(8)
         << region << "  " << inputs << '\n';
   };
-  out << "\n  What one voxel needs of each node, at most, along each axis:\n";
+  out << "\n  Receptive field of one voxel in each node, at most, along each axis:\n";
   row("node", "op", "level", "channels", "voxels", "inputs");
   for (const ordered_json& node : nodes) {
     const ordered_json& region = node["voxel_region"];
@@ -133,7 +133,7 @@ void print(const ordered_json& report, std::ostream& out) {
              text_of(report["family"]) + ", format version " + text_of(report["version"]));
   print_line(out, "parameters", text_of(report["parameters"]));
   print_line(out, "channels", join(report["channels"]));
-  print_line(out, "colour space", text_of(report["color_space"]));
+  print_line(out, "color space", text_of(report["color_space"]));
   print_line(out, "noise", text_of(report["noise_scheme"]));
   print_line(out, "licence",
              report.contains("license") ? text_of(report["license"]) : "not stated");

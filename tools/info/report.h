@@ -1,4 +1,4 @@
-// What solidtex-info says about a model, as JSON and as text.
+// The report of solidtex-info, as JSON and as text.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,13 +8,13 @@
 
 namespace solidtex::tools {
 
-// Everything known about an open model; evaluates one voxel and throws when it is not finite.
+// The report on an open model. Evaluates one voxel and throws when it is not finite.
 nlohmann::ordered_json describe(const solidtex::texture& texture);
 
-// JSON text; paths that are no UTF-8 do not stop it. No indent (-1): one line.
+// JSON text, in one line where `indent` is -1. Bytes that are not UTF-8 are replaced.
 std::string to_text(const nlohmann::ordered_json& value, int indent);
 
-// The same for people.
+// Prints the report for people.
 void print(const nlohmann::ordered_json& report, std::ostream& out);
 
 }  // namespace solidtex::tools
