@@ -1,4 +1,5 @@
 #include <dlfcn.h>
+#include <strings.h>
 
 #include <cstdlib>
 #include <set>
@@ -14,6 +15,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kExtension[] = ".solidtex";
+
+// Capitals are accepted too.
+bool has_extension(const fs::path& path) {
+  return strcasecmp(path.extension().c_str(), kExtension) == 0;
+}
 
 // Returns the folder of the library or program that contains this code.
 fs::path library_folder() {
@@ -71,7 +77,7 @@ std::string joined(const List& list) {
 fs::path find_model(const std::string& model) {
   if (model.empty()) throw Error(SOLIDTEX_INVALID_ARGUMENT, "the model name is empty");
   const fs::path path(model);
-  if (path.has_parent_path() || path.extension() == kExtension) return path;
+  if (path.has_parent_path() || has_extension(path)) return path;
   const std::vector<fs::path> folders = model_folders();
   for (const fs::path& folder : folders) {
     const fs::path candidate = folder / (model + kExtension);

@@ -1,5 +1,7 @@
 #include "plugins/openimageio/input.h"
 
+#include <strings.h>
+
 #include <exception>
 #include <filesystem>
 #include <utility>
@@ -35,7 +37,8 @@ std::string color_space_of(const texture& texture) {
 }  // namespace
 
 bool Input::valid_file(const std::string& name) const {
-  return fs::path(name.substr(0, name.find('?'))).extension() == kExtension;
+  const fs::path model = name.substr(0, name.find('?'));
+  return strcasecmp(model.extension().c_str(), kExtension) == 0;
 }
 
 bool Input::open(const std::string& name, OIIO::ImageSpec& spec) {

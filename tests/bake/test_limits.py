@@ -157,3 +157,9 @@ def test_extensions_in_capitals(tmp_path: Path, name: str, arguments: list) -> N
     result = bake(tmp_path, "granite-grey-sampler", *arguments, option, name)
     assert result.returncode == 0, result.stderr
     assert sorted(os.listdir(tmp_path)) == sorted([name, "flat.obj"])
+
+
+def test_a_model_in_capitals(tmp_path: Path) -> None:
+    (tmp_path / "A.SOLIDTEX").write_bytes((REPOSITORY / "models" / "brick.solidtex").read_bytes())
+    result = bake(tmp_path, "A.SOLIDTEX", "--size", 4, "-o", "a.npy")
+    assert result.returncode == 0, result.stderr
