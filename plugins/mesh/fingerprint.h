@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "plugins/common/hash.h"
 #include "plugins/mesh/mesh.h"
 
 namespace solidtex::mesh {
@@ -47,14 +48,6 @@ class Fingerprint {
   std::uint64_t value() const { return hash_; }
 
  private:
-  // The output function of SplitMix64: a well mixed bijection of 64-bit words.
-  static std::uint64_t mix(std::uint64_t x) {
-    x += 0x9e3779b97f4a7c15ull;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-    return x ^ (x >> 31);
-  }
-
   std::uint64_t hash_ = 0;
 };
 
