@@ -39,7 +39,7 @@ def apply(
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
     seed: int = 0,
 ) -> bpy.types.Material:
-    """Gives a mesh a material with the color, and the roughness if any, of a solid texture.
+    """Give a mesh a material with the color, and the roughness if any, of a solid texture.
 
     model: a file, or a shipped one as "marble.solidtex".
     texels_per_unit, origin: a point p of the object is looked up at origin + texels_per_unit * p,

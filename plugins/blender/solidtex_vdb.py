@@ -34,7 +34,7 @@ def apply(
     channels: tuple[str, ...] = (),
     srgb: bool = True,
 ) -> bpy.types.Material:
-    """Gives a mesh the solid texture of a .vdb of solidtex-bake, and a material that shows it.
+    """Give a mesh the solid texture of a .vdb of solidtex-bake, and a material that shows it.
 
     texels_per_unit, origin: a point p of the object is looked up at origin + texels_per_unit * p,
         in texels; the .vdb must cover that (solidtex-bake --origin and --size).

@@ -53,7 +53,7 @@ class PyramidGenerator(BaseLattice):
 
     @torch.no_grad()
     def _share_variance(self) -> None:
-        """Lets all levels speak, and whitened colours have nearly their variance.
+        """Give all levels an output, and whitened colours have nearly their variance.
 
         As convolutions are built, each passes on three quarters of a deviation, and each level adds
         noise of its own: of what a slice shows the finest had 76 % and the two coarsest 1 % each.

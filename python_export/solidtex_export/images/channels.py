@@ -99,7 +99,7 @@ def photo_channels(photo: Picture, color_space: str, reading: Reading = AS_IS) -
         raise refuse(
             photo.path,
             found + " (luminance and chroma)",
-            "R, G, B; convert it (for example exrmultipart, or oiiotool a.exr -o a.tif)",
+            "R, G, B; save it as RGB",
         )
     sources, notes = _sources(photo, reading.layer)
     given = [channel for channels in sources.values() for channel in channels]

@@ -73,7 +73,7 @@ def _pairs(images: Tensor, generator: torch.Generator) -> Tensor:
 
 
 def _recolored(images: Tensor, generator: torch.Generator) -> Tensor:
-    """Turn the colour axes of each image, so that colour tells nothing."""
+    """Turn the colour axes of each image, so that color carries no information."""
     n = len(images)
     grey = (torch.rand(n, generator=generator) < GREY_SHARE).float()
     keep = torch.ones(n, 3)
