@@ -30,7 +30,7 @@ std::string obj_faces(int shift = 1) {
   std::string text;
   for (const auto& side : kSides) {
     text += "f";
-    for (const int vertex : side) text += " " + std::to_string(vertex + shift);
+    for (const int vertex : side) text.append(" ").append(std::to_string(vertex + shift));
     text += "\n";
   }
   return text;
@@ -137,7 +137,7 @@ std::string off(const std::string& header) {
   }
   for (const auto& side : kSides) {
     text += "4";
-    for (const int vertex : side) text += " " + std::to_string(vertex);
+    for (const int vertex : side) text.append(" ").append(std::to_string(vertex));
     text += " 0.5 0.5 0.5\n";
   }
   return text;

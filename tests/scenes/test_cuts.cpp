@@ -4,6 +4,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #define GLM_ENABLE_EXPERIMENTAL
 #include <glm/gtx/component_wise.hpp>
+#include <sstream>
 
 #include "catch.hpp"
 #include "plugins/pathtracer/geometry/mesh.h"
@@ -50,25 +51,23 @@ std::string comb_obj(unsigned teeth, const glm::dvec3& at) {
       outline.emplace_back(x + step.x, step.y);
     }
   }
-  std::string text, bottom, top, sides;
+  std::ostringstream text, bottom, top, sides;
+  text.precision(12);
   const std::size_t count = outline.size();
   for (const double z : {0.0, 1.0}) {
     for (const glm::dvec2& p : outline) {
-      text += "v " + std::to_string(at.x + p.x) + " " + std::to_string(at.y + p.y) + " " +
-              std::to_string(at.z + z) + "\n";
+      text << "v " << at.x + p.x << ' ' << at.y + p.y << ' ' << at.z + z << '\n';
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t next = (i + 1) % count;
-    bottom = " " + std::to_string(i + 1) + bottom;
-    top += " " + std::to_string(i + 1 + count);
-    sides += "f";
-    for (const std::size_t v : {i, next, next + count, i + count}) {
-      sides += " " + std::to_string(v + 1);
-    }
-    sides += "\n";
+    bottom << ' ' << count - i;
+    top << ' ' << i + 1 + count;
+    sides << "f " << i + 1 << ' ' << next + 1 << ' ' << next + 1 + count << ' ' << i + 1 + count
+          << '\n';
   }
-  return text + "f" + bottom + "\nf" + top + "\n" + sides;
+  text << 'f' << bottom.str() << "\nf" << top.str() << '\n' << sides.str();
+  return text.str();
 }
 
 // Whether every edge has one face on each side.
