@@ -1,6 +1,6 @@
-"""Do two renderers compute the same picture? Judged by the noise of independent renders.
+"""Statistical comparison of the images of two renderers, by the noise of independent renders.
 
-Pictures are cut into blocks, whose means are nearly normal, also where pixels are not. In each of
+Images are cut into blocks, whose means are nearly normal, also where pixels are not. In each of
 them Welch's t-test compares the two means of a channel by the variance among the renders. Three
 tests look at all blocks together, each at a third of the level: the largest deviation (Bonferroni),
 the sum of squares (chi-square: much that is a little wrong), and the signed sum (a change that is
@@ -25,7 +25,7 @@ class Verdict:
     largest: float
     squares: float
     signed: float
-    brightness: float  # of the second picture over the first
+    brightness: float  # of the second image over the first
 
     @property
     def p_value(self) -> float:

@@ -33,7 +33,7 @@ class Pair:
     environment: bool  # or else a rectangle of light
     brightness: float = 1.0  # of the light
     variant: str = "scalar_rgb"  # of Mitsuba
-    files: dict[str, np.ndarray] = field(default_factory=dict)  # pictures, by name
+    files: dict[str, np.ndarray] = field(default_factory=dict)  # images by name
 
 
 def write_exr(path: Path, pixels: np.ndarray) -> None:

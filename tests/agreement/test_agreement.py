@@ -1,4 +1,4 @@
-"""Mitsuba 3 computes the same pictures, as far as noise can tell, and would be caught if not."""
+"""Images equal those of Mitsuba 3 within noise. The comparison detects small differences."""
 
 import os
 import subprocess
@@ -67,7 +67,7 @@ def rough(color: list[float]) -> Surface:
 
 
 def of_coats(ball: Surface, environment: bool) -> Pair:
-    """With a material in Python, which the variant that asks for many points at once is fast at."""
+    """With a material in Python, which is fast in a vectorized variant."""
     return Pair(ball, GRAY, environment, variant="llvm_ad_rgb")
 
 

@@ -1,4 +1,4 @@
-"""The texture "solidtex" of Mitsuba 3: the library's values, and the picture of solidtex-render."""
+"""The Mitsuba 3 texture "solidtex": values of the library, image of solidtex-render."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ def stone(**options: object) -> dict:
 
 
 def surfaces(**options: object) -> Pair:
-    """A ball with a coat, which asks for the mean, on a matt floor."""
+    """A ball with a coat, which uses the mean, on a matt floor."""
     solid = {"solid": MODEL, "texels_per_unit": TEXELS}
     moved = mi.ScalarTransform4f().translate(MOVED)
     ball = Surface(
