@@ -110,7 +110,7 @@ def test_style_loss_and_field_of_view() -> None:
         assert critic(maps(2, 2, side, side)).shape == (2,)
         with pytest.raises(RuntimeError):
             critic(maps(1, 2, side - 1, side - 1))
-    critic = Critic(2, (3, 4), equalised=True)
+    critic = Critic(2, (3, 4), equalized=True)
     images = maps(1, 2, 20, 20)
     for relative in (False, True):
         assert float(style_loss(critic, critic.features(images), images, relative)) == 0
