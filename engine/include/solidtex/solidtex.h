@@ -5,7 +5,7 @@
  * releases the texture. docs/api.md shows complete programs.
  *
  * Space. Coordinates are texels: one texel is one pixel of the exemplar. Voxel (i, j, k) covers
- * [i, i+1) x [j, j+1) x [k, k+1); its centre is (i + 0.5, j + 0.5, k + 0.5). Coordinates may be
+ * [i, i+1) x [j, j+1) x [k, k+1); its center is (i + 0.5, j + 0.5, k + 0.5). Coordinates may be
  * negative. Their magnitude is at most 2^30 + 2^16.
  *
  * Values. A value is one float per channel in the color space of the file, not clamped.
@@ -197,10 +197,10 @@ SOLIDTEX_API const char* solidtex_path(const solidtex_texture* texture);
  *        the axes (r, 0, 0), (0, r, 0), (0, 0, r). 0 is the point itself, INFINITY the mean of the
  *        material.
  * axes   Nine floats per point: the half edges a, b and c of a parallelepiped, each as x, y, z in
- *        texels. The footprint is point + u a + v b + w c with u, v, w in [-1, 1]. One axis of
- * zeros makes it a parallelogram, two a line, three the point itself. Order and sign of the axes
- *        change no more than rounding. An axis of 4096 texels or more, INFINITY included, gives the
- *        mean of the material. */
+ *        texels. The footprint is point + u a + v b + w c with u, v, w in [-1, 1]. With one zero
+ *        axis it is a parallelogram, with two a line, with three the point itself. Order and sign
+ *        of the axes change no more than rounding. An axis of 4096 texels or more, INFINITY
+ *        included, gives the mean of the material. */
 typedef struct solidtex_footprints {
   size_t struct_size; /* sizeof(solidtex_footprints) */
   const float* radii; /* `count` floats or NULL */
@@ -215,10 +215,10 @@ typedef struct solidtex_footprints {
  * footprints  Volumes to average over, or NULL for none. A footprint that is a point gives the bits
  *             of an evaluation without footprints.
  * values      Receives `count` x channels floats.
- * jacobians   Receives `count` x channels x 3 floats, or is NULL: the derivatives of the values
- * with respect to x, y and z, per texel. A footprint moves with its point and keeps its shape.
+ * jacobians   Receives `count` x channels x 3 floats, or is NULL: derivatives along x, y and z, in
+ *             values per texel. A footprint moves with its point and keeps its shape.
  *
- * Without footprints a sampler is exact, and a lattice is reconstructed between voxel centres by
+ * Without footprints a sampler is exact, and a lattice is reconstructed between voxel centers by
  * cubic convolution. Means over footprints are approximations. Albedo in sRGB is averaged as light
  * and is never negative. The first call with footprints measures the material. See
  * docs/filtering.md.
@@ -230,7 +230,7 @@ SOLIDTEX_API solidtex_status solidtex_eval(const solidtex_texture* texture, cons
                                            const solidtex_footprints* footprints, size_t count,
                                            float* values, float* jacobians);
 
-/* Evaluates the voxels [origin, origin + size) at their centres. Writes size[0] x size[1] x size[2]
+/* Evaluates the voxels [origin, origin + size) at their centers. Writes size[0] x size[1] x size[2]
  * x channels floats in the order [x][y][z][channel], the channel fastest. */
 SOLIDTEX_API solidtex_status solidtex_eval_box(const solidtex_texture* texture,
                                                const int64_t origin[3], const int64_t size[3],
