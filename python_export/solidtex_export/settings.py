@@ -1,4 +1,4 @@
-"""Settings that are read from TOML: one reader, one base of typed tables, one kind of message."""
+"""Settings from TOML: one reader, one base of typed tables, one format of messages."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ Pair = Annotated[tuple[T, T], Strict(False)]
 
 
 class SettingsError(ValueError):
-    """What is wrong with settings: the file, the field, found, expected."""
+    """Invalid settings: the file, the field, found, expected."""
 
 
 class Settings(BaseModel):
-    """A table: no unknown key, no missing one, no conversion but of integers to numbers."""
+    """Base of tables: no unknown key, no missing key, no conversion except integers to floats."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def within(low: float, high: float) -> AfterValidator:
-    """Bounds of a number."""
+    """Validator of a number's bounds."""
 
     def check(value: float) -> float:
         if not low <= value <= high:
@@ -41,12 +41,12 @@ def within(low: float, high: float) -> AfterValidator:
 
 
 def expected(what: str) -> PydanticCustomError:
-    """Raised by the validator of one field."""
+    """Error that the validator of one field raises."""
     return PydanticCustomError("expected", "expected {what}", {"what": what})
 
 
 def wrong(where: str, found: Any, what: str) -> PydanticCustomError:
-    """Raised by the validator of a table, for one of its fields."""
+    """Error that the validator of a table raises for one of its fields."""
     sentence = f"{where}: found {show(found)}, expected {what}"
     return PydanticCustomError("wrong", "{sentence}", {"sentence": sentence})
 
@@ -65,7 +65,7 @@ def read_toml(path: Path | Traversable) -> dict[str, Any]:
 
 
 def validated(model: type[Model], values: Any, label: str) -> Model:
-    """The table as a model; an error begins with `label` and names the first wrong field."""
+    """Validate the table; an error begins with `label` and names the first wrong field."""
     try:
         return model.model_validate(values)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""Writes a whole file or leaves what was there."""
+"""Replaces files atomically."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pathlib import Path
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary file beside `path`, with its suffix; it takes the place of `path` at the end.
+    """Yield a temporary file beside `path` with its suffix, and rename it to `path` at the end.
 
-    After an exception `path` is what it was, and the temporary file is gone.
+    After an exception `path` is unchanged, and the temporary file is removed.
     """
     descriptor, name = tempfile.mkstemp(f"{path.suffix}", f".{path.stem}.", path.parent)
     os.fchmod(descriptor, 0o644)  # mkstemp's 0600 is for secrets

@@ -1,1 +1,1 @@
-"""What is measured on a photograph, and which preset follows."""
+"""Measurements on photographs and the choice of a preset from them."""

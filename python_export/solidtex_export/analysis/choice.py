@@ -1,6 +1,6 @@
-"""Which preset suits a photograph, where the user does not say.
+"""Chooses a preset for photographs where the user names none.
 
-The limits follow from trainings: docs/experiments/lattice-or-sampler.md and lattice-preset.md.
+The limits come from trainings: docs/experiments/lattice-or-sampler.md and lattice-preset.md.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LATTICES = (
     "lattice-fibers",
     "lattice-fibers-maps",
 )
-"""What `lattice` stands for, by what is measured."""
+"""Presets that `lattice` stands for, by the measured property."""
 
 # Line elongations of a photograph for a lattice, in widths of its lines.
 OUTLINES, LINES, VEINS = 3.3, 9.0, 15.0
@@ -29,12 +29,13 @@ LONG_LINES, SHORT_LINES = 9.0, 5.5
 MIN_SHORT_SCORE = 0.6  # structure score that short lines need for a lattice
 LONG_GRAIN = 4.5  # structures that are so many times as long along z as across are fibers
 MIN_SCORE = {"xyz": 1.2, "xy": 7.0}
-"""Structure score that needs a lattice, by the directions that a photograph serves: a sampler draws
-the straight outlines of wood, not those of a wall's bricks, which score 8."""
+"""Smallest structure score that needs a lattice, by the directions of the photograph. A sampler
+draws the straight outlines of wood, but not those of a brick wall, which score 8.
+"""
 
 
 class Choice(NamedTuple):
-    """A value of an option that was left open, and what was measured."""
+    """The chosen value of an option, and the measurements behind it."""
 
     option: str
     value: str
@@ -46,7 +47,7 @@ class Choice(NamedTuple):
 
 
 def choose_preset(measured: Measurements) -> Choice:
-    """The family, for one photograph in directions xyz or xy."""
+    """Choose the family for one photograph in directions xyz or xy."""
     elongation = 0.0
     if measured.directions == "xyz":
         if measured.symmetry.name != "all":
@@ -65,7 +66,7 @@ def choose_preset(measured: Measurements) -> Choice:
 
 
 def choose_lattice(measured: Measurements, symmetry: str) -> Choice:
-    """Which of the lattice presets, for photographs that are shown in these orientations."""
+    """Choose the lattice preset for photographs that are shown in these orientations."""
     elongation = round(measured.line_elongation, 1)
     reason = f"line elongation {elongation:g}, symmetry {symmetry}"
     reason += ", maps" if measured.has_maps else ""
@@ -73,8 +74,11 @@ def choose_lattice(measured: Measurements, symmetry: str) -> Choice:
 
 
 def lattice_preset(elongation: float, symmetry: str, has_maps: bool) -> str:
-    """Longer lines need larger first steps, lines in all directions a smooth start; patches are
-    compared where there are lines and no maps."""
+    """Name of the lattice preset for the measured properties.
+
+    Longer lines need larger first steps, lines in all directions a smooth start. Patches are
+    compared where there are lines and no maps.
+    """
     if elongation >= VEINS:
         name = "lattice-veins" if symmetry == "all" else "lattice-fibers"
     elif elongation >= LINES and symmetry == "all":

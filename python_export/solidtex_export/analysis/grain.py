@@ -1,4 +1,4 @@
-"""What an exemplar's channels are measured in: their principal axes, and how long its grain is."""
+"""Principal axes of an exemplar's channels, and the elongation of its grain."""
 
 from __future__ import annotations
 
@@ -15,14 +15,17 @@ CONSTANT = 1e-3  # a channel that varies by less than this share of its size cou
 
 
 def channel_axes(exemplars: Sequence[Exemplar]) -> tuple[Tensor, Tensor]:
-    """Mean m [channel] and axes B [channel, channel]; channels = m + B y, y of unit variance.
+    """Mean m [channel] and axes B [channel, channel]: channels = m + B y, y of unit variance.
 
-    First color as a whole and every other channel are scaled to unit deviation, so that units do
-    not matter: a roughness that hardly varies counts as much as a height in millimetres. Then the
-    principal axes of all channels together are scaled to unit variance. Joint axes let a generator
-    start with the exemplar's correlations between maps, and make what breaks them stand out: where
-    an edge of the color lacks its edge of the roughness, y on a small axis is large. The floor
-    keeps what is hardly there (a gray stone's hues) from being amplified more than 1/0.15 times.
+    The color as a whole and every other channel are first scaled to unit deviation, so that units
+    do not matter: a roughness that hardly varies counts as much as a height in millimeters. Then
+    the principal axes of all channels are scaled to unit variance.
+
+    Joint axes let a generator start with the exemplar's correlations between maps, and make
+    exceptions stand out: where an edge of the color has no edge of the roughness, y on a small axis
+    is large.
+
+    A floor limits the amplification of faint axes (the hues of a gray stone) to 1/0.15.
     """
     values = torch.cat([e.image.flatten(1) for e in exemplars], dim=1).double()
     mean = values.mean(1)
@@ -34,7 +37,8 @@ def channel_axes(exemplars: Sequence[Exemplar]) -> tuple[Tensor, Tensor]:
 
 
 def block_scales(values: Tensor, channels: Sequence[str]) -> Tensor:
-    """Deviation of each channel of `values` [channel, pixel]; that of the largest for a color's.
+    """Standard deviation of each channel of `values` [channel, pixel]. The channels of a color
+    share the largest of theirs.
 
     One scale for a color (albedo.r, albedo.g ...) keeps the proportions of its channels.
     """
@@ -47,13 +51,13 @@ def block_scales(values: Tensor, channels: Sequence[str]) -> Tensor:
 
 
 def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
-    """The inverse of the color affine, for an image [channel, row, column]."""
+    """Inverse of the color affine, for an image [channel, row, column]."""
     centred = (image - mean[:, None, None]).flatten(1).double()
     return torch.linalg.solve(basis.double(), centred).float().view_as(image)
 
 
 def grain_ratio(exemplar: Exemplar) -> float:
-    """How much longer structures are along columns of pixels than across them; 1 without any."""
+    """Length of structures along columns of pixels relative to their width; 1 without grain."""
     scales = block_scales(exemplar.image.flatten(1), exemplar.channels)
     image = exemplar.image / scales[:, None, None]
     along, across = _correlation_length(image.transpose(1, 2)), _correlation_length(image)
@@ -61,7 +65,7 @@ def grain_ratio(exemplar: Exemplar) -> float:
 
 
 def _correlation_length(image: Tensor) -> float:
-    """The distance, along rows, where the mean squared difference is half that of strangers."""
+    """Distance along rows at which the mean squared difference is half that of unrelated pixels."""
     half = float(image.var((1, 2)).mean())
     previous = 0.0
     for lag in range(1, image.shape[2] // 2):

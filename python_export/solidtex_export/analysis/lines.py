@@ -1,4 +1,4 @@
-"""Line elongation: the length of a photograph's thin lines, in their widths.
+"""Line elongation: length of a photograph's thin lines, relative to their width.
 
 Veins, cracks and layers are long, grains are short: docs/experiments/line-elongation.md.
 """
@@ -23,11 +23,11 @@ Plane = NDArray[np.float64]
 
 
 def line_elongation(exemplars: Sequence[Exemplar]) -> float:
-    """That of the photograph whose lines are longest.
+    """Line elongation of the photograph with the longest lines.
 
-    Looks at the first principal axis of the channels. Bright lines are where an opening with a
-    square of 5 x 5 pixels takes away most (the tenth of all pixels that it changes most), dark ones
-    where a closing adds most; the longer of both count.
+    The first principal axis of the channels is measured. Bright lines are the tenth of all pixels
+    that an opening with a square of 5 x 5 pixels darkens most, dark lines the tenth that a closing
+    brightens most. The longer of both count.
     """
     mean, basis = channel_axes(exemplars)
     planes = [whiten(e.image, mean, basis)[-1].double().numpy() for e in exemplars]
@@ -37,9 +37,10 @@ def line_elongation(exemplars: Sequence[Exemplar]) -> float:
 
 
 def _length(strength: Plane) -> float:
-    """Mean over pieces of length / width, each by its area; a piece's width is area / length.
+    """Mean of length / width over the connected pieces, weighted by area; width is area / length.
 
-    A length is that of the skeleton, so the mean is the sum of squared lengths over all area.
+    The length of a piece is that of its skeleton, so the mean is the sum of squared lengths divided
+    by the total area.
     """
     lines = strength > np.quantile(strength, 1 - SHARE)
     if not lines.any():

@@ -1,4 +1,4 @@
-"""What is measured on the photographs of a training, each thing at most once."""
+"""Measurements on the photographs of a training, each made at most once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from solidtex_export.images.exemplar import Exemplar
 
 
 class Measurements:
-    """Of photographs that serve `directions`; `descriptor` makes the distance that is asked for."""
+    """Measurements on photographs that serve `directions`; `descriptor` makes the distance."""
 
     def __init__(
         self, exemplars: Sequence[Exemplar], directions: str, descriptor: Callable[[], Distance]
@@ -25,12 +25,12 @@ class Measurements:
 
     @property
     def turns(self) -> bool:
-        """Whether a photograph is turned from one direction to another."""
+        """Whether directions of one photograph differ by a quarter turn."""
         return len(self.exemplars) == 1 and self.directions == "xyz"
 
     @property
     def most_symmetric(self) -> str:
-        """All orientations in which a photograph may look right."""
+        """The largest set of orientations in which a photograph may look right."""
         return "all" if self.turns else "flips"
 
     @property
@@ -47,12 +47,12 @@ class Measurements:
 
     @cached_property
     def grain(self) -> float:
-        """Of the first photograph."""
+        """Grain ratio of the first photograph."""
         return grain_ratio(self.exemplars[0])
 
     @cached_property
     def structure_score(self) -> float:
-        """Of the first photograph."""
+        """Structure score of the first photograph."""
         return self._images[0].structure_score
 
     @cached_property

@@ -1,6 +1,6 @@
-"""The structure score: how much of a photograph its tones and its spectrum do not tell.
+"""Structure score: how much of a photograph its color distribution and spectrum do not explain.
 
-Outlines score high. docs/experiments/structure-score.md has what else was tried.
+Outlines score high. docs/experiments/structure-score.md lists what else was tried.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from solidtex_export.analysis.surrogate import surrogate
 from solidtex_export.images.exemplar import Exemplar
 
 Distance = Callable[[Tensor, Tensor], Tensor]
-"""Of two whitened pictures [1, channel, rows, columns]."""
+"""Distance of two whitened images [1, channel, rows, columns]."""
 
 SURROGATES = 8  # with 4, rock and tissue differed by 3 from seed to seed
 LARGEST = 256  # pixels on a side are looked at
@@ -24,9 +24,9 @@ SCALE = 1000.0  # of the shipped descriptor's distances
 
 
 class MeasuredImage:
-    """What is looked at of a photograph, whitened, and how far other pictures are from it.
+    """A photograph, whitened, that the distance of other images is measured from.
 
-    Draws at random, the same in every call, and leaves the generator of random numbers alone.
+    Draws at random, the same in every call, and leaves the global random generator unchanged.
     """
 
     def __init__(self, exemplar: Exemplar, distance: Distance) -> None:
@@ -35,21 +35,21 @@ class MeasuredImage:
         self._distance = distance
 
     def farthest(self, pictures: Sequence[Tensor], draws: int) -> float:
-        """The largest distance from whitened pictures, each a mean over `draws`."""
+        """Largest of the distances from whitened images, each a mean over `draws`."""
         with torch.random.fork_rng(devices=[]), torch.no_grad():
             torch.manual_seed(0)
             return max(self._mean([picture] * draws) for picture in pictures)
 
     @property
     def surrogate_distance(self) -> float:
-        """From pictures of its tones and spectrum alone."""
+        """Distance from images with the photograph's color distribution and spectrum alone."""
         return self._measured[0]
 
     @property
     def structure_score(self) -> float:
-        """How much farther surrogates are from the photograph than its own halves are.
+        """Distance of surrogates relative to the distance between the photograph's own halves.
 
-        About 0 where there is no structure, 30 for a brick's crumbs.
+        It is about 0 where there is no structure, and 30 for the crumbs of a brick.
         """
         far, state = self._measured
         with torch.random.fork_rng(devices=[]), torch.no_grad():
@@ -58,7 +58,7 @@ class MeasuredImage:
 
     @cached_property
     def _measured(self) -> tuple[float, Tensor]:
-        """The distance of surrogates, and the state of the random numbers after it."""
+        """Distance of the surrogates, and the state of the random generator after it."""
         with torch.random.fork_rng(devices=[]), torch.no_grad():
             generator = torch.manual_seed(0)
             pictures = [surrogate(self.pixels, generator) for _ in range(SURROGATES)]
@@ -70,6 +70,6 @@ class MeasuredImage:
         return [image[:, :rows], image[:, -rows:], image[:, :, :columns], image[:, :, -columns:]]
 
     def _mean(self, pictures: Sequence[Tensor]) -> float:
-        """Distance in thousandths."""
+        """Mean distance in thousandths."""
         distances = [float(self._distance(p[None], self.pixels[None])) for p in pictures]
         return SCALE * sum(distances) / len(pictures)

@@ -1,8 +1,8 @@
-"""A surrogate: a picture of the same tones and the same spectrum as another, and nothing else.
+"""Surrogates: images with the color distribution and the spectrum of another, and nothing else.
 
 "Improved surrogate data for nonlinearity tests" (Schreiber and Schmitz 1996): phases are drawn at
-random, then tones and spectrum are enforced in turns. What a surrogate lacks is all that takes
-phases that agree: outlines, veins, cracks, the flat inside of a pore.
+random, then color distribution and spectrum are enforced in turns. A surrogate lacks everything
+that needs phases to agree: outlines, veins, cracks, the flat inside of a pore.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ ROUNDS = 8
 
 
 def surrogate(image: Tensor, generator: torch.Generator) -> Tensor:
-    """A random one of `image` [channel, row, column], of its size.
+    """A random surrogate of `image` [channel, row, column], of the same size.
 
-    The spectrum is that of the picture mirrored at its borders, which would else be outlines. All
-    channels get the same phases, so that colors that go together still do.
+    The spectrum is that of the image mirrored at its borders, which would otherwise act as
+    outlines. All channels get the same phases, which keeps the correlations of colors.
     """
     rows, columns = image.shape[1:]
     mirrored = torch.cat([image, image.flip(2)], 2)
@@ -32,13 +32,13 @@ def surrogate(image: Tensor, generator: torch.Generator) -> Tensor:
 
 
 def _with_tones(image: Tensor, tones: Tensor) -> Tensor:
-    """The ranks of `image` and the sorted values `tones` [channel, pixel], channel by channel."""
+    """Values `tones` [channel, pixel], sorted, in the rank order of `image`, channel by channel."""
     order = image.flatten(1).argsort(1)
     return torch.empty_like(tones).scatter_(1, order, tones).view_as(image)
 
 
 def scrambled(images: Tensor, generator: torch.Generator) -> Tensor:
-    """The same spectrum and no structure: random phases, the same for all colors."""
+    """Image of the same spectrum without structure: random phases, the same for all colors."""
     rows, columns = images.shape[2:]
     white = torch.fft.rfft2(torch.randn(len(images), 1, rows, columns, generator=generator))
     return torch.fft.irfft2(torch.fft.rfft2(images) * white / white.abs(), s=(rows, columns))

@@ -1,9 +1,9 @@
-"""The orientations in which a photograph looks just as right.
+"""Orientations in which a photograph looks equally right.
 
-A photograph that is lit from one side, or whose layers lie, looks wrong flipped or turned, and its
-statistics averaged over such orientations belong to no picture. Measured as the distance by our
-descriptor of the photograph from itself flipped and turned, beside that from its surrogates.
-docs/experiments/symmetry.md has figures.
+A photograph with light from one side, or with horizontal layers, looks wrong flipped or turned.
+Statistics averaged over such orientations describe no image. The measure is the descriptor distance
+between the photograph and its flipped and turned copies, relative to the distance from its
+surrogates. docs/experiments/symmetry.md has figures.
 """
 
 from __future__ import annotations
@@ -16,12 +16,14 @@ from torch import Tensor
 from solidtex_export.analysis.structure import MeasuredImage
 
 MIN_LIMIT, MAX_LIMIT = 2.5, 10.0
-"""Marble leans a little and has 2; light shows beside clear outlines too."""
+"""Limits of that ratio. Marble has a weak orientation bias and a ratio of 2; light shows beside
+clear outlines too.
+"""
 DRAWS = 8  # the descriptor turns channels at random
 
 
 class Symmetry(NamedTuple):
-    """Orientations, named as for --symmetry, and what was found on the photograph."""
+    """Orientations, named as for --symmetry, and the measured ratios."""
 
     name: str
     reason: str
@@ -41,8 +43,9 @@ class _Difference(NamedTuple):
 
 
 def symmetry_of(images: Sequence[MeasuredImage], turns: bool) -> Symmetry:
-    """Of all photographs alike. Whether they may be turned by a quarter is asked only if one of
-    them `turns` from direction to direction."""
+    """Symmetry that all photographs have. Quarter turns count only if a photograph `turns` between
+    its directions.
+    """
 
     def difference(moved: Callable[[Tensor], list[Tensor]]) -> _Difference:
         each = (_Difference(i.farthest(moved(i.pixels), DRAWS), _limit(i)) for i in images)

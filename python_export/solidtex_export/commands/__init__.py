@@ -1,1 +1,1 @@
-"""One module per command line."""
+"""Command-line programs, one module each."""

@@ -1,4 +1,4 @@
-"""What the commands do alike: --version, examples, exit codes 0, 1 (failed) and 2 (usage)."""
+"""Shared parts of the commands: --version, examples, exit codes 0, 1 (failed) and 2 (usage)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FAILURES = (ModelFileError, OutputError, StateError, OSError)
 
 
 def parser(program: str, description: str, examples: str) -> argparse.ArgumentParser:
-    """An argument parser with --version, and with examples below its help."""
+    """Argument parser with --version, and with examples below its help."""
     p = argparse.ArgumentParser(
         prog=program,
         description=description,
@@ -34,21 +34,21 @@ def parser(program: str, description: str, examples: str) -> argparse.ArgumentPa
 
 
 def add_model_arguments(p: argparse.ArgumentParser) -> None:
-    """The options of a command that writes a model."""
+    """Add the options of a command that writes a model."""
     add_output_arguments(p, "MODEL", ".solidtex")
     p.add_argument("--name", help="name of the material (default: that of MODEL)")
     p.add_argument("--license", help="licence of the model, an SPDX expression")
 
 
 def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> None:
-    """The options of a command that writes one file."""
+    """Add the options of a command that writes one file."""
     p.add_argument("-o", dest="output", metavar=name, type=Path, required=True,
                    help=f"the {suffix} file to write")  # fmt: skip
     p.add_argument("--force", action="store_true", help=f"replace {name} if it exists")
 
 
 def add_reading_arguments(p: argparse.ArgumentParser) -> None:
-    """The options of a command that reads photographs: how pixels become channels."""
+    """Add the options of a command that reads photographs: conversion of pixels to channels."""
     p.add_argument("--range", dest="ranges", metavar="[NAME=]RANGE", action="append", default=[],
                    type=named_range,
                    help="scale the values LOW,HIGH of the photograph, or of the map NAME, to"
@@ -74,14 +74,14 @@ def reading_of(args: argparse.Namespace) -> Reading:
 
 
 def print_notes(exemplars: Sequence[Exemplar]) -> None:
-    """Print what reading photographs changed or found strange."""
+    """Print notes on what reading photographs changed or found unusual."""
     for note in dict.fromkeys(note for e in exemplars for note in e.notes):
         print(note, file=sys.stderr)
 
 
 @contextmanager
 def optional_packages(program: str, extra: str) -> Iterator[None]:
-    """Around imports that need an extra of the package: one that lacks is named with its cure."""
+    """Report imports that lack an extra of the package, with the command that installs it."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -97,7 +97,7 @@ def run(
     work: Callable[..., None],
     failures: tuple[type[Exception], ...] = FAILURES,
 ) -> int:
-    """Calls work(args); an error that has a message for the user ends with exit code 1."""
+    """Run work(args); an exception with a message for the user gives exit code 1."""
     args = p.parse_args(arguments)
     try:
         work(args)

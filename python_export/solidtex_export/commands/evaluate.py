@@ -1,4 +1,4 @@
-"""solidtex-eval: how alike a solid texture and its exemplar are, in figures and pictures."""
+"""solidtex-eval: compares a solid texture with its exemplar, in figures and images."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def view(text: str) -> tuple[str, Path]:
 
 
 def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
-    """Separate the model from its photographs, and refuse what cannot work."""
+    """Separate the model from its photographs, and refuse invalid combinations of options."""
     if not args.slices and len(args.paths) < 2:
         p.error("EXEMPLAR: found none, expected a photograph after the model")
     if args.slices and len(args.paths) > 1:
@@ -144,7 +144,7 @@ def run(args: argparse.Namespace) -> None:
 def load(
     path: Path, maps: dict[str, Path], args: argparse.Namespace, training: dict[str, Any]
 ) -> Exemplar:
-    """The photograph at the model's scale: one pixel is one texel."""
+    """Load the photograph at the model's scale: one pixel is one texel."""
     resolution = args.resolution or training.get("resolution", UNLIMITED)
     trained = trained_record(path, training)
     crop = args.crop or (training.get("crop") if trained is not None else None)
@@ -159,7 +159,7 @@ def load(
 
 
 def trained_record(path: Path, training: dict[str, Any]) -> dict[str, Any] | None:
-    """What training says of this very file; another file may show its rectangle alone."""
+    """Record of this very file in the model's training configuration, if any."""
     sha256 = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
     return next((e for e in training.get("exemplars", []) if e["sha256"] == sha256), None)
 
@@ -172,7 +172,7 @@ def make_subject(args: argparse.Namespace, training: dict[str, Any], side: int) 
 
 
 def summary(result: Evaluation) -> str:
-    """A line for each metric: the distance relative to self-distance, by view."""
+    """One line per metric: the distance relative to self-distance, by view."""
     lines = []
     for group, distances in result.document["distances"].items():
         columns = {"overall": distances["overall"], **distances["views"]}

@@ -1,4 +1,4 @@
-"""solidtex-export: a training result becomes a `.solidtex` file, proven equal to its network."""
+"""solidtex-export: converts a training result to a `.solidtex` file and verifies it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def export(args: argparse.Namespace) -> None:
 
 
 def build_model(result: TrainingResult, name: str, license: str | None) -> ModelFile:
-    """The folded model, with everything known about where it comes from."""
+    """The folded model with its provenance."""
     architecture, tensors = _fold(result.generator)
     document = {
         "version": VERSION,
@@ -73,7 +73,7 @@ def build_model(result: TrainingResult, name: str, license: str | None) -> Model
 
 
 def unfolded_network(result: TrainingResult) -> Network:
-    """The network as it was trained."""
+    """The trained network without folding."""
     generator = copy.deepcopy(result.generator)
     if isinstance(generator, BaseLattice):
         return lattice_network(generator, SCHEME)
@@ -81,7 +81,7 @@ def unfolded_network(result: TrainingResult) -> Network:
 
 
 def exemplar_documents(config: dict[str, Any]) -> dict[str, str] | list[dict[str, str]]:
-    """One object for one photograph, a list for more; licence and source are theirs together."""
+    """One object for one photograph, a list for several; they share licence and source."""
     shared = {key: config[key] for key in ("license", "source") if config.get(key)}
     documents = [
         {"file": exemplar["file"], "sha256": exemplar["sha256"], **shared}

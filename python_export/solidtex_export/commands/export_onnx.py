@@ -1,4 +1,4 @@
-"""solidtex-export-onnx: a `.solidtex` model becomes an ONNX graph for any runtime."""
+"""solidtex-export-onnx: converts a `.solidtex` model to an ONNX graph."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def export(args: argparse.Namespace) -> None:
 
 
 def block(args: argparse.Namespace, model: ModelFile) -> Box | None:
-    """The voxels to compute; the point family computes points, wherever they are."""
+    """Box of voxels to compute; None for the sampler family, which computes points."""
     if model.document["family"] == "field":
         lo, extent = args.origin or DEFAULT_ORIGIN, args.size or DEFAULT_SIZE
         return Box(lo, tuple(l + e for l, e in zip(lo, extent, strict=True)))

@@ -1,4 +1,4 @@
-"""solidtex-fidelity: trains methods on exemplars, judges them, and writes the table."""
+"""solidtex-fidelity: trains presets on exemplars, evaluates them, and writes the table."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def is_chosen(cell: Cell, args: argparse.Namespace) -> bool:
 
 
 def is_done(cell: Cell, recorded: Outcomes, args: argparse.Namespace) -> bool:
-    """In the folder, or recorded in the table, whose figures may have been made elsewhere."""
+    """Whether results exist in the folder or in the table's record."""
     outcome = None if args.again else recorded.of(cell)
     if cell.failure.exists() or (outcome and outcome.failure):
         return not args.retry

@@ -1,7 +1,7 @@
-"""solidtex-import-solidtexturenets: a published checkpoint becomes a `.solidtex` file.
+"""solidtex-import-solidtexturenets: converts a published checkpoint to a `.solidtex` file.
 
 The public implementation of Gutierrez et al. 2020 saves `params.pytorch`, a state dict with the
-keys of `lattice.py`. Its last convolution gives B, G, R times 255 with a mean colour taken off.
+keys of `lattice.py`. Its last convolution gives B, G, R times 255 minus a mean color.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def convert(args: argparse.Namespace) -> None:
 
 
 def load_state(path: Path) -> dict[str, Tensor]:
-    """The state dict of a checkpoint; nothing in the file is executed."""
+    """Load the state dict of a checkpoint without executing anything in it."""
     if not path.is_file():
         raise StateError(f"{path}: found no such file, expected a params.pytorch")
     try:
@@ -89,7 +89,7 @@ def load_state(path: Path) -> dict[str, Tensor]:
 
 
 def check_published(state: Mapping[str, Tensor]) -> LatticeSizes:
-    """A whole lattice generator whose output is B, G, R."""
+    """Check for a complete lattice generator whose output is B, G, R."""
     for key in COLOR_BUFFERS:
         if key in state:
             raise StateError(f"{key}: found a checkpoint of solidtex-train; use solidtex-export")
@@ -101,7 +101,7 @@ def check_published(state: Mapping[str, Tensor]) -> LatticeSizes:
 
 
 def with_colors(state: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """Adds what turns the network's output into colours: R, G, B = means + reversed(y) / 255."""
+    """Add the color affine of the network's output: R, G, B = means + reversed(y) / 255."""
     return dict(state) | {
         "color_mean": torch.tensor(MEAN_BGR[::-1], dtype=torch.float64),
         "color_basis": torch.eye(CHANNELS, dtype=torch.float64).flip(0) / 255,

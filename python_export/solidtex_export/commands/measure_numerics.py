@@ -39,7 +39,7 @@ EXAMPLES = """  python -m solidtex_export.commands.measure_numerics
 
 
 def rows(models: list[Path]) -> Iterator[tuple[str, verify.Differences]]:
-    """The name of each model, and how far the engine is from float64 on it."""
+    """Name of each model, and the engine's difference from float64."""
     if not models:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "random.solidtex"

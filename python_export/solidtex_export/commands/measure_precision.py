@@ -30,7 +30,7 @@ EXAMPLES = """  python -m solidtex_export.commands.measure_precision
 
 @dataclass
 class Shift:
-    """Differences of fast from full precision, in 1/255, relative to values beyond 1."""
+    """Differences between fast and full precision, in 1/255, relative to values beyond 1."""
 
     spread: float
     differences: np.ndarray
@@ -41,7 +41,7 @@ class Shift:
 
 
 def shift(model: Path) -> Shift:
-    """Both precisions over the same boxes of several seeds."""
+    """Evaluate both precisions over the same boxes of several seeds."""
     full, fast = (
         np.concatenate([_box(model, seed, precision) for seed in SEEDS])
         for precision in ("full", "fast")
@@ -56,7 +56,7 @@ def _box(model: Path, seed: int, precision: str) -> np.ndarray:
 
 
 def rows(models: list[Path]) -> Iterator[tuple[str, Shift]]:
-    """The name of each model, and what fast precision does to it."""
+    """Name of each model, and its differences."""
     if not models:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "random.solidtex"

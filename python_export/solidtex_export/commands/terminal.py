@@ -1,4 +1,4 @@
-"""A long training: progress with the time left, in a terminal or in a log, and Ctrl-C."""
+"""Runs a long training: progress with the time left, in a terminal or a log, and Ctrl-C."""
 
 from __future__ import annotations
 
@@ -16,25 +16,27 @@ LOG_SECONDS = 30.0
 
 
 class Training(Protocol):
-    """What can be interrupted between two steps and continued later."""
+    """A training that can be interrupted between two steps and resumed later."""
 
     step: int
     seconds: float
 
     @property
     def progress(self) -> float:
-        """Fraction that is done."""
+        """Finished fraction."""
 
     def run(self, stop: Callable[[], bool], report: Callable[[Any], None]) -> None:
-        """Train to the end, or until `stop` says so; `report` is called after each step."""
+        """Train to the end, or until `stop` returns true; `report` is called after each step."""
 
 
 Report = Callable[[Training], None]
 
 
 def run_in_terminal(training: Training) -> None:
-    """Train with a progress bar, or without a terminal a line every half minute; Ctrl-C ends it
-    after the step."""
+    """Train with a progress bar, or without a terminal with a line every half minute.
+
+    Ctrl-C ends the training after the current step.
+    """
     interrupted = False
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:

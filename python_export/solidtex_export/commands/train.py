@@ -1,4 +1,4 @@
-"""solidtex-train: from one to three photographs to a training result."""
+"""solidtex-train: trains a solid texture on one to three photographs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FAILURES = (
 
 
 def make_trainer(request: Request, result: Path, use_cuda: bool, compiled: bool) -> Trainer:
-    """The training in the folder `result`, new or as far as it got."""
+    """Open the training in the folder `result`: new, or resumed from its checkpoint."""
     resolved = resolve(request)
     print_notes(resolved.exemplars)
     for choice in resolved.choices:

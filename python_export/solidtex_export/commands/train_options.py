@@ -116,7 +116,7 @@ def named_file(text: str) -> tuple[str, Path]:
 def maps_of_photographs(
     p: argparse.ArgumentParser, args: argparse.Namespace
 ) -> tuple[dict[str, Path], ...]:
-    """The maps of each photograph, by name."""
+    """Maps of each photograph, by name."""
     files: dict[str, list[Path]] = {}
     for name, file in args.maps:
         files.setdefault(name, []).append(file)
@@ -130,7 +130,7 @@ def maps_of_photographs(
 
 
 def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
-    """What the options ask for; refuses what cannot work."""
+    """Convert the options to a request; refuses invalid combinations."""
     check_numbers(p, args)
     directions = args.directions or ("xy" if len(args.photos) == 2 else "xyz")
     if len(args.photos) not in (1, len(directions)):

@@ -1,11 +1,13 @@
 """WGAN-GP critics, and the style loss on their features.
 
 Critic: Portenier et al. 2020 ("GramGAN"), section 3.1, equation 3, which is also equation 3 of Zhao
-et al. 2022 ("STS-GAN"); generator: equation 4, and equation 2 of STS-GAN. Differs in the network
-(unpadded, strided convolutions and a mean over positions instead of dense layers: slices of any
-size, and a CPU trains it) and in a small drift term that keeps the critic's output near zero
-(Karras et al. 2018). Equation 4's factor 1 / (4 N^2 M^2) on sums over pixels is read as a mean over
-pixels and matrix entries; taken literally it would shrink with the number of pixels.
+et al. 2022 ("STS-GAN"). Generator: equation 4, and equation 2 of STS-GAN.
+
+The network differs: unpadded, strided convolutions and a mean over positions instead of dense
+layers. It accepts slices of any size, and trains on a CPU. A small drift term keeps the critic's
+output near zero (Karras et al. 2018). Equation 4's factor 1 / (4 N^2 M^2) on sums over pixels is
+read as a mean over pixels and matrix entries; taken literally it would shrink with the number of
+pixels.
 """
 
 from __future__ import annotations
@@ -26,26 +28,27 @@ LAST_KERNEL = 3
 
 
 class Discriminator(Protocol):
-    """What the generator and its own training ask of a discriminator."""
+    """Interface of a discriminator for the generator's losses and for its own training."""
 
     def features(self, images: Tensor) -> list[Tensor]:
-        """Hidden activations [batch, channel, rows, columns] for whitened images of that order."""
+        """Hidden activations [batch, channel, rows, columns] for a batch of whitened images."""
 
     def judge(self, features: list[Tensor]) -> Tensor:
-        """The judgement [batch] from them, higher where images look like the photograph."""
+        """Scores [batch] from hidden activations, higher where images look like the photograph."""
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
-        """What the critic itself minimizes."""
+        """Loss that the discriminator itself minimizes."""
 
 
 @dataclass(frozen=True)
 class Penalties:
-    """Equation 3's lambda, the drift term's weight, and whether distances are root mean squares.
+    """Equation 3's lambda, the weight of the drift term, and the norm of the gradient penalty.
 
-    Equation 3 holds the critic's gradient at 1 for distances of length, which grow with the root of
-    the number of values in an image; as it is built, a critic's gradient is near 1 for root mean
-    square ones. `rms` is equation 3 of the critic times that root, all divided by the root: lambda
-    is, too. Undivided it weighs a hundred times what it should, and critics tell nothing apart.
+    Equation 3 holds the critic's gradient at 1 for the Euclidean distance of images, which grows
+    with the root of the number of their values. As initialized, a critic's gradient is near 1 for
+    the root mean square distance. `rms` multiplies the critic of equation 3 by that root, and
+    divides the whole loss, lambda included, by it. Undivided, the penalty is a hundred times too
+    strong and critics learn nothing.
     """
 
     gradient: float = 10.0
@@ -67,7 +70,7 @@ class EqualizedConv2d(nn.Conv2d):
 
 
 class Critic(nn.Module):
-    """A convolutional network; `features` are its hidden activations, `forward` its judgement."""
+    """A convolutional network; `features` are its hidden activations, `forward` its score."""
 
     def __init__(
         self,
@@ -104,7 +107,7 @@ class Critic(nn.Module):
 
 
 def field_of_view(layers: int) -> int:
-    """Side of the smallest image, in pixels, that a critic of so many hidden layers can judge."""
+    """Side of the smallest image, in pixels, that a critic with this many hidden layers accepts."""
     side = LAST_KERNEL
     for _ in range(layers - 1):
         side = 2 * (side - 1) + KERNELS[1]
@@ -112,7 +115,7 @@ def field_of_view(layers: int) -> int:
 
 
 def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalties) -> Tensor:
-    """Equation 3."""
+    """Critic loss of equation 3."""
     on_fakes, on_reals = critic(fakes), critic(reals)
     t = torch.rand(len(fakes), 1, 1, 1, device=fakes.device)
     between = torch.lerp(reals, fakes, t).requires_grad_()
@@ -126,8 +129,10 @@ def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalti
 def style_loss(
     critic: Discriminator, features: list[Tensor], reals: Tensor, relative: bool
 ) -> Tensor:
-    """L_style of equation 4; `relative`: each layer's distance in units of the photograph's mean
-    absolute entry, so that no layer drowns the others.
+    """L_style of equation 4.
+
+    `relative` divides each layer's distance by the photograph's mean absolute entry, which balances
+    the layers.
     """
     with torch.no_grad():
         targets = [gram(f) for f in critic.features(reals)]
@@ -139,5 +144,5 @@ def style_loss(
 
 
 def adversarial_loss(critic: Discriminator, features: list[Tensor]) -> Tensor:
-    """-E[D(f)] of equation 4."""
+    """Generator loss -E[D(f)] of equation 4."""
     return -critic.judge(features).mean()

@@ -1,13 +1,12 @@
-"""Critics on the features of our frozen descriptor network.
+"""Critics on the features of the frozen descriptor network.
 
 Sauer et al. 2021, "Projected GANs converge faster": several small discriminators, each on features
-of one layer of a network that was trained on something else and stays as it is, with a hinge loss
-and no gradient penalty. Their network is an EfficientNet with random mixing of its layers; ours is
-the descriptor (losses/descriptor), whose layers are judged as they are, each feature
-divided by its deviation on the photograph.
+of one layer of a frozen pretrained network, with a hinge loss and no gradient penalty. Their
+network is an EfficientNet with random mixing of its layers. Ours is the descriptor
+(losses/descriptor) without mixing; each feature is divided by its deviation on the photograph.
 
-A critic of pixels has to find out for itself what a grain is, from one photograph and within
-minutes; this one begins with features that tell textures apart.
+A critic on pixels has to learn all features from one photograph within minutes. This one starts
+with features that discriminate textures.
 """
 
 from __future__ import annotations
@@ -27,9 +26,9 @@ SILENT_SHARE = 0.1  # of a layer's mean deviation: added to what its features ar
 
 
 class ProjectedCritic(nn.Module):
-    """One head for each layer; its judgement is the mean over positions, then over layers.
+    """One head for each layer; the score is the mean over positions, then over layers.
 
-    `network` is no part of the state: it is frozen, and shared.
+    `network` is not part of the state: it is frozen, and shared.
     """
 
     def __init__(
@@ -39,7 +38,7 @@ class ProjectedCritic(nn.Module):
         layers: tuple[str, ...],
         width: int,
     ) -> None:
-        """`photograph` [channel, rows, columns], whitened, is what features are normalized by."""
+        """Normalize features by those of the whitened `photograph` [channel, rows, columns]."""
         super().__init__()
         self._network = (network,)  # in a tuple, so that it is no submodule
         self._layers = layers
@@ -72,7 +71,7 @@ class ProjectedCritic(nn.Module):
         return torch.stack([m.mean((1, 2, 3)) for m in maps]).mean(0)
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
-        """The hinge loss at each position: above 1 for the photograph, below -1 for slices."""
+        """Hinge loss at each position: above 1 for the photograph, below -1 for slices."""
         on_fakes, on_reals = (self._maps(self.features(images)) for images in (fakes, reals))
         losses = [F.relu(1 + m).mean() for m in on_fakes] + [F.relu(1 - m).mean() for m in on_reals]
         return torch.stack(losses).sum() / len(self._layers)
@@ -82,7 +81,9 @@ class ProjectedCritic(nn.Module):
         return [self.heads[name].last(f).float() for name, f in pairs]
 
     def _activations(self, images: Tensor) -> dict[str, Tensor]:
-        """Of all filled channels by threes, padded with zeros: [batch, group x width, ...]."""
+        """Activations of all filled channels in groups of three, zero-padded: [batch, group x
+        width, ...].
+        """
         (network,) = self._network
         network = network.to(images.device)
         images = images[:, self._filled]

@@ -1,4 +1,4 @@
-"""What a preset says of its discriminators."""
+"""Settings of discriminators in a preset."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ Width = Annotated[int, within(1, 4096)]
 
 
 class DiscriminatorSettings(Settings):
-    """Of either kind: one discriminator per photograph and scale, trained by Adam."""
+    """Base settings: one discriminator per photograph and scale, trained by Adam."""
 
     learning_rate: Annotated[float, within(1e-9, 10)] = 1e-3
     betas: Pair[Beta] = (0.0, 0.99)
     replay_buffer: Annotated[int, within(1, 4096)] = 12
-    """Recent slices that it is trained on."""
+    """Number of recent slices in the replay buffer."""
     batch: Annotated[int, within(1, 1024)] = 4
     crop: Annotated[int, within(0, 65536)] = 64
-    """Side of the crops of slices that it is trained on, in pixels; 0 for whole slices."""
+    """Side of the training crops of slices, in pixels; 0 for whole slices."""
     scales: Array[Annotated[float, within(0.01, 1)]] = (1.0,)
-    """One discriminator for each: sees this fraction of a slice's side, magnified to the side."""
+    """Scales, one discriminator each: a fraction of a slice's side, magnified to the whole side."""
 
     @field_validator("scales")
     @classmethod
@@ -36,20 +36,21 @@ class DiscriminatorSettings(Settings):
 
     @property
     def smallest(self) -> int:
-        """Side of the smallest slice that it can judge, in texels."""
+        """Side of the smallest slice that the discriminator accepts, in texels."""
         raise NotImplementedError
 
 
 class CriticSettings(DiscriminatorSettings):
-    """A convolutional network on pixels, WGAN-GP (discriminators/critic.py)."""
+    """Settings of a convolutional critic on pixels, WGAN-GP (discriminators/critic.py)."""
 
     widths: Array[Width] = (32, 64, 96, 128)
     equalized_learning_rate: bool = False
-    """Weights of unit variance, scaled when used."""
+    """Store weights at unit variance and scale them when used."""
     penalty: Annotated[float, within(0, 1e6)] = 10.0
     rms: bool = False
-    """Hold gradients at 1 for root mean square distances between images, not for their length,
-    and divide the penalty by the root that lies between them."""
+    """Use the root mean square distance of images in the gradient penalty, not the Euclidean one,
+    and divide the loss by the ratio of the two.
+    """
     drift: Annotated[float, within(0, 1e6)] = 1e-3
 
     @field_validator("widths")
@@ -65,12 +66,14 @@ class CriticSettings(DiscriminatorSettings):
 
 
 class ProjectedCriticSettings(DiscriminatorSettings):
-    """Small heads on the frozen descriptor network, hinge loss (discriminators/projected.py)."""
+    """Settings of small heads on the frozen descriptor network, hinge loss
+    (discriminators/projected.py).
+    """
 
     batch: Annotated[int, within(1, 1024)] = 2
     crop: Annotated[int, within(0, 65536)] = 128
     layers: Array[str] = ("conv2_2", "conv3_2", "conv4_1")
-    """Of the descriptor network, one head each."""
+    """Layers of the descriptor network, one head each."""
     head_width: Width = 64
 
     @field_validator("layers")

@@ -1,4 +1,4 @@
-"""The discriminators of one kind and one photograph in training, with their replay buffer."""
+"""Training of the discriminators of one kind and one photograph, with their replay buffer."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ Reals = Callable[[int, int], Tensor]
 
 
 class DiscriminatorTrainer:
-    """One discriminator per scale; a replay buffer of recent slices keeps them from overfitting to
-    the last ones.
+    """Trains one discriminator per scale; a replay buffer keeps them from overfitting to the last
+    slices.
 
     Zhao et al. 2022 ("STS-GAN"), section 3.2: a critic of scale s sees crops of s times the side,
-    magnified to the whole side, of slices and of photograph alike. Theirs are slices of smaller
+    magnified to the whole side, of slices and of the photograph alike. Theirs are slices of smaller
     solids; without padding, a crop of a larger slice has the same distribution.
     """
 
     def __init__(
         self, settings: AnyDiscriminator, photograph: Tensor, source: DescriptorSource
     ) -> None:
-        """`photograph` [channel, rows, columns], whitened, on the device of the training."""
+        """`photograph` [channel, rows, columns] is whitened, on the device of the training."""
         self._settings = settings
         self.discriminators = [
             _discriminator(settings, photograph, source).to(photograph.device)
@@ -47,12 +47,12 @@ class DiscriminatorTrainer:
         self._device = photograph.device
 
     def random_scale(self) -> int:
-        """Which discriminator judges the generator in this step (STS-GAN, section 3.3)."""
+        """Random discriminator for the generator's loss in this step (STS-GAN, section 3.3)."""
         count = len(self.discriminators)
         return 0 if count == 1 else int(torch.randint(count, ()))
 
     def view(self, images: Tensor, scale: int) -> Tensor:
-        """What the discriminator of that scale sees of images [batch, channel, side, side]."""
+        """Input of the discriminator of that scale for images [batch, channel, side, side]."""
         fraction, side = self._settings.scales[scale], images.shape[2]
         if fraction == 1:
             return images
@@ -64,7 +64,7 @@ class DiscriminatorTrainer:
         self._buffer.extend(slices)
 
     def losses(self, reals: Reals, turned: Callable[[Tensor], Tensor]) -> list[Tensor]:
-        """What each discriminator minimizes, on slices of the replay buffer."""
+        """Loss of each discriminator on slices of the replay buffer."""
         losses = []
         for scale, discriminator in enumerate(self.discriminators):
             fakes = turned(self._crops())
@@ -73,7 +73,7 @@ class DiscriminatorTrainer:
         return losses
 
     def update(self, losses: list[Tensor], average: Callable[[nn.Module], None]) -> None:
-        """One step of each; `average` may change its gradients before."""
+        """Train each discriminator by one step; `average` may change its gradients before."""
         trained = zip(self.discriminators, self._optimizers, losses, strict=True)
         for discriminator, optimizer, loss in trained:
             optimizer.zero_grad(set_to_none=True)

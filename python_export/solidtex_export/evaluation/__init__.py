@@ -1,1 +1,1 @@
-"""How alike a solid texture and its exemplar are: docs/evaluation.md."""
+"""Comparison of a solid texture with its exemplar: docs/evaluation.md."""

@@ -16,7 +16,7 @@ NO_DISTANCE = 1e-9  # a smaller self-distance gives no relative one
 
 @dataclass(frozen=True)
 class Settings:
-    """How pictures are compared: crops of at most `side` pixels, `crops` in each set."""
+    """Settings of a comparison: crops of at most `side` pixels, `crops` in each set."""
 
     side: int = 96
     crops: int = 16
@@ -37,9 +37,9 @@ class Reference:
     """An exemplar [row, column, channel], cut into halves that are compared with each other.
 
     Self-distance is the distance between random crops of one half and as many of the other, which
-    share no pixel. The distance of a synthesis is the mean of its distances to the two halves. An
-    exemplar that is large enough is halved both ways, and the means are taken. All sets have the
-    same number of crops of the same side.
+    share no pixel. The distance of a synthesis is the mean of its distances to the two halves. A
+    large exemplar is halved both ways, and the means are taken. All sets have the same number of
+    crops of the same side.
     """
 
     def __init__(self, exemplar: np.ndarray, settings: Settings) -> None:
@@ -54,7 +54,7 @@ class Reference:
         self.own = {m.name: self._own_distance(m) for m in self.metrics}
 
     def distances(self, pictures: list[np.ndarray]) -> dict[str, Distance]:
-        """The distance of slices to the exemplar by every metric."""
+        """Distance of slices to the exemplar by every metric."""
         crops = self._draw(pictures, np.random.default_rng(self.settings.seed))
         return {metric.name: self._distance(metric, crops) for metric in self.metrics}
 
@@ -78,7 +78,7 @@ class Reference:
 
 
 def channel_groups(channels: tuple[str, ...]) -> dict[str, list[int]]:
-    """Channels that are compared together: colours, each map alone, and all of them jointly."""
+    """Channels that are compared together: colors, each map alone, and all of them jointly."""
     result = {group.name: list(group.indices) for group in groups(channels)}
     if len(result) > 1:
         result["all channels"] = list(range(len(channels)))
@@ -86,7 +86,7 @@ def channel_groups(channels: tuple[str, ...]) -> dict[str, list[int]]:
 
 
 def mean_distance(distances: list[Distance]) -> Distance:
-    """Mean over views; of relative distances too, where all have one."""
+    """Mean over views, also of relative distances where all views have one."""
     relative = [d.multiple for d in distances if d.multiple is not None]
     known = len(relative) == len(distances)
     value = float(np.mean([d.value for d in distances]))

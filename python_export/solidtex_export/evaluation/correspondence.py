@@ -1,4 +1,4 @@
-"""Where a synthesis copies its exemplar: the map of Gutierrez et al. 2020, figure 13."""
+"""Correspondence map of copies from the exemplar: Gutierrez et al. 2020, figure 13."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ CHUNK = 1024  # neighbourhoods compared at a time: bounds the memory
 
 
 def correspondence(picture: np.ndarray, exemplar: np.ndarray) -> np.ndarray:
-    """Row and column in `exemplar` of the most similar neighbourhood (4 x 4 pixels, all channels,
-    squared differences) of every pixel of `picture`: int [row, column, 2]."""
+    """Place in `exemplar` of the most similar neighborhood of every pixel: int [row, column, 2].
+
+    Neighborhoods of `picture` are 4 x 4 pixels, with all channels, compared by squared differences.
+    """
     ours, theirs = _neighbourhoods(picture), _neighbourhoods(exemplar)
     flat, candidates = ours.reshape(-1, ours.shape[-1]), theirs.reshape(-1, theirs.shape[-1])
     # |a - b|^2 = |a|^2 - 2 a.b + |b|^2, and |a|^2 does not change the order.
@@ -26,15 +28,17 @@ def correspondence(picture: np.ndarray, exemplar: np.ndarray) -> np.ndarray:
 
 
 def coherence(places: np.ndarray) -> float:
-    """How much is copied: the share of pairs of neighbouring pixels whose places in the exemplar
-    are neighbours in the same way. A verbatim copy has 1."""
+    """Share of neighboring pixels whose places in the exemplar are neighbors in the same way.
+
+    A verbatim copy has 1.
+    """
     right = (np.diff(places, axis=1) == (0, 1)).all(-1)
     down = (np.diff(places, axis=0) == (1, 0)).all(-1)
     return float((right.mean() + down.mean()) / 2)
 
 
 def as_colors(places: np.ndarray, exemplar_shape: tuple[int, ...]) -> np.ndarray:
-    """The map as a picture [row, column, 3], row as red, column as green; copies are smooth."""
+    """The map as an image [row, column, 3], row as red, column as green; copies are smooth."""
     extent = np.maximum(np.array(exemplar_shape[:2]) - NEIGHBOURHOOD, 1)
     red, green = np.moveaxis(places / extent, -1, 0)
     return np.stack([red, green, 1 - (red + green) / 2], axis=-1).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Sizes and directions of what a set of crops shows, for comparing slices of different normals."""
+"""Sizes and directions of structures in crops, for comparing slices of different normals."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ Values = float | np.ndarray
 
 @dataclass(frozen=True)
 class Directionality:
-    """How long things are across and down (pixels), and how much they run in one direction.
+    """Lengths of structures across and down (pixels), and their anisotropy.
 
-    Lengths are the lags at which the autocorrelation of luminance falls to one half (None where
-    it never does). `coherence` is that of the mean structure tensor (Bigün and Granlund 1987),
-    (l1 - l2) / (l1 + l2): 0 without, 1 with one direction only; `angle` is that direction, degrees
-    counterclockwise from the right, 0 ... 180. `coarse_coherence` and `coarse_angle` are the same
-    of derivatives at sigma = 4 pixels: wide bands. `local_coherence` is the mean of the coherence
-    of the tensor in a Gaussian window of 6 pixels: streaks that turn from place to place raise it,
-    and leave the others.
+    Lengths are the lags at which the autocorrelation of luminance falls to one half (None where it
+    never does). `coherence` is that of the mean structure tensor (Bigün and Granlund 1987), (l1 -
+    l2) / (l1 + l2): 0 for isotropic structures, 1 for a single direction; `angle` is that
+    direction, degrees counterclockwise from the right, 0 ... 180. `coarse_coherence` and
+    `coarse_angle` use derivatives at sigma = 4 pixels, which respond to wide bands.
+    `local_coherence` is the mean of the coherence of the tensor in a Gaussian window of 6 pixels:
+    streaks of varying direction raise it, and leave the others unchanged.
     """
 
     length_across: float | None
@@ -40,7 +40,7 @@ class Directionality:
 
 
 def directionality(crops: np.ndarray) -> Directionality:
-    """Of crops [crop, row, column, channel] in the orientation in which they were found."""
+    """Measure crops [crop, row, column, channel] in their original orientation."""
     gray = luminance(crops)
     middle = gray.shape[1] // 2
     rho = correlation(gray[..., None], middle)[..., 0]
@@ -62,7 +62,7 @@ def directionality(crops: np.ndarray) -> Directionality:
 
 
 def half_length(rho: np.ndarray) -> float | None:
-    """The lag at which rho [lag], which starts with 1, falls to one half; linear in between."""
+    """Lag at which rho [lag], which starts with 1, falls to one half; linearly interpolated."""
     below = np.flatnonzero(rho <= 0.5)
     if not len(below):
         return None

@@ -1,4 +1,4 @@
-"""Compares a subject with its exemplars: everything that the report and the JSON say."""
+"""Compares a subject with its exemplars and collects the contents of report and JSON."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ SHOWN = 256  # pixels: pictures in the report are cut to that
 
 @dataclass
 class Evaluation:
-    """`document` is the JSON; `pictures` [row, column, 3] by name are what the report shows."""
+    """Result: `document` is the JSON, `pictures` [row, column, 3] by name the report's images."""
 
     document: dict[str, Any]
     pictures: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def evaluate(subject: Subject, exemplars: list[Exemplar], settings: Settings) -> Evaluation:
-    """All metrics of a subject; both are reduced to the channels that they share."""
+    """Compute all metrics of a subject; both sides are reduced to their common channels."""
     start = time.monotonic()
     subject, images, channels = _shared_channels(subject, exemplars)
     smallest = min(min(p.shape[:2]) for v in subject.views for p in v.pictures)
@@ -87,7 +87,7 @@ def _shared_channels(
 
 
 def _ranges(images: list[np.ndarray], channels: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Offset and scale that bring each channel to 0 ... 1: colours stay, as do maps within it."""
+    """Offset and scale that map each channel to 0 ... 1; colors, and maps within it, stay."""
     pixels = np.concatenate([image.reshape(-1, len(channels)) for image in images])
     low, high = pixels.min(0).clip(max=0), pixels.max(0).clip(min=1)
     color = np.isin(channels, COLOR)
@@ -107,7 +107,7 @@ def _settings(settings: Settings, images: list[np.ndarray]) -> dict[str, Any]:
 def _distances(
     subject: Subject, images: list[np.ndarray], indices: list[int], settings: Settings
 ) -> dict[str, Any]:
-    """Of one group of channels: the exemplars' own distances, those of the views, their means."""
+    """Distances on one group of channels: self-distances, those of the views, and their means."""
     references = [Reference(image[..., indices], settings) for image in images]
     views: dict[str, dict[str, Distance]] = {}
     for view in subject.views:
@@ -131,7 +131,7 @@ def _copying(
     settings: Settings,
     pictures: dict[str, np.ndarray],
 ) -> dict[str, Any]:
-    """Coherence of the correspondence maps; for the exemplars, of one half to the other."""
+    """Coherence of the correspondence maps; for the exemplars, of one half with the other."""
     own = []
     for image in images:
         first, second = Reference(image, replace(settings, crops=1)).halves[0]
@@ -149,7 +149,7 @@ def _copying(
 
 
 def _repetitions(subject: Subject, images: list[np.ndarray]) -> dict[str, Any]:
-    """Of the exemplars; of a block of a model and of it with one far away, else of each picture."""
+    """Repetition of the exemplars, and of two distant blocks of a model or of each image."""
     result: dict[str, Any] = {"self": [_record(repetition(luminance(image))) for image in images]}
     if subject.blocks:
         near, far = (luminance(block) for block in subject.blocks)
@@ -189,9 +189,9 @@ def _show(subject: Subject, images: list[np.ndarray], pictures: dict[str, np.nda
 
 
 def sheet(subject: Subject, exemplars: Sequence[Exemplar], side: int) -> np.ndarray:
-    """Colours [row, column, 3]: exemplars and the first slice of each view, all cut to `side`.
+    """Colors [row, column, 3]: exemplars and the first slice of each view, all cut to `side`.
 
-    A row for the colour, and one below it for each further channel that both have.
+    One row for the color, and one below it for each further common channel.
     """
     shared = tuple(c for c in exemplars[0].channels if c in subject.channels)
     known = [exemplars[0].channels.index(c) for c in shared]

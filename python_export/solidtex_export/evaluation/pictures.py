@@ -1,8 +1,8 @@
-"""Pictures as they are compared: 8-bit values, equally large crops, orientations.
+"""Images for comparison: 8-bit values, equally large crops, orientations.
 
-A picture is a float32 array [row, column, channel], crops are [crop, row, column, channel]; values
-are 0 ... 1 in steps of 1/255, because that is what a photograph has: an ordering of neighbours that
-no picture file could hold must not count.
+An image is a float32 array [row, column, channel], crops are [crop, row, column, channel]. Values
+are 0 ... 1 in steps of 1/255, as in a photograph: an order of neighbors that no image file could
+hold must not count.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ BRIGHTNESS = (0.82, 0.92, 1.0)  # of faces normal to x, y and z
 
 
 def to_8_bit(values: np.ndarray) -> np.ndarray:
-    """Values as a picture file would hold them."""
+    """Quantize values as an image file would."""
     return (np.rint(np.clip(values, 0, 1) * 255) / 255).astype(np.float32)
 
 
@@ -34,7 +34,7 @@ def luminance(pictures: np.ndarray) -> np.ndarray:
 def random_crops(
     pictures: list[np.ndarray], side: int, count: int, rng: np.random.Generator
 ) -> np.ndarray:
-    """`count` crops at random places, taken from the pictures in turn."""
+    """`count` crops at random places, taken from the images in turn."""
     return np.stack([_random_crop(pictures[i % len(pictures)], side, rng) for i in range(count)])
 
 
@@ -44,10 +44,10 @@ def _random_crop(picture: np.ndarray, side: int, rng: np.random.Generator) -> np
 
 
 def oriented(crops: np.ndarray, symmetry: str) -> np.ndarray:
-    """Crop i in orientation i of those in which the material looks just as right.
+    """Turn crop i to orientation i of `symmetry`.
 
-    "all" are the eight of a square, "flips" those without a quarter turn, "none" as they are: the
-    choice of `solidtex-train --symmetry`.
+    "all" are the eight of a square, "flips" those without a quarter turn, "none" the original: the
+    values of `solidtex-train --symmetry`.
     """
     return np.stack([_oriented(c, i % ORIENTATIONS[symmetry]) for i, c in enumerate(crops)])
 
@@ -61,13 +61,13 @@ def _oriented(crop: np.ndarray, index: int) -> np.ndarray:
 
 
 def crop_side(picture: np.ndarray, wanted: int) -> int:
-    """The largest crop, up to `wanted`, of which two fit side by side."""
+    """Side of the largest crop, up to `wanted`, of which two fit side by side."""
     longer, shorter = max(picture.shape[:2]), min(picture.shape[:2])
     return min(wanted, longer // 2, shorter)
 
 
 def halvings(picture: np.ndarray, side: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Left and right half, top and bottom half: those pairs in which each holds a crop."""
+    """Left and right half, top and bottom half: the pairs in which each half holds a crop."""
     rows, columns = picture.shape[0] // 2, picture.shape[1] // 2
     pairs = []
     if columns >= side:
@@ -78,7 +78,7 @@ def halvings(picture: np.ndarray, side: int) -> list[tuple[np.ndarray, np.ndarra
 
 
 def draw_cut_cube(block: np.ndarray, side: int) -> np.ndarray:
-    """A picture [side, side, channel] on white of a block [x, y, z, channel] with equal edges.
+    """An image [side, side, channel] on white of a block [x, y, z, channel] with equal edges.
 
     The cube stands in isometric projection, seen from (1, 1, 1), without its nearest corner: its
     outer faces and the slices through its middle are sheared and pasted.
@@ -99,7 +99,7 @@ def draw_cut_cube(block: np.ndarray, side: int) -> np.ndarray:
 
 
 def _face_of_picture(axis: int, depth: float, side: int, count: int) -> np.ndarray:
-    """Of pixels (column, row, 1) the place on the face at `depth` of an axis, in its voxels."""
+    """Map pixels (column, row, 1) to voxels of the face at `depth` of an axis."""
     pixels_per_unit = side / CUBE_EXTENT
     columns = CUBE_RIGHT * pixels_per_unit, -CUBE_UP * pixels_per_unit
     others = [a for a in range(3) if a != axis]

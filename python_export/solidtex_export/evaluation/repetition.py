@@ -1,4 +1,4 @@
-"""Whether a solid repeats itself: correlation far away, beside what chance allows."""
+"""Detects repetition of a solid: correlation at large lags, relative to chance."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ ALARM = 2.0  # times what chance allows: see `Repetition.repeats`
 
 @dataclass(frozen=True)
 class Repetition:
-    """The strongest far correlation.
+    """Strongest correlation at a large lag.
 
-    `correlation` is its coefficient, `lag` where it is (pixels, one per axis), `deviations` how
-    many standard deviations of chance that is, `allowed` how many the largest of so many
-    independent lags has by chance, sqrt(2 ln n).
+    `correlation` is its coefficient, `lag` its offset (pixels, one per axis), `deviations` the
+    coefficient in standard deviations of chance, `allowed` the expected maximum of that by chance
+    over the independent lags, sqrt(2 ln n).
     """
 
     correlation: float
@@ -29,21 +29,21 @@ class Repetition:
 
     @property
     def repeats(self) -> bool:
-        """Twice what chance allows: real textures are not quite normal, their tails are heavier.
+        """Whether the correlation exceeds twice the chance level; real textures have heavy tails.
 
-        Fine grain has millions of independent lags, of which 0.05 is many deviations: the second
-        ring of a blade of grass, but nothing that an eye would find again.
+        Fine grain has millions of independent lags, and 0.05 is many deviations there. That is the
+        second ring of a blade of grass, not a visible repetition.
         """
         return self.deviations > ALARM * self.allowed and abs(self.correlation) >= NEAR
 
 
 def repetition(values: np.ndarray, other: np.ndarray | None = None) -> Repetition | None:
-    """The strongest correlation between far places of `values`, one value per pixel or voxel.
+    """Strongest correlation of `values`, one per pixel or voxel, at a large lag.
 
     With `other`, of the same shape and from far away, the strongest correlation between the two at
-    any lag. Lags go up to half the extent. The variance of a far coefficient that is zero but for
-    chance is sum_k rho(k)^2 / N by Bartlett (1946), N the number of pairs, the sum over near lags.
-    None where everything is near, as in a solid that is longer than what was looked at.
+    any lag. Lags go up to half the extent. A coefficient that is zero but for chance has the
+    variance sum_k rho(k)^2 / N by Bartlett (1946), N the number of pairs, the sum over small lags.
+    None where no lag is large, as in a structure that is longer than the sample.
     """
     first = _normalized(values)
     largest = tuple(n // 2 for n in values.shape)
@@ -73,7 +73,7 @@ def _normalized(values: np.ndarray) -> np.ndarray:
 
 
 def _near(rho: np.ndarray) -> np.ndarray:
-    """The ellipsoid around lag 0 outside of which lags are far."""
+    """Mask of the ellipsoid of small lags around lag 0."""
     inside = np.zeros(rho.shape)
     centre = tuple(n // 2 for n in rho.shape)
     for axis, middle in enumerate(centre):

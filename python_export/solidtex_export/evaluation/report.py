@@ -1,4 +1,4 @@
-"""The HTML report: one file, pictures embedded."""
+"""HTML report: one file with embedded images."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _warnings(document: dict[str, Any]) -> list[str]:
 
 
 def number(value: float | None) -> str:
-    """Three significant digits; no length means one beyond what was seen."""
+    """Three significant digits; None is a length beyond the measured range."""
     return "longer" if value is None else f"{value:.3g}"
 
 
@@ -90,7 +90,7 @@ def _figure(picture: np.ndarray, caption: str, zoom: int) -> Markup:
 
 
 def png(picture: np.ndarray) -> bytes:
-    """A picture [row, column, channel] as an 8-bit PNG; the first channel where it has no three."""
+    """An image [row, column, channel] as an 8-bit PNG; the first channel where it has not three."""
     pixels = np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8)
     if pixels.shape[2] != 3:
         pixels = pixels[..., :1].repeat(3, axis=2)

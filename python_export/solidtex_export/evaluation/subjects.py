@@ -1,4 +1,4 @@
-"""What is evaluated: slices of a model, cut by the engine, or pictures of slices."""
+"""Subjects of an evaluation: slices that the engine cuts from a model, or image files."""
 
 from __future__ import annotations
 
@@ -29,15 +29,14 @@ UNLIMITED = 1 << 30  # a resolution that leaves pictures as they are
 
 
 class SubjectError(ValueError):
-    """What cannot be evaluated; the message names the file."""
+    """A subject that cannot be evaluated; the message names the file."""
 
 
 @dataclass(frozen=True)
 class View:
     """Parallel slices [row, column, channel] of one kind.
 
-    `exemplar` is the index of the exemplar that they should look like, None if nothing says what
-    they should look like.
+    `exemplar` is the index of the exemplar that the slices are compared with, None without one.
     """
 
     name: str
@@ -47,7 +46,7 @@ class View:
 
 @dataclass(frozen=True)
 class Subject:
-    """`blocks` are two cubes [x, y, z, channel] far from each other, none for pictures."""
+    """Views of a subject; `blocks` are two distant cubes [x, y, z, channel], none for images."""
 
     name: str
     channels: tuple[str, ...]
@@ -77,7 +76,7 @@ def from_model(path: Path, side: int, seed: int, compared: Mapping[str, int]) ->
 
 
 def _displayed(values: np.ndarray, channels: tuple[str, ...]) -> np.ndarray:
-    """Linear colours as sRGB, in which exemplars are compared."""
+    """Linear colors encoded as sRGB, in which exemplars are compared."""
     color = np.isin(channels, COLOR)
     values[..., color] = srgb_encode(values[..., color])
     return values
@@ -98,7 +97,7 @@ Plane = tuple[np.ndarray, np.ndarray]
 
 
 def _oblique_planes(grain: str | None, rng: np.random.Generator) -> list[Plane]:
-    """At 45 degrees between x and y, then at random; with grain along z, planes that contain z."""
+    """Planes at 45 degrees between x and y, then random ones; with grain along z they contain z."""
     angles = np.pi * np.array([0.25, 0.75, *rng.uniform(0, 1, SLICES - 2)])
     upright = [(np.array([np.cos(a), np.sin(a), 0]), np.array([0, 0, -1.0])) for a in angles]
     if grain:
@@ -117,10 +116,10 @@ def _oblique_slice(
 
 
 def compared_views(training: Mapping[str, Any], exemplars: int) -> dict[str, int]:
-    """Which exemplar each view should look like, after the directions that were trained.
+    """Index of the exemplar of each view, from the trained directions.
 
-    Oblique slices are compared with one photograph that is right in all directions, or, with grain
-    along z, on all planes that contain z.
+    Oblique slices are compared with one photograph that serves all directions or, with grain along
+    z, with it on all planes that contain z.
     """
     directions = training.get("directions", "xyz")
     if exemplars not in (1, len(directions)):
@@ -135,7 +134,7 @@ def compared_views(training: Mapping[str, Any], exemplars: int) -> dict[str, int
 
 
 def from_pictures(sources: Sequence[tuple[str, Path]]) -> Subject:
-    """Slices from files: (view, picture or folder of pictures), compared with the one exemplar."""
+    """Slices from files: (view, image or folder of images), compared with the one exemplar."""
     views: dict[str, list[Exemplar]] = {}
     for name, path in sources:
         files = _pictures_in(path) if path.is_dir() else [path]

@@ -1,1 +1,1 @@
-"""From a training result to files that others open: model files and ONNX."""
+"""Conversion of training results to model files and ONNX."""

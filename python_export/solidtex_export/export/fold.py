@@ -1,9 +1,8 @@
-"""Turns a trained lattice generator into the operations of the model file, in float64.
+"""Folds a trained lattice generator into the operations of the model file, in float64.
 
-Batch normalisation is y = scale * x + shift with running statistics, so it disappears into a
-convolution beside it: into the one before it, or, after an upsampling, into the one that reads the
-upsampled channels. The latter is exact because no convolution is padded: there is no border where
-the shift would be missing.
+Batch normalization is y = scale * x + shift with running statistics. It folds into the convolution
+before it or, after an upsampling, into the convolution that reads the upsampled channels. The
+latter is exact because no convolution is padded: no border lacks the shift.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ def fold_lattice(state: Mapping[str, Tensor], negative_slope: float) -> tuple[Do
 
 
 class _Folder:
-    """Builds the graph from the coarsest level to the finest; methods return the node they add."""
+    """Builds the graph from the coarsest level to the finest; methods return the added node."""
 
     def __init__(self, state: dict[str, Tensor], negative_slope: float) -> None:
         self.state = state
@@ -90,7 +89,7 @@ class _Folder:
         return scale, beta - mean * scale
 
     def colored_output(self) -> tuple[Tensor, Tensor]:
-        """The last convolution gives y; colour = color_mean + color_basis @ y."""
+        """Fold the color affine into the last convolution: color = color_mean + color_basis @ y."""
         weight, bias = self.parameters("last_conv")
         mean = self.state.get("color_mean", torch.zeros(len(bias), dtype=torch.float64))
         basis = self.state.get("color_basis", torch.eye(len(bias), dtype=torch.float64))

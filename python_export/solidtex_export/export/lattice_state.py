@@ -1,4 +1,4 @@
-"""State dicts of the lattice generator: which sizes they have, and whether they are whole."""
+"""State dicts of the lattice generator: their sizes and their completeness."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_LEVEL = 20  # of noise in a model file
 
 
 class StateError(ValueError):
-    """What is wrong with a state dict: the key, found, expected."""
+    """An invalid state dict: the key, found, expected."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class LatticeSizes:
 
 
 def lattice_sizes(state: Mapping[str, Any]) -> LatticeSizes:
-    """Reads the sizes off the shapes."""
+    """Derive the sizes from the shapes."""
     stages = [re.fullmatch(r"cb([1-9]\d{0,3})_1\.conv1\.weight", str(key)) for key in state]
     levels = max((int(match[1]) for match in stages if match), default=0)
     if levels > MAX_LEVEL + 1:
@@ -46,9 +46,10 @@ def lattice_sizes(state: Mapping[str, Any]) -> LatticeSizes:
 
 
 def check_lattice_state(state: Mapping[str, Any]) -> LatticeSizes:
-    """Every tensor that the sizes ask for is there, finite and of the right shape, and no other.
+    """Check that the state dict holds exactly the tensors of its sizes, finite and of the right
+    shape.
 
-    The colour buffers may be missing, as in imported dicts; num_batches_tracked is ignored.
+    The color buffers may be missing, as in imported dicts; num_batches_tracked is ignored.
     """
     sizes = lattice_sizes(state)
     with torch.device("meta"):

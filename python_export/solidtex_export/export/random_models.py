@@ -1,4 +1,4 @@
-"""Untrained models with ordinary values everywhere: what numerics are measured and tested on."""
+"""Untrained models with typical values, for measuring and testing numerics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NEGATIVE_SLOPE = 0.01
 
 
 def lattice_state(levels: int, noise: int, step: int, seed: int = 0) -> dict[str, Tensor]:
-    """A state dict as after a training: normalised by statistics that are not quite its own."""
+    """State dict like a training's: batch statistics differ slightly from the true ones."""
     torch.manual_seed(seed)
     generator = LatticeGenerator(levels, noise, step, slope=NEGATIVE_SLOPE)
     norms = [module for module in generator.modules() if isinstance(module, nn.BatchNorm3d)]
@@ -93,7 +93,7 @@ def every_operation_model(seed: int = 0) -> ModelFile:
 def document(
     family: str, architecture: dict[str, Any], scheme: str = "solidtex-1"
 ) -> dict[str, Any]:
-    """A model's document with three colours and nothing optional."""
+    """Document of a model with three colors and no optional fields."""
     return {
         "version": VERSION,
         "name": "random",

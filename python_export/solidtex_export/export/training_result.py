@@ -1,4 +1,4 @@
-"""Reads a result folder of solidtex-train: what was trained, how, and the network itself."""
+"""Reads a result folder of solidtex-train: configuration and network."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class TrainingResult:
 
 
 def read_result(folder: Path) -> TrainingResult:
-    """Reads config.json and checkpoint.pt; nothing in them is executed."""
+    """Read config.json and checkpoint.pt without executing anything in them."""
     config_path, checkpoint_path = folder / "config.json", folder / "checkpoint.pt"
     for path in (config_path, checkpoint_path):
         if not path.is_file():

@@ -1,1 +1,1 @@
-"""The networks that define a solid, as torch modules, and how they are folded."""
+"""Generators of solids as torch modules."""

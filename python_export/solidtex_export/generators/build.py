@@ -1,4 +1,4 @@
-"""Generators by kind, as configurations name them."""
+"""Builds generators by kind."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ KINDS: dict[str, type[Generator]] = {
     "sampler": OctaveSampler,
 }
 KIND_OF_FAMILY = {"field": "lattice", "sampler": "sampler"}
-"""What a configuration of that family means that names no kind."""
+"""Kind of a configuration that names only its family."""
 
 
 def build_generator(family: str, sizes: Mapping[str, Any]) -> Generator:
-    """An untrained generator; `sizes` are its constructor's arguments, and its kind."""
+    """Build an untrained generator from its kind and its constructor arguments `sizes`."""
     arguments = dict(sizes)
     kind = arguments.pop("kind", KIND_OF_FAMILY[family])
     if kind not in KINDS:

@@ -1,4 +1,4 @@
-"""One realisation of a lattice generator's noise, for looking at one solid in parts."""
+"""One realization of a lattice generator's noise, for evaluating one solid in parts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from solidtex_export.generators.sampler import HashedLattice
 
 
 class FixedNoise:
-    """A function of position, so that only what is looked at has to be held in memory."""
+    """Noise as a function of position. Only the evaluated part is held in memory."""
 
     def __init__(self, generator: BaseLattice) -> None:
         self.generator = generator
@@ -28,7 +28,7 @@ class FixedNoise:
         return self.generator.colors(y)[0]
 
     def draw(self, box: Box, axes: Axes) -> list[Tensor]:
-        """As BaseLattice.draw_noise, for a box whose axes are in the order `axes`."""
+        """Noise for a box with axes in the order `axes`, as BaseLattice.draw_noise returns it."""
         boxes = zip(self._lattices, self.generator.noise_boxes(box), strict=True)
         return [self._level(lattice, b, axes) for lattice, b in boxes]
 

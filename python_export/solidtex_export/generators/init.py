@@ -1,8 +1,7 @@
 """Initial weights of generators.
 
-A lattice that starts smooth draws outlines before it draws grain. A sampler with grain along z
-starts with long octaves, and with short ones that are silent:
-docs/experiments/sampler-octaves.md says why.
+A lattice that starts smooth forms outlines before grain. A sampler with grain along z starts with
+long octaves, and with short ones of weight zero: docs/experiments/sampler-octaves.md.
 """
 
 from __future__ import annotations
@@ -15,10 +14,11 @@ from solidtex_export.generators.sampler import OctaveSampler, ladder
 
 @torch.no_grad()
 def smooth_coarse_features(generator: LatticeGenerator, share: float) -> None:
-    """Let `share` of the variance of the weights that read upsampled features smooth them.
+    """Give `share` of the variance of the weights that read upsampled features to smoothing
+    filters.
 
-    Channels are mixed at random, each by a binomial kernel [1 2 1]^3, which makes nearly linear
-    interpolation of nearest-neighbour upsampling. The size of the weights stays.
+    Channels are mixed at random, each through a binomial kernel [1 2 1]^3, which turns
+    nearest-neighbor upsampling into nearly linear interpolation. The variance of the weights stays.
     """
     if share == 0:
         return  # draws no random numbers
@@ -37,18 +37,18 @@ def smooth_coarse_features(generator: LatticeGenerator, share: float) -> None:
 
 @torch.no_grad()
 def quiet_fine_noise(generator: LatticeGenerator, gain: float) -> None:
-    """Scale the output of the noise of each level but the coarsest."""
+    """Scale the noise output of every level but the coarsest."""
     for stage in range(2, generator.levels + 1):
         generator.get_parameter(f"cb{stage}_1.bn3.weight").mul_(gain)
 
 
 @torch.no_grad()
 def init_grain(sampler: OctaveSampler, grain: float, short: int) -> None:
-    """Stretch all octaves but the last `short` ones along z, `grain` times.
+    """Stretch all octaves but the last `short` ones by `grain` along z.
 
-    These long ones share the ladder from the coarsest spacing to the finest. The short ones start
-    near the finest, from round to almost as long, and silent: training takes of them what the long
-    ones cannot give.
+    The stretched octaves cover the ladder from the coarsest spacing to the finest. The short ones
+    start near the finest spacing, from round to almost as long, with weight zero; training raises
+    those weights where the long octaves do not suffice.
     """
     coarsest, finest = (float(sampler.scales[i, 0, 0]) for i in (0, -1))
     long = sampler.octaves - short

@@ -1,11 +1,12 @@
-"""The lattice family's generator: Gutierrez et al. 2020, "On demand solid texture synthesis using
-deep 3D networks", sections 4.1 to 4.3.
+"""Generator of the lattice family.
 
-State-dict keys are those of the authors' public implementation, so that its checkpoints load here;
-two buffers are added, `color_mean` and `color_basis` (colour = color_mean + color_basis @ y).
-Two things differ from the paper, neither changes what an evaluated model computes: regions are
-propagated on absolute coordinates instead of compensating shifts (section 4.3), and the batch
-normalisation of an upsampling is applied before the replication, which is eight times cheaper.
+Gutierrez et al. 2020, "On demand solid texture synthesis using deep 3D networks", sections 4.1 to
+4.3. State-dict keys are those of the authors' public implementation, so that its checkpoints load
+here. Two buffers are added, `color_mean` and `color_basis` (color = color_mean + color_basis @ y).
+
+Two things differ from the paper; neither changes the values of an evaluated model. Regions are
+propagated on absolute coordinates instead of compensating shifts (section 4.3). The batch
+normalization of an upsampling is applied before the replication, which is eight times cheaper.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ BLOCK_MARGIN = 2  # two 3^3 convolutions without padding
 
 
 class BaseLattice(nn.Module):
-    """What the generators of the lattice family have in common: a network without padding over
-    noise on several levels, evaluated for any box.
+    """Base of the lattice generators: an unpadded network over noise on several levels, evaluated
+    for any box.
     """
 
     distribution: ClassVar[str] = "uniform"
-    """Of the noise: uniform in [0, 1), or standard normal."""
+    """Distribution of the noise: uniform in [0, 1), or standard normal."""
 
     color_mean: Tensor
     color_basis: Tensor
@@ -59,7 +60,7 @@ class BaseLattice(nn.Module):
         raise NotImplementedError
 
     def colors(self, y: Tensor) -> Tensor:
-        """Colours of whitened values y [batch, channel, ...]."""
+        """Colors of whitened values y [batch, channel, ...]."""
         shape = (1, -1, *[1] * (y.ndim - 2))
         mixed = torch.einsum("ij,bj...->bi...", self.color_basis, y)
         return mixed + self.color_mean.view(shape)
@@ -76,7 +77,7 @@ class BaseLattice(nn.Module):
 
 
 class ConvBlock(nn.Module):
-    """Section 4.1: convolutions 3^3, 3^3, 1^3, each with batch normalisation and leaky ReLU."""
+    """Section 4.1: convolutions 3^3, 3^3, 1^3, each with batch normalization and leaky ReLU."""
 
     def __init__(self, in_channels: int, out_channels: int, negative_slope: float) -> None:
         super().__init__()
@@ -106,7 +107,9 @@ class Upsampling(nn.Module):
 
 
 def upsampled(x: Tensor, source: Box, target: Box) -> Tensor:
-    """A volume of planes on the region `source`, each voxel repeated 2^3 times, on `target`."""
+    """Upsample a volume of planes on the region `source` to `target`; each voxel is repeated 2^3
+    times.
+    """
     for axis in range(3):
         x = x.repeat_interleave(2, dim=axis + 1)
         start = target.lo[axis] - 2 * source.lo[axis]
@@ -136,13 +139,13 @@ class LatticeGenerator(BaseLattice):
         self.last_conv = PlaneConvolution(levels * step_channels, out_channels, 1)
 
     def noise_boxes(self, box: Box) -> list[Box]:
-        """Section 4.2."""
+        """Regions of noise of section 4.2."""
         boxes = self.feature_boxes(box)
         fine = [b.grown(2 * BLOCK_MARGIN) for b in boxes[:-1]]
         return [*fine, boxes[-1].grown(BLOCK_MARGIN)]
 
     def forward(self, noise: Sequence[Tensor], box: Box, axes: Axes = XYZ) -> Tensor:
-        """The whitened colours y [batch, channel, x, y, z] of `box`; noise[k] fills noise_boxes[k].
+        """The whitened colors y [batch, channel, x, y, z] of `box`; noise[k] fills noise_boxes[k].
 
         Noise, box and result have their spatial axes in the order `axes`: on a CPU a slice is
         evaluated much faster with its thin axis first.

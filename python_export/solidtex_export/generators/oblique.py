@@ -1,9 +1,9 @@
-"""Oblique slices of the lattice family: STS-GAN (Zhao et al. 2022), section 4.1, "45-degree-added
-slicing"; any angle here.
+"""Oblique slices of the lattice family.
 
-A thin block of voxels around the plane is generated and read by cubic convolution, exactly as the
-engine answers a query between voxel centres. So losses see, and training compensates, the softness
-of that interpolation. The plane holds one axis and turns about it.
+STS-GAN (Zhao et al. 2022), section 4.1, "45-degree-added slicing"; here at any angle. A thin block
+of voxels around the plane is generated and read by cubic convolution, as the engine evaluates
+between voxel centers. Losses therefore see the softness of that interpolation, and training
+compensates it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ BEFORE, AFTER = 1, 3  # voxels that a point between voxels takes part of, from i
 
 
 class ObliqueSlices:
-    """Planes that hold one of `axes`, at random angles and offsets modulo 2^K."""
+    """Planes that contain one of `axes`, at random angles and offsets modulo 2^K."""
 
     def __init__(self, generator: BaseLattice, axes: str) -> None:
         self.generator = generator
@@ -28,7 +28,7 @@ class ObliqueSlices:
         self.period = 2 ** (generator.levels - 1)
 
     def draw(self, direction: str, size: int, batch: int) -> Tensor:
-        """Whitened slices [batch, channel, size, size]; `direction` plays no part."""
+        """Whitened slices [batch, channel, size, size]; `direction` is ignored."""
         axis = "xyz".index(self.axes[int(torch.randint(len(self.axes), ()))])
         angle = math.pi * float(torch.rand(()))
         offset = torch.rand(2).tolist()
@@ -46,15 +46,16 @@ class ObliqueSlices:
         return cubic_columns(block, u, v).flip(2)
 
     def view(self, direction: str) -> str:
-        """None: they lie at any angle."""
+        """None: the planes have any angle."""
         return ""
 
 
 def cubic_columns(block: Tensor, u: Tensor, v: Tensor) -> Tensor:
-    """Values [batch, channel, row, column] of block [batch, channel, row, i, j] at (i, j) = (u, v).
+    """Interpolate block [batch, channel, row, i, j] at (i, j) = (u, v): [batch, channel, row,
+    column].
 
-    The engine's cubic convolution (engine/filter/reconstruction.h), whose a torch has too, where
-    rows fall on voxel centres. The block begins BEFORE voxels before u and v, and ends AFTER after
+    The kernel is the engine's cubic convolution (engine/filter/reconstruction.h) with torch's a,
+    for rows on voxel centers. The block begins BEFORE voxels before u and v, and ends AFTER after
     them.
     """
     batch, channels, rows, *extent = block.shape

@@ -1,8 +1,8 @@
-"""3D operations as 2D ones over the planes of a volume, which is how a thin slice trains fast.
+"""3D operations as 2D operations over the planes of a volume, which trains thin slices fast.
 
 A volume is [batch, plane, row, column, channel]. A k^3 convolution is a k^2 convolution of every
-plane beside its k - 1 neighbours, stacked as channels: the same sums. It is faster, and avoids
-oneDNN's 3D weight gradient in bfloat16: docs/experiments/plane-convolutions.md.
+plane and its k - 1 neighbors, stacked as channels: the same sums. It is faster, and avoids oneDNN's
+3D weight gradient in bfloat16: docs/experiments/plane-convolutions.md.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ XYZ: Axes = (0, 1, 2)
 
 
 def to_planes(x: Tensor) -> Tensor:
-    """[batch, channel, plane, row, column] as a volume of planes."""
+    """Convert [batch, channel, plane, row, column] to a volume of planes."""
     return x.movedim(1, 4).contiguous()
 
 
 def from_planes(x: Tensor) -> Tensor:
-    """A volume of planes as [batch, channel, plane, row, column]."""
+    """Convert a volume of planes to [batch, channel, plane, row, column]."""
     return x.movedim(4, 1)
 
 
 class PlaneConvolution(nn.Conv3d):
-    """An unpadded convolution whose weight [out, in, x, y, z] meets a volume with axes `axes`."""
+    """Unpadded convolution of a volume with axes `axes` by the weight [out, in, x, y, z]."""
 
     bias: Tensor
 
@@ -35,7 +35,9 @@ class PlaneConvolution(nn.Conv3d):
         nn.init.zeros_(self.bias)
 
     def forward(self, x: Tensor, axes: Axes = XYZ, norm: PlaneNorm | None = None) -> Tensor:
-        """The convolution, and the normalisation behind it, whose fixed statistics cost nothing."""
+        """Convolve, and apply the following normalization, which is free where its statistics are
+        fixed.
+        """
         weight, bias = self.weight, self.bias
         if norm is not None and not norm.training:
             scale, shift = norm.scale_and_shift()
@@ -50,7 +52,9 @@ class PlaneConvolution(nn.Conv3d):
 
 
 def _beside_neighbours(x: Tensor, taps: int) -> Tensor:
-    """[batch * plane, tap * channel, row, column]: every plane with the next `taps` - 1."""
+    """Each plane stacked with the next `taps` - 1 planes: [batch * plane, tap * channel, row,
+    column].
+    """
     planes = x.shape[1] - taps + 1
     if taps > 1:
         x = torch.cat([x[:, t : t + planes] for t in range(taps)], dim=4)
@@ -61,7 +65,7 @@ class PlaneNorm(nn.BatchNorm3d):
     """Batch normalisation of a volume of planes."""
 
     def scale_and_shift(self) -> tuple[Tensor, Tensor]:
-        """Scale and shift [channel] by the running statistics."""
+        """Scale and shift [channel] from the running statistics."""
         assert self.running_mean is not None and self.running_var is not None
         scale = self.weight * (self.running_var + self.eps).rsqrt()
         return scale, self.bias - self.running_mean * scale

@@ -1,10 +1,11 @@
-"""A fully convolutional generator with multi-scale noise: Zhao et al. 2022, "STS-GAN", section 3.4.
+"""Fully convolutional generator with multi-scale noise.
 
-The paper says no more than this: locality by convolutions, and a group of K noises of different
-sizes as input, after Ulyanov et al. 2016 and Gutierrez et al. 2020. Here each level joins its own
-standard normal noise to the upsampled features of the coarser one, then convolves twice. There is
-no batch normalisation (the gradient penalty of WGAN-GP wants none in the critic; without it in the
-generator what is trained is what is evaluated), and no padding, so that blocks tile.
+Zhao et al. 2022, "STS-GAN", section 3.4. The paper specifies locality by convolutions, and a group
+of K noises of different sizes as input, after Ulyanov et al. 2016 and Gutierrez et al. 2020. Here
+each level concatenates its own standard normal noise with the upsampled features of the coarser
+level, then convolves twice. There is no batch normalization: the gradient penalty of WGAN-GP
+excludes it from the critic, and a generator without it is evaluated as it was trained. There is no
+padding, so blocks tile.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from solidtex_export.generators.planes import (
 
 
 class PyramidGenerator(BaseLattice):
-    """`blocks[k]` are the convolutions of level k, the finest is 0."""
+    """Generator with convolutions `blocks[k]` on level k; level 0 is the finest."""
 
     distribution: ClassVar[str] = "normal"
 
@@ -53,12 +54,12 @@ class PyramidGenerator(BaseLattice):
 
     @torch.no_grad()
     def _share_variance(self) -> None:
-        """Give all levels an output, and whitened colours have nearly their variance.
+        """Scale the initial weights so that all levels contribute and whitened colors have nearly
+        unit variance.
 
-        As convolutions are built, each passes on three quarters of a deviation, and each level adds
-        noise of its own: of what a slice shows the finest had 76 % and the two coarsest 1 % each.
-        Here each level's noise gets its share of what is mixed there; of a slice they have 37, 27,
-        21, 19 and 14 %.
+        A default convolution passes on three quarters of a deviation, and each level adds noise of
+        its own: the finest level had 76 % of a slice's variance and the two coarsest 1 % each. With
+        each level's noise scaled to its share they have 37, 27, 21, 19 and 14 %.
         """
         gain = (2 / (1 + self.negative_slope**2)) ** 0.5  # against what a rectifier takes away
         for level, (first, second) in enumerate(self.blocks):

@@ -1,7 +1,7 @@
-"""Receptive fields: which box of every tensor of a lattice graph an output box needs.
+"""Receptive fields: the box of every tensor of a lattice graph that an output box needs.
 
 Boxes are in absolute integer coordinates of their level. The float64 oracle
-(export/verification/reference.py) has the same rules once more, on purpose: it checks these.
+(export/verification/reference.py) implements the same rules independently and checks these.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 from solidtex_export.generators.planes import Axes
 
 Node = dict[str, Any]
-"""Of the graph in a model's document."""
+"""Node of the graph in a model's document."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class Box:
         return Box(tuple(v - margin for v in self.lo), tuple(v + margin for v in self.hi))
 
     def coarser(self) -> Box:
-        """The smallest region of the next level whose upsampling covers this one."""
+        """Smallest region of the next level whose upsampling covers this one."""
         return Box(tuple(v // 2 for v in self.lo), tuple((v - 1) // 2 + 1 for v in self.hi))
 
     def of_transpose(self, kernel: int, padding: int) -> Box:
-        """What a transposed convolution reads: o = 2i + t - padding for taps t.
+        """Input box of a transposed convolution: o = 2i + t - padding for taps t.
 
-        At least one i, also where kernel 1 leaves only the bias.
+        It has at least one i, also where kernel 1 leaves only the bias.
         """
         lo = tuple((l + padding - kernel + 1) // 2 for l in self.lo)
         return Box(lo, tuple((h - 1 + padding) // 2 + 1 for h in self.hi))
@@ -46,7 +46,7 @@ class Box:
 
 
 def needed(node: Node, box: Box) -> Box:
-    """The box of each input that `node` needs in order to fill `box`."""
+    """Box of each input that `node` needs in order to fill `box`."""
     if node["op"] == "conv3d":
         return box.grown(node["kernel"] // 2)
     if node["op"] == "upsample":
@@ -57,7 +57,7 @@ def needed(node: Node, box: Box) -> Box:
 
 
 def regions(nodes: list[Node], box: Box) -> dict[str, Box]:
-    """By node name. A tensor that several nodes use gets the hull of what they need."""
+    """Box that each node needs, by name; a tensor with several readers gets the hull of theirs."""
     found = {nodes[-1]["name"]: box}
     for node in reversed(nodes):
         for source in node.get("inputs", []):
@@ -73,5 +73,5 @@ def hull(a: Box, b: Box) -> Box:
 
 
 def alignment(nodes: list[Node]) -> int:
-    """Origins that differ by multiples of this have like regions: the coarsest pitch."""
+    """Coarsest pitch: origins that differ by multiples of it have equal regions."""
     return 1 << max(node["level"] for node in nodes if node["op"] == "noise")

@@ -1,10 +1,12 @@
-"""The point family's generator: Portenier et al. 2020, "GramGAN: Deep 3D texture synthesis from 2D
-exemplars", section 3.1, equations 1 and 2.
+"""Generator of the sampler family.
 
-Differs from the paper in how it starts: T_i is a rotation times a scale from a ladder, coarse to
-fine (the paper draws N(0, 1) * 2^i, which takes far longer to become a texture), and the lattice
-noise is hashed instead of a repeating 64^3 tile. Weights are stored at unit variance and multiplied
-by 1/sqrt(fan-in) when used ("equalized" learning rates, as in the paper).
+Portenier et al. 2020, "GramGAN: Deep 3D texture synthesis from 2D exemplars", section 3.1,
+equations 1 and 2.
+
+The initial T_i differ from the paper: a rotation times a scale from a ladder, coarse to fine. The
+paper draws N(0, 1) * 2^i, which trains far more slowly. The lattice noise is hashed instead of a
+repeating 64^3 tile. Weights are stored at unit variance and multiplied by 1/sqrt(fan-in) when used
+("equalized" learning rates, as in the paper).
 """
 
 from __future__ import annotations
@@ -22,9 +24,9 @@ Lattice = Callable[[Tensor], Tensor]
 
 
 class HashedLattice:
-    """Standard normal noise at integer lattice points, not periodic: a hash into a table.
+    """Aperiodic standard normal noise at integer lattice points: a hash into a table.
 
-    Statistically what the engine evaluates; a new object is a new realisation.
+    It has the statistics of the engine's noise. A new object is a new realization.
     """
 
     SIZE = 1 << 20
@@ -66,12 +68,12 @@ def trilinear(lattice: Lattice, positions: Tensor) -> Tensor:
 
 
 def ladder(first: float, last: float, octaves: int) -> Tensor:
-    """Scales [octave, 1, 1] from the first to the last, each as many times the one before it."""
+    """Geometric ladder of scales [octave, 1, 1] from the first to the last."""
     return torch.logspace(math.log10(first), math.log10(last), octaves).view(-1, 1, 1)
 
 
 class HiddenLayer(nn.Module):
-    """y = phi(W x + A eta + b), equation 2; `octaves` = 0 for the last hidden layer."""
+    """Layer y = phi(W x + A eta + b), equation 2; `octaves` is 0 for the last hidden layer."""
 
     def __init__(self, width: int, octaves: int, negative_slope: float) -> None:
         super().__init__()
@@ -82,7 +84,7 @@ class HiddenLayer(nn.Module):
         self.noise = nn.Parameter(torch.randn(width, octaves)) if octaves else None
 
     def effective(self, dtype: torch.dtype | None = None) -> dict[str, Tensor]:
-        """The tensors that the model file stores, learning-rate equalisation multiplied in."""
+        """Tensors of the model file, with the equalized learning rate multiplied in."""
         tensors = {
             "weight": _equalized(self.weight, self.gain, dtype),
             "bias": self.bias.to(dtype or self.bias.dtype),
@@ -100,7 +102,7 @@ class HiddenLayer(nn.Module):
 
 
 class OctaveSampler(nn.Module):
-    """S of equation 1: octave noise at c -> colour at c."""
+    """S of equation 1: octave noise at c -> color at c."""
 
     scales: Tensor
     color_mean: Tensor
@@ -148,11 +150,13 @@ class OctaveSampler(nn.Module):
 
     @property
     def transforms(self) -> Tensor:
-        """T_i [octave, 3, 3]; scales are kept apart so that one learning rate suits all octaves."""
+        """T_i [octave, 3, 3]; scales are separate parameters so that one learning rate suits all
+        octaves.
+        """
         return self.linear * self.scales
 
     def forward(self, points: Tensor, lattice: Lattice) -> Tensor:
-        """The whitened colours y [point, channel] at points [point, 3]."""
+        """Whitened colors y [point, channel] at points [point, 3]."""
         with torch.autocast(points.device.type, enabled=False):  # positions need all their bits
             positions = torch.einsum("nij,pj->npi", self.transforms, points)
             eta = trilinear(lattice, positions).T
@@ -163,16 +167,16 @@ class OctaveSampler(nn.Module):
         return F.linear(x, _equalized(self.output_weight), self.output_bias)
 
     def colors(self, y: Tensor) -> Tensor:
-        """Colours of whitened values y [batch, channel, ...]."""
+        """Colors of whitened values y [batch, channel, ...]."""
         shape = (1, -1, *[1] * (y.ndim - 2))
         mixed = torch.einsum("ij,bj...->bi...", self.color_basis, y)
         return mixed + self.color_mean.view(shape)
 
     @torch.no_grad()
     def effective_tensors(self) -> dict[str, Tensor]:
-        """Exactly the tensors of the file format, in float64; the colour affine is in `output`.
+        """The tensors of the file format, in float64; the color affine is folded into `output`.
 
-        The format has a bin of octaves for each hidden layer but the last: where the network has
+        The format has a bin of octaves for each hidden layer but the last. Where the network has
         none, transforms and noise columns are zero.
         """
         f64 = torch.float64

@@ -1,8 +1,8 @@
 """Random slices of a solid, as images that are compared with an exemplar.
 
 Texture space is x, y, z with z upwards in a photograph of an upright surface. A slice normal to x
-shows (columns, rows downwards) = (y, -z), normal to y: (x, -z), normal to z: (x, -y). So vertical
-grain in one photograph that is used for x and y runs along z in both.
+shows (columns, rows downwards) = (y, -z), normal to y: (x, -z), normal to z: (x, -y). Vertical
+grain in one photograph for x and y therefore runs along z in both.
 """
 
 from __future__ import annotations
@@ -17,20 +17,19 @@ from solidtex_export.generators.lattice import BaseLattice, Box
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
 
 SLICE_AXES = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
-"""Normal -> the axis that an image's columns follow, and the one its rows run against."""
+"""Axis that an image's columns follow, and axis that its rows run against, by normal."""
 
 MAX_DISTANCE = 4096.0  # of the sampler's slices from the origin, in texels
 
 
 class SliceSource(Protocol):
-    """Where training draws its slices from."""
+    """Source of the slices of a training."""
 
     def draw(self, direction: str, size: int, batch: int) -> Tensor:
         """Whitened slices [batch, channel, size, size]."""
 
     def view(self, direction: str) -> str:
-        """What slices of that direction have in common: the axis that they are normal to, or ""
-        for random planes."""
+        """What slices of a direction have in common: their normal, or "" for random planes."""
 
 
 class LatticeSlices:
@@ -54,7 +53,7 @@ class LatticeSlices:
 
 
 class SamplerSlices:
-    """Planes through the point family, each through its own realisation of the noise.
+    """Planes through the sampler family, each through its own realization of the noise.
 
     GramGAN, section 4: completely random planes for an isotropic material ("any"), rotation about
     one axis for grain along it ("about-z"). With a photograph per direction: axis slices ("axes").

@@ -1,1 +1,1 @@
-"""Photographs in: files, channels, color spaces."""
+"""Readers of photographs: files, channels, color spaces."""

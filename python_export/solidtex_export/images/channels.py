@@ -1,4 +1,4 @@
-"""Which channels a picture gives a model, by name: albedo.r, albedo.g, albedo.b, roughness ..."""
+"""Channels that an image gives a model, by name: albedo.r, albedo.g, albedo.b, roughness ..."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ COLOR_OF = {"Y": COLOR} | {
     for channel, letter in zip(COLOR, RGB, strict=True)
     for name in (letter, f"albedo.{letter}")
 }
-"""Which channels of a model a file's channel gives; Y is grey."""
+"""Model channels of a file's channel; Y is gray."""
 
 COLOR_LETTERS = {letter: letter for letter in "rgby"} | {"red": "r", "green": "g", "blue": "b"}
 NOT_COLOR = {"n", "normal", "normals", "p", "position", "motion", "velocity", "vector", "uv"}
-"""Words in the name of a layer that has vectors in R, G, B."""
+"""Words in the name of a layer with vectors in R, G, B."""
 DEPTH = ("z", "zback", "depth", "depth.z")
 
 MAP_NAME = "[A-Za-z][A-Za-z0-9_.-]*"
@@ -39,14 +39,14 @@ Channels = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Group:
-    """Channels that belong together: a colour's three, or one alone."""
+    """Channels that belong together: the three of a color, or a single one."""
 
     name: str  # "albedo", or the full name of a single channel
     indices: tuple[int, ...]
 
 
 def groups(channels: Sequence[str]) -> list[Group]:
-    """NAME.r, NAME.g and NAME.b are one group, wherever they stand; others are alone."""
+    """Groups of channels: NAME.r, NAME.g and NAME.b in any order, others alone."""
     result = []
     for name in channels:
         color, _, part = name.rpartition(".")
@@ -60,15 +60,17 @@ def groups(channels: Sequence[str]) -> list[Group]:
 
 @dataclass(frozen=True)
 class Reading:
-    """How pixels become channels where the command line says it: --range and --layer."""
+    """Conversion of pixels to channels that the command line requests: --range and --layer."""
 
     ranges: Mapping[str, Range] = field(default_factory=dict)
-    """By the name of a map; "" for the photograph's color."""
+    """Ranges by the name of the map; "" is the photograph's color."""
     layer: str | None = None
-    """Of an EXR file with several: its name, or that of the part."""
+    """Layer or part of an EXR file, by name."""
 
     def record(self) -> dict[str, Any]:
-        """What a result and a model say of it; empty where nothing was said."""
+        """Record of the requested conversion for results and models; empty where nothing was
+        requested.
+        """
         ranges = {n: r if isinstance(r, str) else list(r) for n, r in self.ranges.items()}
         said = {"ranges": ranges, "layer": self.layer}
         return {name: value for name, value in said.items() if value}
@@ -86,14 +88,14 @@ AS_IS = Reading()
 
 @dataclass(frozen=True)
 class Read:
-    """Channels, and what reading them changed or found strange."""
+    """Channels, and notes on what reading changed or found unusual."""
 
     channels: Channels
     notes: list[str]
 
 
 def photo_channels(photo: Picture, color_space: str, reading: Reading = AS_IS) -> Read:
-    """Colors become albedo.*, encoded as `color_space` says; EXR may have any others beside."""
+    """Read colors as albedo.*, encoded in `color_space`; an EXR may have other channels too."""
     found = f"the channels {', '.join(photo.names)}"
     if {"RY", "BY"} & set(photo.names):
         raise refuse(
@@ -129,7 +131,7 @@ Sources = dict[str, tuple[str, ...]]
 
 
 def _sources(photo: Picture, layer: str | None) -> tuple[Sources, list[str]]:
-    """Of one color layer its color; without layers the color and all else but depth."""
+    """Channels of the only color layer; without layers the color and everything but depth."""
     names = photo.names
     layers = color_layers(names)
     has_color = any(name in COLOR_OF for name in names)
@@ -153,7 +155,7 @@ def _sources(photo: Picture, layer: str | None) -> tuple[Sources, list[str]]:
 
 
 def color_layers(names: Sequence[str]) -> dict[str, Sources]:
-    """Layers of an EXR file with a color of their own: LAYER.R, LAYER.G, LAYER.B, or LAYER.Y."""
+    """Layers of an EXR file with color: LAYER.R, LAYER.G, LAYER.B, or LAYER.Y."""
     found: dict[str, dict[str, str]] = {}
     for name in names:
         layer, _, last = name.rpartition(".")
@@ -170,7 +172,7 @@ def color_layers(names: Sequence[str]) -> dict[str, Sources]:
 
 
 def map_channels(name: str, picture: Picture, asked: Range | None = None) -> Read:
-    """A grey map is the channel `name`, a colored one is name.r, name.g and name.b; plain data."""
+    """Read a map as plain data: gray as channel `name`, color as name.r, name.g and name.b."""
     if len(picture.names) > 1 and picture.names != RGB:
         found = f"the channels {', '.join(picture.names)}"
         raise refuse(picture.path, found, f"one, or R, G, B, for --map {name}")
@@ -192,11 +194,11 @@ def check_map_name(name: str) -> None:
 
 
 def check_channels(path: Path, names: Sequence[str]) -> None:
-    """Refuse what no solid texture can have.
+    """Refuse channels that no solid texture can have.
 
-    A normal belongs to the one surface that it was measured on: other cuts through the solid have
-    other tangents, and a flipped or turned crop would need its vectors turned too. A height can be
-    had on every cut.
+    A normal belongs to the one surface where it was measured: other cuts through the solid have
+    other tangents, and a flipped or turned crop would need turned vectors. A height exists on every
+    cut.
     """
     for name in names:
         if any(part.lower() in ("normal", "normals") for part in name.split(".")):
@@ -206,7 +208,7 @@ def check_channels(path: Path, names: Sequence[str]) -> None:
 
 
 def _encoded(values: np.ndarray, is_linear: bool, color_space: str) -> np.ndarray:
-    """Colours of a file (float ones are linear, whole-number ones sRGB) as the model has them."""
+    """Encode a file's colors (floats are linear, integers sRGB) in the color space of the model."""
     if is_linear and color_space == "srgb":
         return srgb_encode(values)
     if not is_linear and color_space == "linear":

@@ -1,4 +1,4 @@
-"""Brings whole-number pixels whose file says another color space than sRGB to sRGB."""
+"""Converts integer pixels in a color space other than sRGB to sRGB."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from solidtex_export.images.file_kinds import refuse
 
 SRGB = "srgb_rec709_scene"
 LIKE_SRGB = ("", SRGB, "g22_rec709_scene", "sRGB", "Gamma2.2")
-"""A gamma of 2.2 is what many programs write for sRGB."""
+"""Names that are read as sRGB. Many programs write a gamma of 2.2 for sRGB."""
 TOLERANCE = 6  # of 255: profiles of sRGB by other makers, and grey of gamma 2.2, are this near
 RELATIVE = ImageCms.Intent.RELATIVE_COLORIMETRIC
 
 Converted = tuple[np.ndarray, list[str]]
-"""Pixels, and what was done to them."""
+"""Pixels, and a note on their conversion."""
 
 
 def to_srgb(path: Path, pixels: np.ndarray, spec: oiio.ImageSpec) -> Converted:
-    """Convert from the file's ICC profile or named color space; near sRGB nothing changes."""
+    """Convert from the file's ICC profile or named color space; pixels near sRGB stay unchanged."""
     profile = spec.getattribute("ICCProfile")
     if profile is not None:
         return _from_profile(path, pixels, bytes(np.asarray(profile, np.uint8)))

@@ -1,4 +1,4 @@
-"""How the channels of a solid look to the eye: colours as they are, other channels in grey."""
+"""Channels of a solid as displayable images: colors as they are, other channels in gray."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ QUANTILES = (0.005, 0.995)
 
 
 class Display:
-    """Shows each group of channels as an image; the colour comes first.
+    """Shows each group of channels as an image, the color first.
 
-    Black and white of a grey channel are the extremes of the exemplars (without the outermost
-    0.5 %), so that little contrast is visible too, and a solid's are comparable with them.
+    Black and white of a gray channel are the extremes of the exemplars (without the outermost 0.5
+    %). Small contrast is visible, and solids are comparable with their exemplars.
     """
 
     def __init__(self, exemplars: Sequence[Exemplar]) -> None:
@@ -29,7 +29,9 @@ class Display:
         self.ranges = [_range(exemplars, group) for group in self.groups]
 
     def images(self, image: Tensor) -> list[Tensor]:
-        """An sRGB-encoded image [3, row, column] for each group, of `image` [channel, ...]."""
+        """An sRGB-encoded image [3, row, column] for each group of channels of `image` [channel,
+        ...].
+        """
         return [
             self._show(image[list(group.indices)], group, *limits)
             for group, limits in zip(self.groups, self.ranges, strict=True)

@@ -1,4 +1,4 @@
-"""Exemplars: a photograph with its maps, random crops of it."""
+"""Exemplars: a photograph with its maps, and random crops of it."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from solidtex_export.images.photographs import Picture, read_picture, write_exr
 from solidtex_export.images.srgb import srgb_decode
 
 Crop = tuple[int, ...]
-"""x, y, width, height in pixels of the picture."""
+"""x, y, width, height in pixels of the image."""
 
 
 @dataclass(frozen=True)
 class Exemplar:
     """A photograph and its maps at training resolution: `image` [channel, row, column].
 
-    albedo.* are encoded as `color_space` says ("data" without any), in 0 ... 1 unless a float
-    picture exceeds it; other channels are the plain data of their files. `maps` has file name and
+    albedo.* are encoded as `color_space` says ("data" without any), in 0 ... 1 unless a float image
+    exceeds it; other channels are the plain data of their files. `maps` has the file name and
     SHA-256 of each map.
     """
 
@@ -46,10 +46,10 @@ class Exemplar:
     maps: dict[str, dict[str, str]] = field(default_factory=dict)
     reading: Reading = AS_IS
     notes: tuple[str, ...] = ()
-    """What reading changed or found strange, a line each that begins with the file."""
+    """What reading changed or found unusual: one line each, beginning with the file."""
 
     def record(self) -> dict[str, Any]:
-        """Which files it was read from, and how, for results and models."""
+        """Record of the files and of how they were read, for results and models."""
         said = {"maps": self.maps, "reading": self.reading.record()}
         return {"file": self.name, "sha256": self.sha256} | {k: v for k, v in said.items() if v}
 
@@ -115,7 +115,7 @@ def _notes(picture: Picture, more: list[str]) -> tuple[str, ...]:
 
 
 def check_alike(exemplars: Sequence[Exemplar]) -> None:
-    """Several photographs have to show the same channels, in the same order."""
+    """Refuse photographs with different channels."""
     first = exemplars[0]
     for other in exemplars[1:]:
         if other.channels != first.channels:
@@ -148,13 +148,13 @@ def _reduced(plane: np.ndarray, resolution: int) -> np.ndarray:
 
 
 def save_image(image: Tensor, path: Path) -> None:
-    """Write sRGB-encoded colours [3, row, column] as an 8-bit PNG."""
+    """Write sRGB-encoded colors [3, row, column] as an 8-bit PNG."""
     pixels = (image.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).cpu().numpy()
     Image.fromarray(pixels).save(path)
 
 
 def save_channels(exemplar: Exemplar, path: Path) -> None:
-    """Write all channels as a float EXR, colours linear; read back it gives the same exemplar."""
+    """Write all channels as a float EXR with linear colors; reading it gives the same exemplar."""
     planes = []
     for name, plane in zip(exemplar.channels, exemplar.image.numpy(), strict=True):
         encoded = name in COLOR and exemplar.color_space == "srgb"
@@ -175,7 +175,7 @@ def random_symmetry(images: Tensor, symmetry: str) -> Tensor:
 
 
 def random_crops(image: Tensor, count: int, rows: int, columns: int) -> Tensor:
-    """`count` random crops [count, channel, rows, columns], smaller where the image is."""
+    """`count` random crops [count, channel, rows, columns], smaller where the image is smaller."""
     rows, columns = min(rows, image.shape[1]), min(columns, image.shape[2])
     crops = []
     for _ in range(count):

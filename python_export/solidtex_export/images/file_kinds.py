@@ -1,4 +1,4 @@
-"""Refuses files that OpenImageIO would open as something else than the photograph in them."""
+"""Refuses files that OpenImageIO would open as something other than a photograph."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ REDUCED_COPY = 1  # bit of NewSubfileType
 
 
 class ExemplarError(ValueError):
-    """A picture that cannot be trained on; the message names the file, found and expected."""
+    """An image that cannot be trained on; the message names the file, found and expected."""
 
 
 def refuse(path: Path, found: str, expected: str) -> ExemplarError:
@@ -31,7 +31,7 @@ def refuse(path: Path, found: str, expected: str) -> ExemplarError:
 
 
 def check_file(path: Path) -> None:
-    """Refuse by its first bytes and its suffix what is no picture, or a camera's raw data."""
+    """Refuse raw camera data and files that are no images, by their first bytes and suffix."""
     if not path.is_file():
         raise refuse(path, "no such file", PICTURE)
     with path.open("rb") as file:
@@ -53,7 +53,7 @@ def refuse_raw(path: Path, found: str) -> ExemplarError:
 
 
 def check_header(path: Path, spec: oiio.ImageSpec) -> None:
-    """Refuse what can be refused before the pixels take memory."""
+    """Refuse by the header, before pixels are allocated."""
     size = f"{spec.width} x {spec.height} pixels of {spec.nchannels} channels"
     if spec.width * spec.height * spec.nchannels > MAX_VALUES:
         limit = f"at most {MAX_VALUES // 10**6} million values in all; reduce it first"

@@ -1,9 +1,9 @@
-"""Histogram matching of several photographs: Gutierrez et al. 2020, section 7.
+"""Histogram matching of several photographs.
 
-"We experiment with and without performing a histogram matching (independently for each color
-channel) to the input examples." Views of one solid should agree in their colours, else no solid has
-them all. Each channel of each photograph gets the mean of the photographs' quantile functions, so
-none is preferred.
+Gutierrez et al. 2020, section 7: "We experiment with and without performing a histogram matching
+(independently for each color channel) to the input examples." Views of one solid should agree in
+their colors, otherwise no solid has them all. Each channel of each photograph gets the mean of the
+photographs' quantile functions, so none is preferred.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LEVELS = 1025  # at which quantile functions are averaged
 
 
 def share_histograms(exemplars: Sequence[Exemplar]) -> list[Exemplar]:
-    """The photographs with one common histogram per channel; a single one stays as it is."""
+    """Photographs with one common histogram per channel; a single photograph stays unchanged."""
     if len(exemplars) == 1:
         return list(exemplars)
     levels = np.linspace(0, 1, LEVELS)

@@ -1,7 +1,7 @@
-"""Reads picture files of any depth and kind: each is understood or refused, never guessed at.
+"""Reads image files of any depth and kind. A file is understood or refused, never guessed at.
 
-OpenImageIO does the decoding, as in the renderer, so that 16-bit PNG and TIFF, float TIFF and EXR
-keep their depth and EXR its channel names.
+OpenImageIO decodes, as in the renderer: 16-bit PNG and TIFF, float TIFF and EXR keep their depth,
+and EXR its channel names.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ PHOTOMETRIC_WHITE_IS_ZERO = 0
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture file, upright as its camera held it, without its alpha channel.
+    """An image file in upright orientation without its alpha channel.
 
     `pixels` [row, column, channel] are as stored, in the file's type; `names` are the file's own,
-    one per channel: R, G, B, Y (grey) ... `notes` say what reading changed.
+    one per channel: R, G, B, Y (gray) ... `notes` say what reading changed.
     """
 
     path: Path
@@ -45,12 +45,12 @@ class Picture:
 
     @property
     def full(self) -> float:
-        """The value of white: the largest one of a whole-number type, 1 of a float."""
+        """Value of white: the largest value of an integer type, 1 for floats."""
         return 1.0 if self.is_float else float(np.iinfo(self.pixels.dtype).max)
 
     @cached_property
     def values(self) -> np.ndarray:
-        """float32: whole-number pixels are scaled from 0 ... full to 0 ... 1, floats are not."""
+        """float32 values: integers are scaled from 0 ... full to 0 ... 1, floats are not."""
         pixels = self.pixels
         if self.white_is_zero:
             pixels = self.full - pixels.astype(np.float64)
@@ -66,7 +66,7 @@ class Picture:
 
 
 def read_picture(path: Path, layer: str | None = None) -> Picture:
-    """The picture in `path`; its alpha channel has to be opaque.
+    """Read the image at `path`; its alpha channel has to be opaque.
 
     `layer` names a part of an EXR file that has several.
     """
@@ -113,9 +113,9 @@ def read_picture(path: Path, layer: str | None = None) -> Picture:
 
 
 def _part_with_color(path: Path, layer: str | None) -> tuple[int, list[str]]:
-    """Which of a file's pictures is read: its only one, or the part of an EXR with the color.
+    """Select the image of a file: its only one, or the part of an EXR with the color.
 
-    Opens the file anew, because some formats cannot go back.
+    Opens the file again, because some formats cannot seek back.
     """
     file = oiio.ImageInput.open(str(path))
     if file is None:
@@ -148,7 +148,7 @@ def _has_color(channels: Sequence[str]) -> bool:
 def _within_display(
     pixels: np.ndarray, spec: oiio.ImageSpec
 ) -> tuple[np.ndarray, tuple[int, int], list[str]]:
-    """The part of an EXR's data window that its display window shows, and where that begins."""
+    """Crop an EXR's data window to its display window; also returns the crop's origin."""
     left, top = max(spec.x, spec.full_x), max(spec.y, spec.full_y)
     right = min(spec.x + spec.width, spec.full_x + spec.full_width)
     bottom = min(spec.y + spec.height, spec.full_y + spec.full_height)
@@ -204,7 +204,7 @@ def _upright(pixels: np.ndarray, orientation: int) -> np.ndarray:
 
 
 def _reason(error: str) -> str:
-    """The first line of a library's message; the rest repeats it."""
+    """First line of a library's message; the rest repeats it."""
     lines = [line.strip() for line in error.splitlines() if line.strip()]
     return lines[0].rstrip(".") if lines else "unknown format"
 

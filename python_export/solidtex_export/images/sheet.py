@@ -1,4 +1,4 @@
-"""A sheet of pictures: exemplars beside slices.
+"""A sheet of images: exemplars beside slices.
 
 One row for the color, and one below it for each further channel.
 """
@@ -18,14 +18,14 @@ GAP = 4  # pixels
 
 
 def sheet_of(slices: Sequence[Tensor], exemplars: Sequence[Exemplar], size: int) -> Tensor:
-    """Exemplars, as much of them as a slice shows, beside slices [channel, row, column]."""
+    """Exemplars, cropped to the size of a slice, beside slices [channel, row, column]."""
     display = Display(exemplars)
     columns = [display.images(i) for i in [*(e.image[:, :size, :size] for e in exemplars), *slices]]
     return _stacked([_stacked(list(row), 2) for row in zip(*columns, strict=True)], 1)
 
 
 def _stacked(images: list[Tensor], dim: int) -> Tensor:
-    """Images [3, row, column] one after another along `dim`, white between and beside them."""
+    """Images [3, row, column] stacked along `dim` with white margins."""
     height, width = (max(i.shape[d] for i in images) for d in (1, 2))
     padded = []
     for image in images:

@@ -1,4 +1,4 @@
-"""The transfer function of sRGB, IEC 61966-2-1; a straight line goes on below 0."""
+"""Transfer function of sRGB, IEC 61966-2-1, continued linearly below 0."""
 
 from __future__ import annotations
 
@@ -18,6 +18,6 @@ def srgb_decode(encoded: np.ndarray) -> np.ndarray:
 
 
 def srgb_encoded(linear: Tensor) -> Tensor:
-    """srgb_encode of a tensor, with gradients."""
+    """sRGB-encode a tensor, with gradients."""
     curve = 1.055 * linear.clamp_min(0.0031308) ** (1 / 2.4) - 0.055
     return torch.where(linear <= 0.0031308, 12.92 * linear, curve)

@@ -1,7 +1,7 @@
-"""Which range of values a picture uses, and how its pixels are scaled to 0 ... 1.
+"""Range of an image's values, and the scaling of its pixels to 0 ... 1.
 
-What is not asked for is not guessed: pixels are scaled by the full range of their type. Where that
-would give a picture of little use, reading says so and names the option, or refuses.
+By default pixels are scaled by the full range of their type. Where that would give a useless image,
+reading warns and names the option, or refuses.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from solidtex_export.images.file_kinds import ExemplarError, refuse
 from solidtex_export.images.photographs import Picture
 
 Range = str | tuple[float, float]
-"""What --range says: "full", "auto", "labels", or the values of black and white."""
+"""Value of --range: "full", "auto", "labels", or the values of black and white."""
 
 KINDS = ("full", "auto", "labels")
 FEW = 8  # distinct values: more are tones, not labels
@@ -30,7 +30,7 @@ SCENE_LINEAR = ("openexr", "hdr")  # formats whose values are linear by conventi
 
 
 def parse_range(text: str) -> Range:
-    """LOW,HIGH or a word."""
+    """Parse LOW,HIGH or a word."""
     if text in KINDS:
         return text
     number = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -43,7 +43,7 @@ def parse_range(text: str) -> Range:
 
 @dataclass(frozen=True)
 class Scaled:
-    """Channels in 0 ... 1; `notes` say what was done or is strange."""
+    """Channels in 0 ... 1; `notes` say what was done or is unusual."""
 
     values: np.ndarray
     is_linear: bool
@@ -51,7 +51,7 @@ class Scaled:
 
 
 class FoundRange:
-    """The values that some channels of a picture really have, in the numbers of the file."""
+    """Values that occur in some channels of an image, in the units of the file."""
 
     def __init__(self, picture: Picture, pixels: np.ndarray) -> None:
         self.picture, self.pixels = picture, pixels
@@ -59,7 +59,7 @@ class FoundRange:
 
     @cached_property
     def labels(self) -> np.ndarray | None:
-        """The distinct values in order, None of color or if there are too many to be labels."""
+        """The distinct values in order; None for color, or if there are too many for labels."""
         if np.any(self.pixels != self.pixels[:, :, :1]):
             return None
         values = np.unique(self.pixels[:, :, 0])
@@ -79,11 +79,11 @@ class FoundRange:
 
     @property
     def bits(self) -> int:
-        """How many bits whole numbers from 0 to the highest one need."""
+        """Number of bits that integers from 0 to the highest one need."""
         return max(1, int(self.high).bit_length())
 
     def auto(self) -> tuple[float, float]:
-        """Black and white by rule: of the least whole number of bits, of the common floats."""
+        """Black and white by rule: integers by bit count, floats by common white values."""
         if self.low < 0:
             return self.low, self.high
         if self.are_whole and self.high > 1:
@@ -106,9 +106,10 @@ def scaled(
     option: str,
     is_map: bool = False,
 ) -> Scaled:
-    """The channels `names` in 0 ... 1 as `asked`; `option` is how the command line asks for it.
+    """The channels `names` scaled to 0 ... 1 as `asked`; `option` is the command-line option for
+    messages.
 
-    Float maps have any unit, and a map may be the same everywhere.
+    Float maps have any unit, and a map may be constant.
     """
     indices = [picture.names.index(name) for name in names]
     found = FoundRange(picture, picture.pixels[:, :, indices])
@@ -155,7 +156,7 @@ def _listed(labels: np.ndarray) -> str:
 
 
 def _judged(found: FoundRange, option: str, is_map: bool) -> list[str]:
-    """What is strange about pixels that nobody said how to scale; refuses what would be useless."""
+    """Notes on unusual pixels that were scaled by default; refuses useless ones."""
     picture = found.picture
     if is_map and (picture.is_float or found.is_constant):
         return []

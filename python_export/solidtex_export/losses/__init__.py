@@ -1,1 +1,1 @@
-"""What judges a slice of the solid beside the exemplar."""
+"""Losses that compare slices of a solid with the exemplar."""

@@ -1,8 +1,8 @@
-"""The distribution of colors: sliced Wasserstein distance of pixels, on some octaves.
+"""Color distribution loss: sliced Wasserstein distance of pixels, on several octaves.
 
 Rabin, Peyré, Delon and Bernot 2012, "Wasserstein barycenter and its application to texture mixing".
-A slice is compared with the whole exemplar, since crops whose shares of colors differ would pull it
-towards their barycenter. It joins late: docs/experiments/color-distribution.md.
+A slice is compared with the whole exemplar, since crops with different shares of colors would pull
+it towards their barycenter. The loss starts late: docs/experiments/color-distribution.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Descriptors by name: what turns an image into features whose statistics are compared."""
+"""Descriptors by name. A descriptor maps an image to features, whose statistics losses compare."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ from solidtex_export.losses.vgg import VggDescriptor
 
 
 class Descriptor(Protocol):
-    """Images are [batch, channel, rows, columns] of whitened values: zero mean and unit variance
-    along each principal axis of the photographs' channels.
+    """Interface of descriptors.
+
+    Images are [batch, channel, rows, columns] of whitened values: zero mean and unit variance along
+    each principal axis of the photographs' channels.
     """
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
-        """The descriptor's own distance of statistics; sizes may differ."""
+        """The descriptor's own distance of statistics; the two batches may differ in size."""
 
     def features(self, fakes: Tensor, reals: Tensor) -> Features:
         """Feature maps by layer name, for losses that compare them in other ways."""
@@ -29,7 +31,7 @@ class Descriptor(Protocol):
 
 @dataclass(frozen=True)
 class PretrainedWeights:
-    """What a user has of the weights that descriptors need."""
+    """Pretrained weights that the user provides."""
 
     vgg: Path | None = None
     learned: Trained | None = None
@@ -37,16 +39,16 @@ class PretrainedWeights:
 
 @dataclass(frozen=True)
 class DescriptorSource:
-    """What descriptors are made from: color = color_mean + color_basis @ y, and weights."""
+    """Inputs of descriptors: color = color_mean + color_basis @ y, and weights."""
 
     color_mean: Tensor
     color_basis: Tensor
     weights: PretrainedWeights = field(default_factory=PretrainedWeights)
     linear: bool = False
-    """Colors are linear light, not sRGB-encoded."""
+    """Whether colors are linear light rather than sRGB-encoded."""
 
     def make(self, name: str, groups: tuple[tuple[int, ...], ...] = ()) -> Descriptor:
-        """ "vgg" without a file of its weights is "learned", our own network."""
+        """Make a descriptor. "vgg" without a file of weights is "learned", the built-in network."""
         if name == "random":
             return RandomDescriptor(groups) if groups else RandomDescriptor()
         if name == "vgg" and self.weights.vgg is not None:
@@ -54,7 +56,7 @@ class DescriptorSource:
         return LearnedDescriptor(self.learned(f'descriptor "{name}"'))
 
     def learned(self, caller: str) -> Trained:
-        """Our own network."""
+        """The built-in network."""
         if self.weights.learned is None:
             raise WeightsError(f"{caller}: found no weights, expected some")
         return self.weights.learned

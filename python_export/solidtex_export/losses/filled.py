@@ -1,4 +1,4 @@
-"""Which channels of a photograph hold anything."""
+"""Selection of channels that are not empty."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ EMPTY = 0.06  # deviation of a whitened channel; rounding to 8 bits is 0.04 of m
 
 
 def filled_channels(photograph: Tensor) -> Tensor:
-    """A mask [channel] of those of a whitened photograph [channel, rows, columns] that vary.
+    """Mask [channel] of the channels of a whitened photograph [channel, rows, columns] that vary.
 
-    Of a gray one two channels hold rounding alone, which is not to be learned.
+    Two channels of a gray photograph hold rounding errors only, which must not be learned.
     """
     deviations = photograph.std((1, 2))
     return deviations >= min(EMPTY, float(deviations.max()))

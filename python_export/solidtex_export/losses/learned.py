@@ -1,9 +1,9 @@
 """Gram matrices of a descriptor trained on procedural textures, in place of VGG-19's.
 
 The style loss of Gutierrez et al. 2020 (equations 2 and 3) on the network of losses/descriptor.
-Features are normalized by the exemplar's mean and deviation plus their deviation over the
-procedural textures: most deep features are silent on a given exemplar, and would otherwise be
-amplified without bound. docs/experiments/descriptor-loss.md has what else was tried.
+Features are normalized by the exemplar's mean, and by its deviation plus their deviation over the
+procedural textures. Most deep features vanish on a given exemplar, and would otherwise be amplified
+without bound. docs/experiments/descriptor-loss.md lists what else was tried.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SILENT_SHARE = 0.1  # of a layer's mean deviation: the least that a feature is d
 
 
 class LearnedDescriptor:
-    """Compares images by what a network learned to tell textures apart by."""
+    """Compares images by the features of a network that was trained to discriminate textures."""
 
     def __init__(self, trained: Trained) -> None:
         self._network = trained.network
@@ -35,15 +35,15 @@ class LearnedDescriptor:
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
         """Distance of the statistics of two batches of whitened images, of any channel count.
 
-        [batch, channel, rows, columns]; the two may differ in size.
+        Batches are [batch, channel, rows, columns]; the two may differ in size.
         """
         pairs = [p for name, p in self.features(fakes, reals).items() if name.startswith("relu")]
         return torch.stack([_distance(*pair) for pair in pairs]).mean()
 
     def features(self, fakes: Tensor, reals: Tensor) -> Features:
-        """Normalised feature maps by layer, relu1_1, relu1_2, pool1 ... pool5: on five scales.
+        """Normalized feature maps by layer on five scales, relu1_1, relu1_2, pool1 ... pool5.
 
-        The channels are turned at random for every call, the same way for both.
+        Each call rotates the channels at random, the same way for both batches.
         """
         axes = random_axes(fakes.shape[1]).to(fakes.device)
         with torch.no_grad():
@@ -76,13 +76,13 @@ class LearnedDescriptor:
 
 
 def _distance(fakes: Tensor, reals: Tensor) -> Tensor:
-    """Of one layer, whose features of the exemplar have the mean zero."""
+    """Distance on one layer, whose features of the exemplar have zero mean."""
     grams = F.smooth_l1_loss(gram(fakes), gram(reals), beta=GRAM_SOFTNESS)
     return grams + fakes.mean((0, 2, 3)).square().mean()
 
 
 def random_axes(channels: int) -> Tensor:
-    """An orthonormal map [3, channels] of so many channels to three, missing ones being zero."""
+    """Random orthonormal map [3, channels] to three channels; missing channels are zero."""
     side = max(channels, INPUT_CHANNELS)
     turn, upper = torch.linalg.qr(torch.randn(side, side))
     turn = turn * upper.diagonal().sign()  # uniform over all turns and reflections (Mezzadri 2007)

@@ -1,9 +1,9 @@
 """Orientation bias that all slices of one view share, though the photograph has none.
 
-A slant is what a symmetry of the photograph forbids: where it may be flipped, more energy along one
-diagonal than along the other; where it may be turned too, more across columns than across rows.
-Single slices lean by chance, so slants are averaged over recent slices of a view, and only what the
-average has for certain is held against the next slice: docs/experiments/orientation-bias.md.
+A bias is what a symmetry of the photograph excludes. Where the photograph may be flipped, it is a
+difference of energy between the two diagonals; where it may be turned too, also one between columns
+and rows. Single slices have a random bias. So the bias is averaged over recent slices of a view,
+and the loss uses only the significant part of the average: docs/experiments/orientation-bias.md.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ CERTAINTY = 2.0  # variances of such an average that a slant's square must excee
 
 
 def orientation_bias(energies: Tensor, symmetry: str) -> Tensor:
-    """Shares of energy [octave, 1 or 2] that are none by the symmetry.
+    """Shares of energy [octave, 1 or 2] that vanish for an image with the symmetry.
 
     `energies` [octave, 4] are those of waves across columns, rising, across rows and falling.
     """
@@ -29,15 +29,18 @@ def orientation_bias(energies: Tensor, symmetry: str) -> Tensor:
 
 
 class CommonBias:
-    """Of the slices of one view."""
+    """Running average of the bias of the slices of one view."""
 
     def __init__(self) -> None:
         self._seen = 0
         self._mean = self._square = torch.zeros(())
 
     def loss(self, found: Tensor) -> Tensor:
-        """Product of a slice's slants [octave, 1 or 2] and what is certain of their average, in
-        their variances; below zero where the slice leans the other way. Remembers them."""
+        """Product of a slice's bias [octave, 1 or 2] and the significant part of the average bias.
+
+        Units are their variances. The loss is negative where the slice's bias opposes the average.
+        The call adds the slice to the average.
+        """
         share = max(1 / MEMORY, 1 / (self._seen + 1))
         seen = found.detach()
         square = seen.square().sum(1, keepdim=True)

@@ -1,9 +1,9 @@
-"""Patches of a slice beside the nearest ones of the photograph, both ways.
+"""Distance of patches of a slice to the nearest patches of the photograph, and the reverse.
 
 After "Summarizing visual data using bidirectional similarity" (Simakov, Caspi, Shechtman and Irani
-2008, equation 1). Gram matrices and covariances know how much of an edge there is, not whether it
-goes on; a patch without its like shows that. The finest octave is left out, since the mean of near
-patches has no grain. docs/experiments/patches.md has what was tried.
+2008, equation 1). Gram matrices and covariances measure the amount of edges, not their continuity;
+a broken edge gives patches without a near neighbor. The finest octave is left out, since the mean
+of near patches has no grain. docs/experiments/patches.md lists what was tried.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ MISSING = 4.0  # how much more it counts that the slice lacks a patch; with 1 th
 
 
 def patch_distance(slices: Tensor, reals: Tensor) -> Tensor:
-    """Sum over octaves of mean squared distances of patches, both ways.
+    """Sum over octaves of mean squared distances of patches, in both directions.
 
-    Whitened values of two batches [batch, channel, rows, columns], which may differ in size.
+    Arguments are whitened values of two batches [batch, channel, rows, columns], which may differ
+    in size.
     """
     slices, reals = slices.float(), reals.float()
     distances = []
@@ -49,7 +50,7 @@ def _distance(slices: Tensor, reals: Tensor) -> Tensor:
 
 
 def _patches(images: Tensor, count: int) -> Tensor:
-    """At most so many at random places [patch, value]."""
+    """Patches at random places, at most the given number: [patch, value]."""
     windows = images.unfold(2, SIDE, 1).unfold(3, SIDE, 1).permute(0, 2, 3, 1, 4, 5)
     places = torch.randperm(windows.shape[:3].numel())[:count].to(images.device)
     return windows[torch.unravel_index(places, windows.shape[:3])].flatten(1)

@@ -1,9 +1,9 @@
-"""Gram matrices of a random network that is drawn anew for every iteration.
+"""Gram matrices of a random network that is drawn anew in every iteration.
 
 The style loss of Gutierrez et al. 2020 (equations 2 and 3; after Gatys et al. 2015) with VGG-19
-replaced: no pretrained weights are needed, and since the network never repeats, the generator
-cannot adapt to the blind spots of any single one. The statistics that normalize each layer come
-from the exemplar, seen through the same weights.
+replaced. No pretrained weights are needed, and since the network changes, the generator cannot
+exploit the blind spots of a single one. The statistics that normalize each layer come from the
+exemplar, seen through the same weights.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class RandomDescriptor:
         return torch.stack([_distance(*pair) for pair in pairs]).mean()
 
     def features(self, fakes: Tensor, reals: Tensor) -> Features:
-        """Both images through one new network, as deep as they are large enough for."""
+        """Features of both batches through one new network, as deep as their size allows."""
         features: Features = {}
         kernel = 5
         for i, group in enumerate(self.groups, 1):

@@ -1,9 +1,9 @@
-"""Power spectra of slices, in bands of waves of like frequency and direction.
+"""Power spectra of slices, in bands of frequency and direction.
 
 After "Texture synthesis through convolutional neural networks and spectrum constraints" (Liu,
-Gousseau and Xia 2016), but of bands instead of single waves, which would repeat the photograph.
-Each band counts with the square root of its power, so that its gradient with respect to a slice has
-the same length for the same ratio: docs/experiments/spectrum.md.
+Gousseau and Xia 2016), but with bands instead of single frequencies, which would repeat the
+photograph. Each band is weighted with the square root of its power, so that its gradient with
+respect to a slice has the same length for the same ratio: docs/experiments/spectrum.md.
 """
 
 from __future__ import annotations
@@ -24,29 +24,30 @@ TILES = 5  # of the photograph, each way, at most
 
 
 class Bands(NamedTuple):
-    """Rectangles of waves that `torch.fft.rfft2` gives."""
+    """Rectangular bands of the frequencies of `torch.fft.rfft2`."""
 
     rows: Tensor
-    """Share of each row in a band's mean [2 * BANDS, row]: waves that rise to the right have bands
-    of their own."""
+    """Share of each row in the mean of a band [2 * BANDS, row]. Waves that rise to the right have
+    bands of their own.
+    """
     columns: Tensor
-    """[BANDS, column]"""
+    """Share of each column in the mean of a band [BANDS, column]."""
 
 
 class _Target(NamedTuple):
-    """What slices of one side are compared with."""
+    """Target spectrum for slices of one size."""
 
     bands: Bands
     logarithm: Tensor
-    """Of the photograph's mean power [channel, band of rows, band of columns]."""
+    """Logarithm of the photograph's mean power [channel, band of rows, band of columns]."""
     weight: Tensor
-    """Of the same shape, of sum 1."""
+    """Weights of the same shape, with sum 1."""
 
 
 class SpectrumLoss:
-    """Judges slices of one exemplar [channel, rows, columns], both of whitened values.
+    """Compares slices with one exemplar [channel, rows, columns], both of whitened values.
 
-    That is shown in all orientations of `symmetry`.
+    The target is averaged over the orientations of `symmetry`.
     """
 
     def __init__(self, exemplar: Tensor, symmetry: str) -> None:
@@ -56,8 +57,9 @@ class SpectrumLoss:
         self._targets: dict[int, _Target] = {}
 
     def __call__(self, slices: Tensor) -> Tensor:
-        """Mean squared difference of the logarithms of power, of `slices` [batch, channel, side,
-        side] together."""
+        """Mean squared difference of the logarithm of the joint power of `slices` [batch, channel,
+        side, side].
+        """
         side = slices.shape[2]
         with torch.autocast(slices.device.type, enabled=False):
             if side not in self._targets:
@@ -74,11 +76,11 @@ class SpectrumLoss:
 
 
 def power(images: Tensor, bands: Bands, floor: float = FLOOR) -> Tensor:
-    """Mean power of `images` [batch, channel, side, side], and of noise of deviation `floor`.
+    """Mean power of `images` [batch, channel, side, side] plus that of noise of deviation `floor`.
 
-    [channel, band of rows, band of columns], of white noise its variance in each. Borders are faded
-    out: where they meet, images that do not repeat have an edge, which has waves of all lengths
-    along the axes.
+    The result is [channel, band of rows, band of columns]; white noise has its variance in each
+    band. A window fades the borders: opposite borders of an image that does not repeat would meet
+    in an edge, which has all frequencies along the axes.
     """
     row = torch.hann_window(images.shape[2], device=images.device)
     window = torch.outer(row, row)
@@ -89,7 +91,7 @@ def power(images: Tensor, bands: Bands, floor: float = FLOOR) -> Tensor:
 
 
 def bands_of(side: int, device: torch.device | None = None) -> Bands:
-    """Those of images of that side, which are padded to LEAST_SIDE."""
+    """Bands of images of that side, padded to LEAST_SIDE."""
     side = max(side, LEAST_SIDE)
     rows, columns = torch.fft.fftfreq(side), torch.fft.rfftfreq(side)
     down, across = ((2 * BANDS * w.abs()).floor().clamp_max(BANDS - 1) for w in (rows, columns))
@@ -98,12 +100,12 @@ def bands_of(side: int, device: torch.device | None = None) -> Bands:
 
 
 def _shares(numbers: Tensor, count: int) -> Tensor:
-    """Of each element in the mean of those with the same number [number, element]."""
+    """Weights [number, element] for means over the elements with the same number."""
     members = (numbers == torch.arange(count)[:, None]).float()
     return members / members.sum(1, keepdim=True)
 
 
 def _tiles(image: Tensor, side: int) -> Tensor:
-    """Squares [tile, channel, side, side] that overlap by half or more if they are few enough."""
+    """Square tiles [tile, channel, side, side], overlapping by half or more if TILES allows it."""
     counts = [min(TILES, 1 + math.ceil(2 * (n - side) / side)) for n in image.shape[1:]]
     return torch.stack(squares(image, side, *counts))

@@ -1,13 +1,13 @@
-"""Statistics of feature maps, and their distances: the terms of the papers' losses.
+"""Statistics of feature maps and their distances, as in the papers.
 
 Features of a slice and of a photograph come from one descriptor, as a dictionary from layer names
 to pairs of maps [batch, channel, rows, columns]. Terms other than `gram` compare pixel by pixel, so
-both sides need one size.
+both maps need the same size.
 
 Babichev and Frolov 2021, "Structure preserving exemplar-based 3D texture synthesis", equations 1, 2
-and 5 to 10. Where the paper leaves room: equation 10 sums over the eight neighbours of a pixel, and
-the sums of equation 6 run over the pixels that overlap (so the image is padded with zeros before
-the Fourier transform). `gram` itself is a mean over pixels, equation 2 of Gutierrez et al. 2020.
+and 5 to 10. Where the paper is ambiguous: equation 10 sums over the eight neighbors of a pixel, and
+the sums of equation 6 run over the pixels that overlap (the image is padded with zeros before the
+Fourier transform). `gram` itself is a mean over pixels, equation 2 of Gutierrez et al. 2020.
 """
 
 from __future__ import annotations
@@ -27,15 +27,16 @@ NEIGHBOURS = 1  # pixels around one that equation 10 sums over
 
 
 def gram(features: Tensor) -> Tensor:
-    """Gram matrix [channel, channel], mean over all pixels of a batch."""
+    """Gram matrix [channel, channel], the mean over all pixels of a batch."""
     flat = features.float().transpose(0, 1).flatten(1)
     return flat @ flat.T / flat.shape[1]
 
 
 def gram_distance(fakes: Tensor, reals: Tensor) -> Tensor:
-    """L_G of one layer, equation 2; with G = M * gram(F), N channels and M pixels:
+    """L_G of one layer, equation 2.
 
-    1 / (N M) * ||G - G'||^2 = M / N * ||gram(F) - gram(F')||^2.
+    With G = M * gram(F), N channels and M pixels: 1 / (N M) * ||G - G'||^2 = M / N * ||gram(F) -
+    gram(F')||^2.
     """
     channels, pixels = fakes.shape[1], fakes[0, 0].numel()
     return (gram(fakes) - gram(reals)).square().sum() * (pixels / channels)
@@ -44,8 +45,8 @@ def gram_distance(fakes: Tensor, reals: Tensor) -> Tensor:
 def autocorrelation(features: Tensor) -> Tensor:
     """R of equation 6 for lags up to half the size, [channel, lag, lag], mean over the batch.
 
-    The weights of equation 7 make each lag a mean over the pixels that overlap; the map has the
-    symmetry R(i, j) = R(-i, -j), so lags with i >= 0 suffice.
+    The weights of equation 7 make each lag a mean over the pixels that overlap. The map is
+    symmetric, R(i, j) = R(-i, -j), so lags with i >= 0 suffice.
     """
     features = features.float()
     rows, columns = features.shape[2:]
@@ -90,7 +91,7 @@ def smoothness_distance(fakes: Tensor, reals: Tensor, sigma: float) -> Tensor:
 
 
 def feature_loss(kind: str, layers: tuple[str, ...], sigma: float, features: Features) -> Tensor:
-    """One term, the mean over those of `layers` that the descriptor has (table 1)."""
+    """One term: the mean over those of `layers` that the descriptor has (table 1)."""
     pairs = [features[name] for name in layers if name in features]
     if not pairs:
         raise LayerError(

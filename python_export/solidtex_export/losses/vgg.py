@@ -1,11 +1,14 @@
-"""VGG-19 as descriptor, from a file of weights that the user has: nothing is downloaded.
+"""VGG-19 as descriptor, from a file of weights that the user provides.
 
 The loss is equations 2 and 3 of Gutierrez et al. 2020, "On demand solid texture synthesis using
 deep 3D networks", section 5.1, with their layers (section 6.1): relu1_1, relu2_1, relu3_1, relu4_1
-and relu5_1, padded convolutions, average pooling. Two kinds of state dict are recognised by their
-keys: torchvision's `vgg19` (`features.N.weight`, colors normalized by ImageNet's mean and
-deviation) and the one of Gatys et al. (`conv1_1.weight`, colors in BGR order, 0 ... 255, minus a
-mean). Slices come as whitened values; the first three channels of their colors are what VGG sees.
+and relu5_1, padded convolutions, average pooling.
+
+Two kinds of state dict are recognized by their keys: torchvision's `vgg19` (`features.N.weight`,
+colors normalized by ImageNet's mean and deviation) and the one of Gatys et al. (`conv1_1.weight`,
+colors in BGR order, 0 ... 255, minus a mean).
+
+Slices are whitened values; VGG receives the first three channels of their colors.
 """
 
 from __future__ import annotations
@@ -31,12 +34,12 @@ SMALLEST = 16  # pixels: the side that leaves one in group 5
 
 
 class VggError(ValueError):
-    """A file of weights that is none of VGG-19; the message names the file."""
+    """A file without weights of VGG-19; the message names the file."""
 
 
 @dataclass(frozen=True)
 class Preprocessing:
-    """RGB colors in 0 ... 1 to what the weights were trained with."""
+    """Converts RGB colors in 0 ... 1 to the input range of the weights."""
 
     order: tuple[int, int, int]
     scale: float
@@ -60,9 +63,9 @@ class VggDescriptor:
     def __init__(
         self, path: Path, color_mean: Tensor, color_basis: Tensor, linear: bool = False
     ) -> None:
-        """`color_mean` [channel], `color_basis` [channel, channel]: color = mean + basis @ y.
+        """`color_mean` [channel] and `color_basis` [channel, channel]: color = mean + basis @ y.
 
-        `linear`: colors are linear light; VGG was trained on sRGB-encoded ones.
+        `linear`: colors are linear light, and are encoded, since VGG was trained on sRGB.
         """
         self._linear = linear
         self._layers, self._preprocess = read_weights(path)
@@ -70,7 +73,7 @@ class VggDescriptor:
         self._mean, self._basis = color_mean[picks], color_basis[picks]
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
-        """Equation 3, on images [batch, channel, rows, columns] of whitened values."""
+        """Equation 3, for whitened images [batch, channel, rows, columns]."""
         features = self.features(fakes, reals)
         pairs = [features[name] for name in LOSS_LAYERS]
         return torch.stack([(gram(f) - gram(r)).square().mean() for f, r in pairs]).sum()
@@ -102,7 +105,7 @@ class VggDescriptor:
 
 
 def read_weights(path: Path) -> tuple[list[tuple[Tensor, Tensor]], Preprocessing]:
-    """The convolutions as far as conv5_1, and the preprocessing that belongs to them."""
+    """The convolutions up to conv5_1, and the preprocessing for them."""
     state = _read_state(path)
     names = [f"conv{g}_{i}" for g, n in enumerate(CONVOLUTIONS, 1) for i in range(1, n + 1)]
     preprocessing = GATYS

@@ -1,12 +1,12 @@
-"""Covariances of rectified wavelet responses: a texture loss that needs no trained network.
+"""Covariances of rectified wavelet responses: a texture loss without a trained network.
 
 After "Generalized rectifier wavelet covariance models for texture synthesis" (Brochard, Zhang and
 Mallat 2022): oriented band-pass filters on every octave, the positive and the negative half of each
 response, and the covariances of all those maps within an octave and with every finer one.
 
-A slice is compared with the whole exemplar through an average over recent slices of its view, which
-goes back further on coarse octaves. Random planes have one common average of equal memory. The unit
-of each octave's distance is that of parts of the photograph: docs/experiments/wavelets.md.
+A running average over recent slices of a view is compared with the whole exemplar; its window is
+longer on coarse octaves. Random planes share one average with the same window on all octaves. Each
+octave's distance is relative to that between parts of the photograph: docs/experiments/wavelets.md.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ Statistics = list[tuple[Tensor, Tensor]]
 
 @dataclass
 class Average:
-    """Of the slices that were seen of one view."""
+    """Running average over the slices of one view."""
 
     statistics: Statistics = field(default_factory=list)
     seen: int = 0
 
     def mixed_with(self, found: Statistics, deepens: bool) -> Statistics:
-        """This and a slice's, of which each octave has its share; octaves may be missing.
+        """Blend the average with a slice's statistics octave by octave; octaves may be missing.
 
-        If it `deepens`, coarse octaves go back further.
+        `deepens` lengthens the window on coarse octaves.
         """
         known = min(len(self.statistics), len(found))
         mixed = []
@@ -66,7 +66,7 @@ class Average:
 
 
 class WaveletLoss:
-    """Judges slices of one exemplar [channel, rows, columns], both of whitened values."""
+    """Compares slices with one exemplar [channel, rows, columns], both of whitened values."""
 
     def __init__(self, exemplar: Tensor, size: int, symmetry: str) -> None:
         self._filters = filter_bank().to(exemplar.device)
@@ -87,8 +87,11 @@ class WaveletLoss:
         self._biases: dict[str, CommonBias] = {}
 
     def __call__(self, slices: Tensor, view: str = "") -> Tensor:
-        """The distance of `slices` [batch, channel, rows, columns], averaged with earlier ones of
-        the same view: the axis that they are normal to, or "" for random planes."""
+        """Distance of `slices` [batch, channel, rows, columns], averaged with earlier slices of the
+        view.
+
+        The view is the slices' normal, or "" for random planes.
+        """
         with torch.autocast(slices.device.type, enabled=False):
             average = self._averages.setdefault(view, Average())
             found = self._moments(slices.float()[:, self._filled])
@@ -106,8 +109,9 @@ class WaveletLoss:
             return total
 
     def orientation_bias(self, slices: Tensor, view: str) -> Tensor:
-        """What `slices` share with earlier ones of a view that no photograph shows, and that looks
-        the same flipped and turned."""
+        """Bias that `slices` share with earlier slices of a view without a photograph. The view
+        looks the same flipped and turned.
+        """
         with torch.autocast(slices.device.type, enabled=False):
             found = self._moments(slices.float()[:, self._filled])
             return self._common_bias(found, view, "all")
@@ -117,7 +121,7 @@ class WaveletLoss:
         return common.loss(orientation_bias(self._energies(found), symmetry))
 
     def forget(self) -> None:
-        """Judge the next slices by themselves."""
+        """Discard the running averages."""
         self._averages = {}
         self._biases = {}
 
@@ -158,7 +162,7 @@ class WaveletLoss:
         ]
 
     def _moments(self, image: Tensor) -> Statistics:
-        """Second moments and means of each octave's maps, its own and the finer ones pooled."""
+        """Second moments and means of each octave's maps and of the pooled finer ones."""
         statistics = []
         maps: list[Tensor] = []
         for response in self._responses(image):
@@ -173,7 +177,9 @@ class WaveletLoss:
         return statistics
 
     def _distance(self, octave: int, found: tuple[Tensor, Tensor]) -> tuple[Tensor, Tensor]:
-        """Mean squared differences of covariances and of means, in the exemplar's deviations."""
+        """Mean squared differences of covariances and of means, in units of the exemplar's
+        deviations.
+        """
         (second, mean), (target, centre) = found, self._target[octave]
         deviation = self._scale[octave][1]
         shift = torch.outer(mean - centre, centre)
@@ -184,7 +190,7 @@ class WaveletLoss:
         ).square().mean(), means.square().mean()
 
     def _energies(self, found: Statistics) -> Tensor:
-        """Of the waves in each orientation [octave, orientation]."""
+        """Energy of the responses by orientation [octave, orientation]."""
         energies = []
         for octave, (second, _) in enumerate(found):
             count = len(self._deviations[octave])
@@ -196,7 +202,7 @@ class WaveletLoss:
         return torch.stack(energies)
 
     def _measure_units(self, exemplar: Tensor, size: int) -> list[tuple[Tensor, Tensor]]:
-        """Per octave, the mean distance of parts as large as a slice."""
+        """Mean distance between slice-sized parts of the exemplar, per octave."""
         side = min(size, int(PART_SIDE * min(exemplar.shape[1:])))
         across = math.ceil(PARTS**0.5)
         places = squares(exemplar, max(side, SMALLEST), across, across)[:PARTS]
@@ -212,7 +218,7 @@ class WaveletLoss:
 
 
 def filter_bank() -> Tensor:
-    """Unit filters [2 * ORIENTATIONS + 1, SIDE, SIDE]: even and odd waves, and a round one."""
+    """Unit filters [2 * ORIENTATIONS + 1, SIDE, SIDE]: even and odd waves, and an isotropic one."""
     at = torch.arange(SIDE, dtype=torch.float32) - SIDE // 2
     y, x = torch.meshgrid(at, at, indexing="ij")
     filters = []
@@ -237,7 +243,7 @@ def orientations(image: Tensor, symmetry: str) -> list[Tensor]:
 
 
 def squares(image: Tensor, side: int, down: int, across: int) -> list[Tensor]:
-    """`down` x `across` squares of that side, spread evenly; smaller where the image is."""
+    """`down` x `across` squares of that side, evenly spaced; smaller where the image is smaller."""
     places = [
         [round(max(extent - side, 0) * i / max(count - 1, 1)) for i in range(count)]
         for extent, count in zip(image.shape[1:], (down, across), strict=True)
@@ -246,7 +252,7 @@ def squares(image: Tensor, side: int, down: int, across: int) -> list[Tensor]:
 
 
 def _halved(image: Tensor) -> Tensor:
-    """Binomially smoothed and reduced to every second pixel."""
+    """Image after a binomial filter, reduced to every second pixel."""
     row = torch.tensor([1.0, 3.0, 3.0, 1.0], device=image.device) / 8
     kernel = torch.outer(row, row).expand(image.shape[1], 1, 4, 4)
     return F.conv2d(image, kernel, stride=2, groups=image.shape[1])

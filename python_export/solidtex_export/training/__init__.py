@@ -1,1 +1,1 @@
-"""One photograph in, a trained generator out."""
+"""Training of generators on photographs."""

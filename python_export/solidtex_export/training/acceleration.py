@@ -1,4 +1,4 @@
-"""torch.compile for the parts of a generator that are called again and again."""
+"""torch.compile for the repeated parts of a generator."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from solidtex_export.generators.sampler import HiddenLayer
 
 
 def compile_generator(generator: nn.Module) -> None:
-    """Compiles blocks in place, for any shape; keys of the state dict stay.
+    """Compile blocks in place, for any shape; keys of the state dict stay.
 
-    Not the whole network: its boxes differ by the slice's offset, and each would be compiled anew.
-    Not the critics: WGAN-GP differentiates twice, which torch.compile cannot.
+    The whole network is not compiled: its boxes depend on the slice's offset, and each would be
+    compiled anew. Critics are not compiled: WGAN-GP differentiates twice, which torch.compile does
+    not support.
     """
     compiled: set[nn.Module] = set()
     for module in generator.modules():

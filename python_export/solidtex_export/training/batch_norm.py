@@ -15,10 +15,10 @@ SLICES = 12
 def measure_statistics(
     generator: nn.Module, slices: SliceSource, directions: str, size: int, ranks: Ranks
 ) -> None:
-    """Sets running statistics to averages over slices in turn, of all ranks; the generator is left
-    evaluating.
+    """Set running statistics to averages over slices of all ranks; leaves the generator in eval
+    mode.
 
-    Each slice is normalized by its own statistics while they are measured.
+    Each slice is normalized by its own statistics during the measurement.
     """
     norms = [m for m in generator.modules() if isinstance(m, nn.BatchNorm3d)]
     if norms:

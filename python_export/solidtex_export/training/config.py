@@ -1,4 +1,4 @@
-"""What a training is: everything that decides its result, saved as `config.json`."""
+"""Configuration of a training: all inputs of its result, saved as `config.json`."""
 
 from __future__ import annotations
 
@@ -12,24 +12,26 @@ from solidtex_export.training.recipe import Recipe
 
 
 class FileRecord(Settings):
-    """A file that the training read, so that another of the same name is not taken for it."""
+    """File that the training read; the hash distinguishes files of the same name."""
 
     file: str
     sha256: str
     maps: dict[str, dict[str, str]] | None = None
-    """Of a photograph, by name."""
+    """Maps of a photograph, by name."""
     reading: dict[str, Any] | None = None
-    """How the values of a photograph were read, where that was asked for."""
+    """Requested conversion of a photograph's values, if any."""
 
 
 class Config(Settings):
-    """A training; `minutes` or `steps` decides when it ends. Nothing in it is left to decide."""
+    """A fully resolved training; `minutes` or `steps` limits it."""
 
     version: Literal[2] = 2
-    """1, which had no such key, had losses in an array and keys that the photographs decided."""
+    """Version of the layout. Version 1, without this key, had an array of losses and unresolved
+    keys.
+    """
     preset: str
     reasons: Array[str]
-    """Why this preset and this symmetry, where they were measured."""
+    """Reasons for the measured choices of preset and symmetry."""
     family: Literal["field", "sampler"]
     size: int
     resolution: int
@@ -44,12 +46,12 @@ class Config(Settings):
     license: str
     source: str
     generator: dict[str, Any]
-    """Constructor arguments of the generator, and its kind."""
+    """Kind and constructor arguments of the generator."""
     recipe: Recipe
     vgg: FileRecord | None = None
-    """The weights of VGG-19, where they are used."""
+    """Weights of VGG-19, if used."""
     descriptor: FileRecord | None = None
-    """The weights of the learned descriptor, where they are used."""
+    """Weights of the learned descriptor, if used."""
 
     @computed_field  # type: ignore[prop-decorator]
     @property
@@ -60,10 +62,10 @@ class Config(Settings):
         return self.model_dump(mode="json", exclude_none=True)
 
     def exemplar_index(self, direction: str) -> int:
-        """Which exemplar a direction is compared with."""
+        """Index of the exemplar of a direction."""
         return 0 if len(self.exemplars) == 1 else self.directions.index(direction)
 
 
 def exemplar_records(exemplars: list[Exemplar]) -> tuple[FileRecord, ...]:
-    """File names and hashes of the photographs, and of their maps where they have any."""
+    """File names and hashes of the photographs and their maps."""
     return tuple(FileRecord(**e.record()) for e in exemplars)

@@ -1,4 +1,4 @@
-"""Notices a training that has left the ground, and says so."""
+"""Detects a diverging training."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ EXPLOSION = 1000.0
 
 
 class TrainError(RuntimeError):
-    """A training that cannot go on."""
+    """A training that cannot continue."""
 
 
 class DivergenceWatch:
     """Compares the median of each loss's recent values with that of its first ones.
 
-    Medians, so that one bad step is no alarm. Losses of either sign: what counts is size.
+    Medians, so that one bad step raises no alarm. Losses have either sign: their magnitude counts.
     """
 
     def __init__(self) -> None:
@@ -26,7 +26,9 @@ class DivergenceWatch:
         self._recent: dict[str, list[float]] = {}
 
     def check(self, step: int, losses: dict[str, float]) -> None:
-        """Takes the losses of a step; those that are not yet on are NaN in `losses` and ignored."""
+        """Check the losses of a step; NaN in `losses` marks one that has not started, which is
+        ignored.
+        """
         for name, value in losses.items():
             if math.isnan(value):
                 continue

@@ -1,4 +1,4 @@
-"""From a configuration to its generator, and the ways it is sliced."""
+"""Builds the generator and the slice sources of a configuration."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ def build(config: Config) -> tuple[Generator, SliceSource, SliceSource | None]:
 
 
 def _oblique(config: Config, generator: BaseLattice) -> ObliqueSlices | None:
-    """Where one photograph serves two directions, only planes that hold the grain look like it."""
+    """Oblique slices. Where one photograph serves two directions, only planes along the grain match
+    it.
+    """
     if config.recipe.slicing.oblique_share == 0 or len(config.exemplars) > 1:
         return None
     axes = {"xyz": "xyz", "xy": "z"}.get(config.directions)

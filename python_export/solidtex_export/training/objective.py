@@ -1,4 +1,4 @@
-"""The generator's loss: a recipe's terms, mixed into one gradient with respect to the slices."""
+"""Loss of the generator: a recipe's terms, combined into one gradient of the slices."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
 
 
 class Objective:
-    """Judges slices beside photographs; draws crops and orientations at random."""
+    """Compares slices with photographs; draws crops and orientations at random."""
 
     def __init__(
         self,
@@ -56,7 +56,7 @@ class Objective:
 
     @property
     def names(self) -> list[str]:
-        """Of the terms, as columns of the log."""
+        """Names of the terms, as columns of the log."""
         return list(self._terms)
 
     def gradient(
@@ -64,9 +64,9 @@ class Objective:
     ) -> tuple[Tensor, dict[str, float]]:
         """Gradient with respect to `slices` [batch, channel, side, side], and each term's value.
 
-        What is remembered of earlier slices is that of the same view (wavelets.py).
-        Sum: of weighted losses, as in the papers. Unit gradients: each term's gradient is scaled to
-        length one before it is weighted, since a raw sum would be dominated by the critic.
+        Running averages are kept by view (wavelets.py). Mixing "sum" adds weighted losses, as in
+        the papers. Mixing "unit-gradients" scales each term's gradient to unit length before
+        weighting, since the critic would dominate a raw sum.
         """
         slices = slices.detach().float().requires_grad_()
         with self._autocast():
@@ -85,8 +85,10 @@ class Objective:
     def orientation_bias_gradient(
         self, slices: Tensor, index: int, view: str
     ) -> tuple[Tensor, dict[str, float]]:
-        """As `gradient`, of length one, of a view that no photograph shows: against the orientation
-        bias that its slices share. No term has a value."""
+        """Unit gradient that reduces the orientation bias of slices of a view without a photograph.
+
+        The result is as in `gradient`; no term has a value.
+        """
         slices = slices.detach().float().requires_grad_()
         (gradient,) = torch.autograd.grad(
             self._wavelets[index].orientation_bias(slices, view), slices
@@ -94,7 +96,7 @@ class Objective:
         return gradient / (gradient.norm() + 1e-12), dict.fromkeys(self._terms, math.nan)
 
     def state(self) -> list[Any]:
-        """What the losses remember of earlier slices."""
+        """State of the losses' running averages."""
         return [loss.state() for loss in self._wavelets]
 
     def restore(self, state: list[Any]) -> None:
@@ -102,12 +104,12 @@ class Objective:
             loss.restore(saved)
 
     def forget(self) -> None:
-        """Judge the next slices by themselves."""
+        """Discard the losses' running averages."""
         for loss in self._wavelets:
             loss.forget()
 
     def discriminator_losses(self, name: str, index: int) -> list[Tensor]:
-        """What the discriminators of that name and photograph minimize, on their replay buffer."""
+        """Losses of the discriminators of that name and photograph, on their replay buffer."""
         with self._autocast():
             reals = lambda count, side: self._reals(index, count, side)  # noqa: E731
             return self._discriminators[index][name].losses(reals, self._turned)
@@ -148,7 +150,7 @@ class Objective:
     def _judged(
         self, trainer: DiscriminatorTrainer, slices: Tensor, index: int
     ) -> Callable[[Loss], Tensor]:
-        """A discriminator's losses, on features that they share."""
+        """Losses of one discriminator, which share its features."""
         scale = trainer.random_scale()
         critic = trainer.discriminators[scale]
         reals = trainer.view(self._reals(index, len(slices), slices.shape[2]), scale)
@@ -162,7 +164,7 @@ class Objective:
         return loss
 
     def _larger_real(self, index: int, slices: Tensor) -> Tensor:
-        """One crop, of which more is seen than of a slice."""
+        """One crop of the photograph that is larger than a slice."""
         return self._reals(index, 1, int(REAL_SIZE * slices.shape[2]))
 
     def _reals(self, index: int, count: int, side: int) -> Tensor:

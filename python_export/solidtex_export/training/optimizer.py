@@ -1,4 +1,4 @@
-"""Adam for a generator, with a schedule and, if the recipe says so, per-layer scaling."""
+"""Adam for a generator, with a schedule and optional per-layer learning-rate scaling."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from solidtex_export.training.recipe import InitialPhase, Optimizer
 
 
 class GeneratorOptimizer:
-    """`prepare` before the backward passes of a step, `step` after them."""
+    """Adam: call `prepare` before the backward passes of a step, `step` after them."""
 
     def __init__(self, generator: nn.Module, settings: Optimizer, initial: InitialPhase) -> None:
         self._generator = generator
@@ -21,7 +21,7 @@ class GeneratorOptimizer:
         self.renew()
 
     def renew(self) -> None:
-        """Forgets all gradients so far; per-layer scaling follows the present size of weights."""
+        """Reset Adam's moments, and the per-layer scaling to the present size of weights."""
         settings = self._settings
         groups = _parameter_groups(self._generator, settings.per_layer_scaling)
         self._adam = Adam(groups, settings.learning_rate, settings.betas)
@@ -50,8 +50,11 @@ class GeneratorOptimizer:
 
 
 def learning_rate(step: int, progress: float, settings: Optimizer, initial: InitialPhase) -> float:
-    """Linear warm-up, then half a cosine: in the initial phase from its rate to the
-    optimizer's, after it over the whole training from that to `final_rate` of it."""
+    """Learning rate of a step.
+
+    Linear warm-up, then half a cosine. The initial phase falls from its rate to the optimizer's
+    rate; the remaining training falls to `final_rate` of that.
+    """
     warmup = min(1.0, (step + 1) / max(settings.warmup_steps, 1))
     last = settings.learning_rate
     begun = initial.progress(step, progress)
@@ -61,12 +64,12 @@ def learning_rate(step: int, progress: float, settings: Optimizer, initial: Init
 
 
 def half_cosine(progress: float, first: float, last: float) -> float:
-    """From the first value to the last."""
+    """Half a cosine from the first value to the last."""
     return last + (first - last) * (0.5 + 0.5 * math.cos(math.pi * min(progress, 1.0)))
 
 
 def _parameter_groups(generator: nn.Module, per_layer_scaling: bool) -> list[dict[str, Any]]:
-    """Scaled: learning rates are proportional to the size that weights have."""
+    """Parameter groups; scaled learning rates are proportional to the size of weights."""
     if not per_layer_scaling:
         return [{"params": list(generator.parameters()), "scale": 1.0}]
     groups = []

@@ -22,13 +22,13 @@ RENAMED = {
     "projected_critic.memory": "replay_buffer",
     "losses.tones": "color_distribution",
 }
-"""Older keys, which are accepted, by the tables that they are in."""
+"""Accepted names of older keys, by table."""
 MEASURED = ("line_length", "line_length_below", "with_maps")
-"""Older keys that made a table depend on the photographs."""
+"""Refused older keys that made a table depend on the photographs."""
 
 
 class PresetError(SettingsError):
-    """What is wrong with a preset: the file, the field, found, expected."""
+    """An invalid preset: the file, the field, found, expected."""
 
 
 def shipped() -> list[str]:
@@ -38,7 +38,7 @@ def shipped() -> list[str]:
 
 
 def load_recipe(name: str, overrides: list[str] | None = None) -> Recipe:
-    """`name` of a shipped preset or path of a TOML file; `overrides` are KEY.KEY=VALUE."""
+    """Load `name` of a shipped preset or path of a TOML file; `overrides` are KEY.KEY=VALUE."""
     try:
         values = _tables(name, Path(), ())
         for override in overrides or []:
@@ -55,7 +55,7 @@ def _folder() -> Traversable:
 
 
 def _tables(name: str, beside: Path, extending: tuple[str, ...]) -> dict[str, Any]:
-    """The tables of a preset over those of the preset that it extends."""
+    """Tables of a preset, merged over those of the preset that it extends."""
     path: Path | Traversable = beside / name
     if name in shipped():
         path = _folder() / f"{name}{SUFFIX}"
@@ -77,7 +77,7 @@ def _tables(name: str, beside: Path, extending: tuple[str, ...]) -> dict[str, An
 
 
 def _merged(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """Tables are merged key by key, anything else is replaced."""
+    """Merge tables key by key; replace anything else."""
     merged = dict(below)
     for key, value in above.items():
         known = merged.get(key)
@@ -88,7 +88,7 @@ def _merged(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
 
 
 def _renamed(values: dict[str, Any], label: str, where: str = "") -> dict[str, Any]:
-    """The tables with today's keys for older ones."""
+    """Tables with older keys renamed to today's."""
     found = {}
     for key, value in values.items():
         path = f"{where}.{key}" if where else key
@@ -111,7 +111,7 @@ def _renamed(values: dict[str, Any], label: str, where: str = "") -> dict[str, A
 
 
 def _override(text: str, values: dict[str, Any]) -> dict[str, Any]:
-    """Tables with one value: `optimizer.learning_rate=0.01` or `losses.gram.weight=2`."""
+    """Tables of one value: `optimizer.learning_rate=0.01` or `losses.gram.weight=2`."""
     key, equals, value = text.partition("=")
     *path, last = key.split(".")
     if not equals or not last:

@@ -1,4 +1,4 @@
-"""The preview sheet: exemplars beside three axis slices and a 45 degree slice of one solid."""
+"""Preview sheet: exemplars beside three axis slices and a 45 degree slice of one solid."""
 
 from __future__ import annotations
 
@@ -51,7 +51,9 @@ def _lattice_slices(generator: BaseLattice, size: int) -> list[Tensor]:
 
 
 def _diagonal(solid: FixedNoise, size: int) -> Tensor:
-    """The vertical plane through the diagonal of x and y, between voxels as the engine does it."""
+    """Vertical plane through the diagonal of x and y, interpolated between voxels as the engine
+    does.
+    """
     parts = []
     for left in range(0, size, BLOCK):
         steps = torch.arange(left, min(left + BLOCK, size), dtype=torch.float64)

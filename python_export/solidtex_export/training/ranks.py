@@ -1,7 +1,7 @@
-"""Several processes that train one generator, as torchrun starts them, or this one alone.
+"""Distributed training: the ranks that torchrun starts, or a single process.
 
-Each rank draws its own slices; gradients are averaged, so all hold the same networks. Rank 0 alone
-writes the result, and decides by its clock when to save and stop.
+Each rank draws its own slices. Gradients are averaged, so all ranks hold the same networks. Rank 0
+alone writes the result, and decides by its clock when to save and stop.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SEED_STEP = 1_000_003  # between the random streams of two ranks
 
 
 class Ranks:
-    """Communication, which is nothing at all for one process."""
+    """Communication between ranks; does nothing for a single process."""
 
     def __init__(self, rank: int = 0, count: int = 1, device: torch.device | None = None) -> None:
         self.rank = rank
@@ -34,14 +34,14 @@ class Ranks:
         return self.rank == 0
 
     def seed(self, seed: int) -> int:
-        """A stream of its own for this rank; that of rank 0 is the seed's."""
+        """Random seed of this rank; rank 0 uses the training's own."""
         return seed + SEED_STEP * self.rank
 
     def average_gradients(self, network: nn.Module) -> None:
         self.average([p.grad for p in network.parameters() if p.grad is not None])
 
     def average(self, tensors: Sequence[Tensor]) -> None:
-        """Replaces each by its mean over the ranks."""
+        """Average tensors over the ranks in place."""
         if self.count == 1:
             return
         flat = torch.cat([t.flatten() for t in tensors])
@@ -51,7 +51,7 @@ class Ranks:
             tensor.copy_(part.view_as(tensor))
 
     def agree(self, *values: float) -> list[float]:
-        """Rank 0's values, everywhere."""
+        """Broadcast rank 0's values."""
         if self.count == 1:
             return list(values)
         shared = torch.tensor(values, dtype=torch.float64, device=self._device)
@@ -59,7 +59,7 @@ class Ranks:
         return shared.tolist()
 
     def gather(self, value: Any) -> list[Any]:
-        """Every rank's value, by rank; on other ranks than 0 only its own."""
+        """Gather every rank's value on rank 0; other ranks get only their own."""
         if self.count == 1:
             return [value]
         values: list[Any] | None = [None] * self.count if self.is_main else None
@@ -72,7 +72,7 @@ class Ranks:
 
 
 def join(use_cuda: bool) -> tuple[Ranks, torch.device]:
-    """This process's rank and device; the variables are torchrun's."""
+    """Join torchrun's process group; returns the communication and this rank's device."""
     count = int(os.environ.get("WORLD_SIZE", "1"))
     if count == 1:
         return Ranks(), torch.device("cuda" if use_cuda else "cpu")

@@ -1,7 +1,7 @@
-"""A recipe: everything in a training that does not depend on the photographs.
+"""Recipe: all settings of a training that do not depend on the photographs.
 
-Presets are recipes in TOML files (training/presets.py). Every field below is a key of such a file,
-with its default where a file may leave it out.
+Presets are recipes in TOML files (training/presets.py). Every field below is a key of such a file.
+A key with a default may be left out.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Steps = Annotated[int, within(0, 1_000_000)]
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
 DISCRIMINATOR_OF = {"style": "critic", "adversarial": "critic", "projected": "projected_critic"}
-"""The table whose discriminators judge for a loss."""
+"""Table of the discriminators that a loss uses."""
 LossKind = Literal[
     "descriptor",
     "gram",
@@ -45,73 +45,78 @@ KINDS: tuple[str, ...] = LossKind.__args__  # type: ignore[attr-defined]
 
 
 class GeneratorSettings(Settings):
-    """The network: its kind and its constructor's arguments."""
+    """Kind and constructor arguments of the generator."""
 
     kind: Literal["lattice", "pyramid", "sampler"]
     sizes: dict[str, Any] = Field(default_factory=dict)
     statistics: Literal["measured", "trained"] = "measured"
-    """Batch normalization: measured once, then fixed; or by each slice, measured at the end."""
+    """Statistics of batch normalization: measured once, then fixed; or of each slice, measured at
+    the end.
+    """
 
 
 class Init(Settings):
-    """Initial weights of a lattice generator; the defaults leave the paper's."""
+    """Initial weights of a lattice generator; the defaults are the paper's."""
 
     smoothing: Share = 0.0
-    """Share, in their variance, of weights that smooth what comes from a coarser level."""
+    """Share of the variance of weights on upsampled features that goes to smoothing filters."""
     fine_noise: Annotated[float, within(1e-3, 1)] = 1.0
-    """Gain of the noise of finer levels, relative to the coarsest's."""
+    """Gain of the noise of finer levels, relative to the coarsest level's."""
 
 
 class Grain(Settings):
     """Initial octaves of a sampler for one photograph with grain along z."""
 
     short_octaves: Annotated[int, within(0, 255)] = 0
-    """Octaves that are not as long as the grain, and silent at first."""
+    """Number of octaves that are shorter than the grain and start with weight zero."""
     elongation: Annotated[float, within(1, 1000)] | None = None
-    """How much the other octaves are stretched along z; left out, it follows the photograph's
-    grain where `slicing.planes` is auto and one photograph serves x and y."""
+    """Stretch of the other octaves along z. The default follows the photograph's grain where
+    `slicing.planes` is auto and one photograph serves x and y.
+    """
 
 
 class Slicing(Settings):
-    """Which slices of the solid are compared with a photograph."""
+    """Selection of the slices that are compared with a photograph."""
 
     planes: Literal["auto", "axes", "any", "about-z"] = "axes"
-    """auto: of one photograph any plane, with directions xy about z, else along the axes."""
+    """auto: any plane for one photograph, planes about z for directions xy, otherwise axis slices.
+    """
     batch: Annotated[int, within(1, 256)] = 1
-    """Slices in one pass through the generator."""
+    """Number of slices in one pass through the generator."""
     passes: Annotated[int, within(1, 256)] = 1
-    """Passes per direction whose gradients are added before a step."""
+    """Number of passes per direction before a step; their gradients are added."""
     every_direction: bool = False
-    """All directions in each step, instead of one after another."""
+    """Use all directions in each step, rather than one after another."""
     oblique_share: Share = 0.0
-    """Fraction of steps that take an oblique slice of the lattice family."""
+    """Fraction of steps that use an oblique slice of the lattice family."""
     oblique_size: Annotated[float, within(0.1, 1)] = 0.6
-    """Side of an oblique slice, as a fraction of the others'."""
+    """Side of an oblique slice, as a fraction of an axis slice's."""
     free_share: Annotated[float, within(0, 0.5)] = 0.0
-    """Fraction of steps of the lattice family that judge the orientation bias of slices normal to
-    z, where one photograph serves x and y; needs a loss of wavelets."""
+    """Fraction of steps of the lattice family that reduce the orientation bias of slices normal to
+    z, where one photograph serves x and y; needs a loss of wavelets.
+    """
     symmetry: Literal["auto", "all", "flips", "none"] = "auto"
-    """Orientations in which slices and photographs are shown to the losses."""
+    """Orientations in which the losses see slices and photographs."""
 
 
 class Loss(Settings):
-    """A term of the generator's loss; its kind is the name of its table where it says none."""
+    """Term of the generator's loss; its kind defaults to the name of its table."""
 
     kind: LossKind
     weight: Annotated[float, within(-1e12, 1e12)] = 1.0
     start: Share = 0.0
-    """Fraction of the training after which it joins."""
+    """Fraction of the training after which the term starts."""
     end: Share = 1.0
-    """Fraction of the training after which it leaves."""
+    """Fraction of the training after which the term ends."""
     descriptor: Literal["vgg", "learned", "random"] = "random"
     layers: Array[str] = ()
-    """Of the descriptor, for the losses that compare features."""
+    """Layers of the descriptor, for losses that compare features."""
     groups: Array[Array[int]] = ()
     """Widths of the random descriptor's convolutions."""
     sigma: Annotated[float, within(1e-9, 1e9)] = 1e-3
-    """Of the smoothness loss."""
+    """Width of the smoothness kernel."""
     relative: bool = False
-    """Style: distances of Gram matrices relative to the photograph's."""
+    """Style loss: divide distances of Gram matrices by the photograph's."""
 
     @model_validator(mode="after")
     def _check(self) -> Loss:
@@ -122,7 +127,7 @@ class Loss(Settings):
         return self
 
     def active(self, progress: float) -> bool:
-        """Whether it counts when so much of the training is done."""
+        """Whether the term is active at this fraction of the training."""
         return self.start <= progress <= self.end
 
 
@@ -131,31 +136,34 @@ class Optimizer(Settings):
 
     learning_rate: Rate
     final_rate: Share = 1.0
-    """Fraction of the learning rate at the end of half a cosine; 1 keeps it."""
+    """Final learning rate after half a cosine, as a fraction of the first; 1 keeps it constant."""
     warmup_steps: Steps = 0
     betas: Pair[Beta] = (0.9, 0.999)
     beta_with_critic: Beta | None = None
-    """Replaces the first beta once a discriminator's loss has joined."""
+    """Replacement of the first beta after a discriminator's loss has started."""
     per_layer_scaling: bool = False
-    """Scale the learning rate of each convolution by the size that its weights start with, or have
-    when the initial phase ends."""
+    """Scale the learning rate of each convolution by the size of its weights, at the start or at
+    the end of the initial phase.
+    """
 
 
 class InitialPhase(Settings):
-    """The first part of a training: large steps, each slice normalized by its own statistics."""
+    """Initial phase of a training: large steps, each slice normalized by its own statistics."""
 
     steps: Steps = 0
-    """That it takes, at most half of the training; 0 for none."""
+    """Number of steps, at most half of the training; 0 for none."""
     learning_rate: Rate = 0.03
-    """At its beginning; it falls to the optimizer's by half a cosine."""
+    """Initial learning rate; it falls to the optimizer's by half a cosine."""
 
     def progress(self, step: int, training: float) -> float:
-        """Fraction of it that is done, 1 or more after it; `training`: of the whole training."""
+        """Finished fraction of the phase, 1 or more after it; `training` is the total number of
+        steps.
+        """
         return max(step / self.steps, 2 * training) if self.steps else 1.0
 
 
 class Recipe(Settings):
-    """A whole recipe."""
+    """A complete recipe."""
 
     generator: GeneratorSettings
     optimizer: Optimizer
@@ -167,14 +175,14 @@ class Recipe(Settings):
     critic: CriticSettings = CriticSettings()
     projected_critic: ProjectedCriticSettings = ProjectedCriticSettings()
     mixing: Literal["sum", "unit-gradients"] = "sum"
-    """Adds weighted losses, or weighted gradients of unit length with respect to the slice."""
+    """Sum of weighted losses, or of weighted gradients of unit length with respect to the slice."""
     match_histograms: bool = False
-    """Gives several photographs one common histogram per channel."""
+    """Give several photographs one common histogram per channel."""
 
     @field_validator("losses", mode="before")
     @classmethod
     def _named(cls, tables: Any) -> Any:
-        """A loss whose `enabled` is false is left out; the others are computed in order of kind."""
+        """Drop losses whose `enabled` is false, and sort the others by kind."""
         if not isinstance(tables, dict) or not all(isinstance(t, dict) for t in tables.values()):
             raise expected("named tables, such as [losses.gram]")
         on = {n: {"kind": n, **t} for n, t in tables.items() if t.get("enabled", True) is not False}
@@ -226,12 +234,12 @@ class Recipe(Settings):
 
     @property
     def discriminators(self) -> dict[str, AnyDiscriminator]:
-        """Those that judge for its losses, by the names of their tables."""
+        """Discriminators that the losses use, by the names of their tables."""
         names = self._discriminators_of(self.losses.values())
         return {name: getattr(self, name) for name in names}
 
     def discriminators_at(self, progress: float) -> list[str]:
-        """Those that judge when so much of the training is done."""
+        """Names of the discriminators in use at this fraction of the training."""
         return self._discriminators_of(t for t in self.losses.values() if t.active(progress))
 
     @staticmethod
@@ -247,11 +255,11 @@ class Recipe(Settings):
 
     @property
     def smallest_judged(self) -> int:
-        """Side of the smallest slice that its discriminators can judge, in texels; 1 without."""
+        """Side of the smallest slice that all discriminators accept, in texels; 1 without any."""
         return max((d.smallest for d in self.discriminators.values()), default=1)
 
     @property
     def only_vgg(self) -> bool:
-        """Whether VGG-19, which sees three channels, is all that judges from the start."""
+        """Whether VGG-19, which sees three channels, is the only loss at the start."""
         first = [t for t in self.losses.values() if t.start == 0]
         return all(t.descriptor == "vgg" and t.kind not in DISCRIMINATOR_OF for t in first)

@@ -1,4 +1,4 @@
-"""From what is requested to a configuration that leaves nothing to decide."""
+"""Resolves a request to a complete configuration."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ MAX_GRAIN = 128.0
 
 @dataclass(frozen=True)
 class Request:
-    """What a user asks for; None is left to solidtex."""
+    """Options of a user; None leaves the choice to solidtex."""
 
     photos: tuple[Path, ...]
     directions: str
     maps: tuple[dict[str, Path], ...]
-    """Of each photograph, by name."""
+    """Maps of each photograph, by name."""
     preset: str | None = None
     overrides: tuple[str, ...] = ()
     size: int | None = None
@@ -60,24 +60,24 @@ class Request:
 
     @property
     def name(self) -> str:
-        """The preset that sizes and options are checked for."""
+        """Name of the preset against which sizes and options are checked."""
         return self.preset or LATTICE
 
     def recipes(self) -> list[Recipe]:
-        """Every recipe that the name may stand for."""
+        """All recipes that the name may resolve to."""
         names = [LATTICE, *LATTICES] if self.name == LATTICE else [self.name]
         return [load_recipe(name, list(self.overrides)) for name in names]
 
     @property
     def chooses_a_family(self) -> bool:
-        """Nothing is said, of one photograph that serves directions which a sampler can."""
+        """Whether the family is open: no preset is named, and a sampler serves the directions."""
         unsaid = self.preset is None and not self.overrides
         return unsaid and len(self.photos) == 1 and self.directions in ("xyz", "xy")
 
 
 @dataclass(frozen=True)
 class Resolved:
-    """A training that can begin."""
+    """A training that is ready to start."""
 
     config: Config
     exemplars: list[Exemplar]
@@ -86,7 +86,7 @@ class Resolved:
 
 
 def resolve(request: Request) -> Resolved:
-    """Reads the photographs and weights, measures what is left open, and decides it."""
+    """Read the photographs and weights, measure them, and resolve open options."""
     size, resolution = scale(request)
     exemplars = [
         load_exemplar(
@@ -131,13 +131,15 @@ def resolve(request: Request) -> Resolved:
 
 
 def smallest_size(request: Request) -> int:
-    """Side of the smallest slice that every loss can judge, in texels."""
+    """Side of the smallest slice that every loss accepts, in texels."""
     return max(SMALLEST_SIZE, *(recipe.smallest_judged for recipe in request.recipes()))
 
 
 def scale(request: Request) -> tuple[int, int]:
-    """Side of slices and resolution. Slices of the default size see half of the photograph each
-    way, or all of a small one."""
+    """Side of slices, and resolution.
+
+    Slices of the default size see half of the photograph each way, or all of a small one.
+    """
     size = request.size
     if size is None:
         crop = request.crop
@@ -151,7 +153,7 @@ def scale(request: Request) -> tuple[int, int]:
 
 
 def decide(request: Request, measured: Measurements) -> tuple[str, Recipe, tuple[Choice, ...]]:
-    """The preset by its name, its recipe without anything left open, and what was chosen."""
+    """Resolve the name of the preset, its recipe, and the choices made."""
     choices = []
     preset = request.name
     if request.chooses_a_family:
@@ -179,13 +181,16 @@ def decide(request: Request, measured: Measurements) -> tuple[str, Recipe, tuple
 
 
 def _shows_orientations(recipe: Recipe) -> bool:
-    """A sampler's random planes show all of them alike; and where no trained weights judge slices,
-    none are to decide how these are shown."""
+    """Whether orientations are chosen by measurement.
+
+    A sampler's random planes show all orientations alike. Where no trained weights compare slices,
+    none decide on orientations.
+    """
     return recipe.family == "field" and recipe.uses("learned")
 
 
 def _planes(recipe: Recipe, request: Request) -> str:
-    """What `auto` means: GramGAN, section 4, "implementation details"."""
+    """Meaning of `auto`: GramGAN, section 4, "implementation details"."""
     if recipe.slicing.planes != "auto":
         return recipe.slicing.planes
     if len(request.photos) > 1:
@@ -194,7 +199,7 @@ def _planes(recipe: Recipe, request: Request) -> str:
 
 
 def initial_grain(measured: float) -> float:
-    """How much octaves are stretched along z at first."""
+    """Initial stretch of octaves along z."""
     return min(max(GRAIN_GAIN * measured, measured**GRAIN_POWER, 1.0), MAX_GRAIN)
 
 
@@ -203,7 +208,7 @@ def uses_learned(recipe: Recipe, vgg: Path | None) -> bool:
 
 
 def generator_arguments(preset: str, recipe: Recipe, channels: int) -> dict[str, Any]:
-    """The generator's constructor arguments, and its kind; checked by building it."""
+    """Kind and constructor arguments of the generator, checked by building it."""
     settings = recipe.generator
     arguments = {"kind": settings.kind, **settings.sizes, "out_channels": channels}
     try:
@@ -218,7 +223,7 @@ def generator_arguments(preset: str, recipe: Recipe, channels: int) -> dict[str,
 
 
 def check_vgg(request: Request, config: Config) -> None:
-    """Refuses bad weights before there is a result folder."""
+    """Refuse bad weights before a result folder is made."""
     if request.vgg is None:
         return
     channels = config.channels

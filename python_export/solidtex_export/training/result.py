@@ -1,4 +1,4 @@
-"""The result folder of a training: config.json, checkpoint.pt, log.csv, exemplars, preview.png."""
+"""Result folder of a training: config.json, checkpoint.pt, log.csv, exemplars, preview.png."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class ResultError(ValueError):
 
 
 class Documented(Protocol):
-    """What decides a training."""
+    """A configuration that can be saved as a document."""
 
     def document(self) -> dict[str, Any]: ...
 
 
 class ResultFolder:
-    """Every file is written under a temporary name, then renamed."""
+    """Result folder. Every file is replaced atomically."""
 
     def __init__(self, path: Path, program: str = "solidtex-train") -> None:
         self.path = path
@@ -37,7 +37,7 @@ class ResultFolder:
         self._log = path / "log.csv"
 
     def open(self, config: Documented, exemplars: list[Exemplar]) -> None:
-        """Create the folder, or check that it holds this very training."""
+        """Create the folder, or check that it holds the same training."""
         if self.path.exists() and not self.path.is_dir():
             raise ResultError(f"{self.path}: found a file, expected a folder or nothing")
         if self._config.exists():
@@ -56,7 +56,7 @@ class ResultFolder:
 
     @staticmethod
     def _save_exemplar(exemplar: Exemplar, stem: Path) -> None:
-        """The first group of channels as PNG, and all of them as EXR where there are more."""
+        """Save the first group of channels as PNG, and all channels as EXR if there are more."""
         images = Display([exemplar]).images(exemplar.image)
         save_image(images[0], stem.with_suffix(".png"))
         if len(images) > 1:
@@ -84,7 +84,7 @@ class ResultFolder:
             )
 
     def resume(self, restore: Callable[[dict[str, Any]], None]) -> None:
-        """Hands the checkpoint, where there is one, to `restore`."""
+        """Pass the checkpoint, if there is one, to `restore`."""
         if not self.checkpoint.exists():
             return
         try:
@@ -117,7 +117,7 @@ class ResultFolder:
             writer.writerow(row)
 
     def trim_log(self, step: int) -> None:
-        """Drop rows later than `step`: a resumed training will write them again."""
+        """Drop rows later than `step`, which a resumed training writes again."""
         if not self._log.exists():
             return
         header, *rows = self._log.read_text().splitlines(keepends=True)
@@ -132,7 +132,7 @@ class ResultFolder:
 
 
 def first_difference(found: object, wanted: object, key: str = "") -> str | None:
-    """The first value, by its path of keys, in which two JSON documents differ."""
+    """Path of keys to the first value that differs between two JSON documents."""
     if found == wanted:
         return None
     if isinstance(found, dict) and isinstance(wanted, dict):

@@ -1,7 +1,8 @@
-"""The training loop of every recipe.
+"""Training loop of every recipe.
 
-A step draws slices of the solid, asks the objective for the gradient with respect to them and
-sends it back through the generator. Then it trains the recipe's discriminators on recent slices.
+A step generates slices of the solid, computes the objective's gradient with respect to them, and
+backpropagates it through the generator. Then it trains the recipe's discriminators on recent
+slices.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ LOG_STEPS = 20
 
 
 class Trainer:
-    """One training; `run` may be interrupted between any two steps and continued later."""
+    """A training; `run` may be interrupted between any two steps and resumed later."""
 
     def __init__(
         self,
@@ -95,7 +96,7 @@ class Trainer:
         return self.seconds / (60 * self.config.minutes)
 
     def run(self, stop: Callable[[], bool], report: Callable[[Trainer], None]) -> None:
-        """Train to the end, or until `stop` says so; a checkpoint is saved either way."""
+        """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
         saved = previewed = time.monotonic()
         while True:
             now = time.monotonic()
@@ -126,8 +127,10 @@ class Trainer:
         self._save_preview()
 
     def _settle_when_due(self) -> None:
-        """Ends the initial phase, or what would be one: statistics are fixed where they are
-        measured, and the optimizer begins anew."""
+        """End the initial phase when it is due: fix measured statistics and reset the optimizer.
+
+        A training without an initial phase does the same at its start.
+        """
         if self.settled or self.recipe.initial_phase.progress(self.step, self.progress) < 1:
             return
         self.settled = True
@@ -177,7 +180,7 @@ class Trainer:
     def _backward(
         self, direction: str, oblique: bool, progress: float, weight: float
     ) -> tuple[dict[str, float], Tensor]:
-        """Adds the gradient of one pass; the slices come back detached."""
+        """Accumulate the gradient of one pass; returns the detached slices."""
         source, size = self.slices, self.config.size
         if oblique:
             assert self.oblique is not None
@@ -197,7 +200,7 @@ class Trainer:
 
     @property
     def _z_is_free(self) -> bool:
-        """Whether what is seen along z is only known to look the same flipped and turned."""
+        """Whether slices normal to z have no photograph and are only known to be symmetric."""
         config = self.config
         one = len(config.exemplars) == 1 and config.directions == "xy"
         return one and config.symmetry != "none" and config.family == "field"
@@ -215,7 +218,7 @@ class Trainer:
         return mean
 
     def _autocast(self) -> torch.autocast:
-        """bfloat16 where the processor computes in it, for speed."""
+        """bfloat16 where the processor supports it, for speed."""
         if self.device.type == "cuda":
             fast = torch.cuda.is_bf16_supported()
         else:

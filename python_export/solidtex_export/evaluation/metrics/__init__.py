@@ -1,6 +1,6 @@
 """Distances between sets of crops [crop, row, column, channel] (values 0 ... 1).
 
-Every metric turns a set of crops into features once, and compares features. Both sets have the same
+A metric converts a set of crops to features once, and compares features. Both sets have the same
 number of crops of the same size.
 """
 
@@ -19,7 +19,7 @@ from solidtex_export.evaluation.metrics.spectrum import PowerSpectrum
 
 
 class Metric(Protocol):
-    """A distance; `name` is its key in the JSON, `title` its name for people."""
+    """A distance; `name` is its key in the JSON, `title` its title in reports."""
 
     name: str
     title: str
@@ -30,7 +30,7 @@ class Metric(Protocol):
 
 
 def standard_metrics(exemplar: np.ndarray, inception: Path | None = None) -> list[Metric]:
-    """The metrics for an exemplar [row, column, channel]; SIFID where there are weights for it."""
+    """Metrics for an exemplar [row, column, channel]; SIFID only with weights for it."""
     metrics: list[Metric] = [
         LbpDistance(),
         Autocorrelation(),

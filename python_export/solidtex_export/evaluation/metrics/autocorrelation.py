@@ -1,4 +1,4 @@
-"""Autocorrelation: of the metric, of correlation lengths and of the repetition test."""
+"""Autocorrelation, for the metric, correlation lengths and the repetition test."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ def correlation(crops: np.ndarray, largest: int) -> np.ndarray:
 class Autocorrelation:
     """Root mean square difference of the correlation coefficients.
 
-    Over all lags of up to a quarter of the crop on each axis, and over the channels. It compares
-    sizes, spacings and directions, whatever the contrast; the loss L_C of Babichev and Frolov 2021
-    compares the same maps.
+    The mean is over all lags of up to a quarter of the crop on each axis, and over the channels.
+    The metric compares sizes, spacings and directions, whatever the contrast; the loss L_C of
+    Babichev and Frolov 2021 compares the same maps.
     """
 
     name = "autocorrelation"

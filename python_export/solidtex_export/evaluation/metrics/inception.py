@@ -25,7 +25,7 @@ STATISTICS = ("weight", "bias", "running_mean", "running_var")
 
 
 class WeightsError(OSError):
-    """A file that holds no Inception weights; the message names the file."""
+    """A file without Inception weights; the message names the file."""
 
 
 class SingleImageFrechet:

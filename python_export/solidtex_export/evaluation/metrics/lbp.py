@@ -15,11 +15,12 @@ PATTERNS = 59  # of 8 neighbours: 58 with at most two changes around the circle,
 class LbpDistance:
     """L1 distance of histograms of local binary patterns, averaged over the radii 1 to 8.
 
-    A pattern says which of 8 points on a circle are at least as bright as its centre (bilinear
+    A pattern says which of 8 points on a circle are at least as bright as its center (bilinear
     between pixels, circles that leave the crop are left out). Orientation counts: 58 uniform
-    patterns and one bin for the rest ("nri_uniform" of scikit-image). Of luma for three colour
-    channels, otherwise averaged over the channels. Between 0 and 2. Brightness and contrast do not
-    matter, shapes of outlines do; that is what the other metrics miss.
+    patterns and one bin for the rest ("nri_uniform" of scikit-image). The channel is the luma of
+    three color channels; otherwise the distance is averaged over the channels. It is between 0 and
+    2. Unlike the other metrics it ignores brightness and contrast, and compares the shapes of
+    outlines.
     """
 
     name = "binary_patterns"

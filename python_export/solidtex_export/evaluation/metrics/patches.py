@@ -17,12 +17,12 @@ BINOMIAL = np.array([1, 4, 6, 4, 1], dtype=np.float32) / 16
 class SlicedWasserstein:
     """Mean over levels and directions of the one-dimensional Wasserstein distance W_1.
 
-    Crops become a pyramid: each level is what a binomial filter takes away, the next is what it
-    leaves, at half the resolution; the last level is what is left. Of 7 x 7 patches of all
-    channels, up to 8192 at random places of each level, 64 random unit directions give numbers;
-    sorted, their mean absolute difference is W_1. Each level is divided by the exemplar's standard
-    deviation there, so that fine levels, which are faint, count as much as coarse ones. Unlike the
-    paper we do not normalise each set by itself: wrong colours and contrast count.
+    Crops become a Laplacian pyramid with a binomial filter; the last level is the low-pass
+    residual. 64 random unit directions project up to 8192 7 x 7 patches of all channels at random
+    places of each level; W_1 is the mean absolute difference of the sorted projections. Each level
+    is divided by the exemplar's standard deviation there, so that faint fine levels count as much
+    as coarse ones. Unlike the paper we do not normalize each set by itself: wrong colors and
+    contrast count.
     """
 
     name = "sliced_wasserstein"
@@ -44,7 +44,7 @@ class SlicedWasserstein:
 
 
 def pyramid(crops: np.ndarray, count: int | None = None) -> list[np.ndarray]:
-    """`count` levels, by default as many as leave SMALLEST_SIDE pixels, finest first."""
+    """The `count` levels, finest first; by default as many as leave SMALLEST_SIDE pixels."""
     levels: list[np.ndarray] = []
     while count is None or len(levels) < count - 1:
         if count is None and min(crops.shape[1:3]) < 2 * SMALLEST_SIDE:

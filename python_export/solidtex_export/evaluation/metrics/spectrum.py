@@ -1,4 +1,4 @@
-"""Power of waves by frequency and direction, in decibels."""
+"""Power spectrum by frequency and direction, in decibels."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ FLOOR = 12**-0.5 / 255  # deviation of what rounding to 8 bits adds
 
 
 class PowerSpectrum:
-    """Root mean square difference of power in decibels, over bands of waves and over the channels.
+    """Root mean square difference of power in decibels, over frequency bands and channels.
 
-    Bands and power are those of the loss in losses/spectrum.py: 16 x 8 rectangles of waves, those
-    that rise to the right apart from those that fall, of crops with faded borders. All bands count
-    alike, so it tells of weaves, blur and noise, whatever their share in the whole; FDMSE is ruled
-    by the coarsest waves. Blind to shapes.
+    Bands and power are those of losses/spectrum.py: 16 x 8 rectangles of frequencies, those that
+    rise to the right apart from those that fall, of crops with faded borders. All bands have equal
+    weight, so the metric responds to weaves, blur and noise whatever their share of the power; the
+    coarsest frequencies dominate FDMSE. It ignores shapes.
     """
 
     name = "spectrum"

@@ -1,4 +1,4 @@
-"""Strict JSON, and checks of its fields, for files that a training or a user wrote."""
+"""Strict JSON, and checks of its fields, for files from a training or a user."""
 
 import json
 import math
@@ -11,7 +11,7 @@ MAX_JSON_DEPTH = 32
 
 
 class ModelFileError(ValueError):
-    """What is wrong with a model file: the file, the field or tensor, found, expected."""
+    """An invalid model file: the file, the field or tensor, found, expected."""
 
 
 def show(value: Any) -> str:

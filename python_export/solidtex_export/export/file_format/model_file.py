@@ -1,6 +1,6 @@
 """Reads and writes `.solidtex` model files (docs/file-format.md).
 
-The engine checks them, both what is read and what is written, so that there is one set of rules.
+The engine checks every file that is read or written, so there is one set of rules.
 """
 
 import json
@@ -21,12 +21,12 @@ __all__ = ["ModelFile", "ModelFileError", "parse", "read", "serialize", "validat
 VERSION = 1
 METADATA_KEY = "solidtex"
 IN_MEMORY = "model in memory: "
-"""What the engine calls bytes without a file."""
+"""Name of a model without a file in the engine's messages."""
 
 
 @dataclass
 class ModelFile:
-    """The JSON document of a model and its float32 tensors, by name."""
+    """JSON document and float32 tensors, by name, of a model."""
 
     document: dict[str, Any]
     tensors: dict[str, np.ndarray]
@@ -40,7 +40,7 @@ def read(path: str | os.PathLike[str]) -> ModelFile:
 
 
 def parse(data: bytes, label: str) -> ModelFile:
-    """The same for bytes in memory; `label` stands for the file name in messages."""
+    """Read a model from memory; `label` stands for the file name in messages."""
     try:
         with engine.checking(ModelFileError):
             engine.open_bytes(data).close()
@@ -62,7 +62,7 @@ def validate(model: ModelFile, label: str = "model") -> None:
 
 
 def serialize(model: ModelFile, label: str = "model") -> bytes:
-    """The bytes of the file, which the engine has read."""
+    """Bytes of the file, checked by the engine."""
     try:
         document = json.dumps(model.document, allow_nan=False, separators=(",", ":"))
         json.dumps(model.document, ensure_ascii=False).encode()  # refuses unpaired surrogates
@@ -78,6 +78,6 @@ def serialize(model: ModelFile, label: str = "model") -> bytes:
 
 
 def write(path: str | os.PathLike[str], model: ModelFile) -> None:
-    """Write a valid model, or leave what was there."""
+    """Write a valid model; on failure an existing file stays unchanged."""
     path = Path(path)
     write_whole(path, serialize(model, str(path)))

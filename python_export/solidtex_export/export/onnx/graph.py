@@ -1,4 +1,4 @@
-"""Collects the nodes and constants of one ONNX graph, every value under a name of its own."""
+"""Builds one ONNX graph with unique value names."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from onnx import GraphProto, NodeProto, TensorProto, ValueInfoProto, helper, numpy_helper
 
 Shape = Sequence[int | str]
-"""A string names a size that is free."""
+"""Dimensions of a value; a string names a dynamic dimension."""
 
 
 class GraphBuilder:
-    """Values are known by name, as in ONNX itself."""
+    """Collects nodes and constants. Values are referred to by name, as in ONNX itself."""
 
     def __init__(self, output: str) -> None:
         self._output = output
@@ -23,7 +23,7 @@ class GraphBuilder:
         self._inputs: list[ValueInfoProto] = []
 
     def input(self, name: str, shape: Shape) -> str:
-        """An input of the graph, called `name` or nearly so."""
+        """Add an input to the graph, named `name` or with a suffix."""
         name = self._fresh(name)
         self._inputs.append(float_value(name, shape))
         return name
@@ -34,7 +34,7 @@ class GraphBuilder:
         return name
 
     def apply(self, operation: str, inputs: Sequence[str], name: str, **attributes: Any) -> str:
-        """The only output of a new node, called `name` or nearly so."""
+        """Add a node; returns its only output, named `name` or with a suffix."""
         (output,) = self.apply_many(operation, inputs, [name], **attributes)
         return output
 

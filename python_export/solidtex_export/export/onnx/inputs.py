@@ -1,7 +1,7 @@
-"""Noise for an exported ONNX graph, so that it gives the values that libsolidtex gives.
+"""Noise inputs with which an exported ONNX graph returns libsolidtex's values.
 
 `metadata` is that of the ONNX model: `session.get_modelmeta().custom_metadata_map` of ONNX Runtime,
-or `{p.key: p.value for p in model.metadata_props}` of the onnx package. Neither is needed here.
+or `{p.key: p.value for p in model.metadata_props}` of the onnx package. This module needs neither.
 """
 
 from __future__ import annotations
@@ -20,18 +20,17 @@ METADATA_KEY = "solidtex"
 DOCUMENT_VERSION = 1
 
 Inputs = dict[str, np.ndarray]
-"""By name of the graph's input: float32."""
+"""float32 arrays by the name of the graph's input."""
 
 
 class InputError(ValueError):
-    """Noise that an ONNX model cannot be given."""
+    """Noise inputs that cannot be computed for an ONNX model."""
 
 
 def block_inputs(metadata: Mapping[str, str], origin: Sequence[int], seed: int = 0) -> Inputs:
-    """The noise of the block whose first voxel is `origin`, for a model of the lattice family.
+    """Noise of the block whose first voxel is `origin`, for the lattice family.
 
-    The graph fits where `origin` differs from the origin it was exported for by multiples of its
-    alignment.
+    `origin` must differ from the origin of the export by multiples of the graph's alignment.
     """
     document = _document(metadata, "field")
     exported, step = document["box"]["lo"], document["alignment"]
@@ -45,7 +44,7 @@ def block_inputs(metadata: Mapping[str, str], origin: Sequence[int], seed: int =
 
 
 def point_inputs(metadata: Mapping[str, str], positions: ArrayLike, seed: int = 0) -> Inputs:
-    """The octaves' values at positions [point, 3] in texels, for a model of the point family."""
+    """Octave values at positions [point, 3] in texels, for the sampler family."""
     document = _document(metadata, "sampler")
     points = np.asarray(positions, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:

@@ -1,4 +1,4 @@
-"""The lattice family as an ONNX graph: noise in, the voxels of one box out, all shapes static."""
+"""Lattice family as an ONNX graph: noise in, the voxels of one box out, all shapes static."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SPATIAL_AXES = (2, 3, 4)
 
 
 def lattice_graph(model: ModelFile, box: Box) -> tuple[GraphProto, dict[str, Any]]:
-    """The graph, and what its user has to know: the box, and what to feed."""
+    """The graph, and metadata for its user: the box and the noise inputs."""
     nodes = model.document["field"]["nodes"]
     exporter = _Exporter(model, regions(nodes, box))
     for node in nodes:
@@ -37,7 +37,7 @@ def _box_document(box: Box) -> dict[str, list[int]]:
 
 
 class _Exporter:
-    """Adds node after node; every tensor lies on the box that `regions` gives it."""
+    """Adds the nodes in order; every tensor covers the box that `regions` gives it."""
 
     def __init__(self, model: ModelFile, regions: dict[str, Box]) -> None:
         self.builder = GraphBuilder(OUTPUT)
@@ -46,7 +46,7 @@ class _Exporter:
         self.values: dict[str, str] = {}
 
     def input(self, noise: Node) -> dict[str, Any]:
-        """What to feed for a noise node."""
+        """Metadata of the input of a noise node."""
         kept = {key: noise[key] for key in ("level", "channels", "distribution")}
         name = noise["name"]
         return {"name": self.values[name], **kept, **_box_document(self.regions[name])}
@@ -55,7 +55,7 @@ class _Exporter:
         self.values[node["name"]] = _OPERATIONS[node["op"]](self, node)
 
     def sources(self, node: Node) -> list[str]:
-        """The inputs of `node`, cut to what it needs."""
+        """Inputs of `node`, cropped to its needs."""
         need = needed(node, self.regions[node["name"]])
         return [
             self.cropped(self.values[name], self.regions[name], need) for name in node["inputs"]
@@ -94,8 +94,8 @@ def _conv3d(exporter: _Exporter, node: Node) -> str:
 def _conv_transpose3d(exporter: _Exporter, node: Node) -> str:
     """out[o] = b + sum of w[t] in[i] over o = 2i + t - padding.
 
-    The padding is left to the crop: ONNX's would cut at the edges of the box, not of the lattice.
-    The extra plane of output_padding is only bias: what no tap reaches when the kernel is 1.
+    The crop applies the padding: ONNX's own would cut at the edges of the box, not of the lattice.
+    The extra plane of output_padding is only bias: no tap reaches it when the kernel is 1.
     """
     box = exporter.regions[node["name"]]
     inputs = exporter.sources(node) + exporter.parameters(node, "weight", "bias")
@@ -113,7 +113,7 @@ def _kernel(node: Node) -> dict[str, Sequence[int]]:
 
 
 def _upsample(exporter: _Exporter, node: Node) -> str:
-    """out[i] = in[floor(i / 2)]: both indices count from an even voxel here."""
+    """out[i] = in[floor(i / 2)]; both indices start at an even voxel here."""
     box = exporter.regions[node["name"]]
     scales = exporter.builder.constant("scales", np.array([1, 1, 2, 2, 2], np.float32))
     value = exporter.builder.apply(

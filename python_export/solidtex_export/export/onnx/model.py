@@ -1,4 +1,4 @@
-"""A `.solidtex` model as an ONNX model: one block (lattice family) or points (point family)."""
+"""Converts a `.solidtex` model to ONNX: one block (lattice family) or points (sampler family)."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from solidtex_export.generators.lattice import Box
 
 OPSET = 17
 IR_VERSION = 8
-"""Neither is the newest: runtimes of 2022 and later read them."""
+"""Versions that runtimes of 2022 and later read."""
 
 SHARED_KEYS = ("name", "family", "channels", "color_space", "noise", "license", "exemplar")
 
 
 def onnx_model(model: ModelFile, box: Box | None) -> ModelProto:
-    """`box` is what the graph computes; the point family has none."""
+    """ONNX model that computes `box`, or points for the sampler family."""
     graph, usage = lattice_graph(model, box) if box else sampler_graph(model)
     found = helper.make_model(
         graph,

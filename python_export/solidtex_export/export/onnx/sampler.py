@@ -1,4 +1,4 @@
-"""The point family as an ONNX graph: the bare network, octave noise in, any number of points."""
+"""Sampler family as an ONNX graph: the bare network, octave noise in, any number of points."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Tensors = Mapping[str, np.ndarray]
 
 
 def sampler_graph(model: ModelFile) -> tuple[GraphProto, dict[str, Any]]:
-    """The graph, and what its user has to know to compute the noise."""
+    """The graph, and metadata from which its user computes the noise."""
     sizes, tensors = model.document["sampler"], model.tensors
     builder = GraphBuilder(OUTPUT)
     builder.input(INPUT, (POINTS, sizes["octaves"]))
@@ -45,13 +45,15 @@ def _bins(builder: GraphBuilder, octaves: int, layers: int) -> list[str]:
 
 
 def _first_layer(tensors: Tensors) -> tuple[np.ndarray, np.ndarray]:
-    """Its input is constant, so that only the octaves and a bias are left."""
+    """Weight and bias of the first hidden layer. Its network input is constant and folds into the
+    bias.
+    """
     weight, bias = (tensors[f"hidden.0.{part}"].astype(np.float64) for part in ("weight", "bias"))
     return tensors["hidden.0.noise"], (bias + weight @ tensors["constant"]).astype(np.float32)
 
 
 def _hidden_layer(tensors: Tensors, l: int) -> tuple[np.ndarray, np.ndarray]:
-    """Units of the layer before, then octaves where there are any."""
+    """Weight and bias of a hidden layer: columns of the previous layer, then of its octaves."""
     parts = [tensors[f"hidden.{l}.{part}"] for part in ("weight", "noise")
              if f"hidden.{l}.{part}" in tensors]  # fmt: skip
     return np.concatenate(parts, axis=1), tensors[f"hidden.{l}.bias"]
@@ -60,7 +62,7 @@ def _hidden_layer(tensors: Tensors, l: int) -> tuple[np.ndarray, np.ndarray]:
 def _dense(
     builder: GraphBuilder, name: str, inputs: Sequence[str], weight: np.ndarray, bias: np.ndarray
 ) -> str:
-    """One product over all inputs: OpenVINO needs 15 % longer for two products and their sum."""
+    """One product over all inputs: OpenVINO is 15 % slower with two products and their sum."""
     joined = inputs[0]
     if len(inputs) > 1:
         joined = builder.apply("Concat", inputs, f"{name}.inputs", axis=1)

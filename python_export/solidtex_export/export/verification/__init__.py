@@ -1,1 +1,1 @@
-"""Independent evaluations of a model that what is written is compared with."""
+"""Independent evaluations of a model, for the verification of exported files."""

@@ -1,6 +1,6 @@
-"""The C++ engine, by the Python module solidtex, which checks files and evaluates models.
+"""Access to the C++ engine through the Python module solidtex.
 
-The module is imported when it is first needed: training goes without.
+The module is imported on first use: training works without it.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
 
 
 class EngineError(RuntimeError):
-    """There is no engine."""
+    """The engine module cannot be imported."""
 
 
 def open_model(model: str | os.PathLike[str], seed: int = 0, precision: str = "full") -> Texture:
-    """An open model, a path or the bare name of a shipped one; to be used in a `with` statement."""
+    """Open a model by path or by the bare name of a shipped one, for a `with` statement."""
     return _module().Texture(model, seed, precision)
 
 
 def open_bytes(data: bytes) -> Texture:
-    """The same of the bytes of a file."""
+    """Open a model from the bytes of a file."""
     return _module().Texture.from_bytes(data)
 
 
 @contextmanager
 def checking(error: type[Exception]) -> Iterator[None]:
-    """Around calls of the engine: what it refuses is raised as `error`, with its message."""
+    """Raise errors of the engine as `error`, with the engine's message."""
     module = _module()
     try:
         yield
@@ -41,7 +41,7 @@ def checking(error: type[Exception]) -> Iterator[None]:
 
 
 def errors() -> tuple[type[Exception], ...]:
-    """What an engine that has been used can have raised: each has a message for the user."""
+    """Exceptions with a message for the user that a used engine can have raised."""
     module = sys.modules.get("solidtex")
     return (EngineError,) if module is None else (EngineError, module.Error)
 

@@ -1,4 +1,4 @@
-"""Writes a model if the engine evaluates it as its network does."""
+"""Writes a model after comparing the engine's output with the network's."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from solidtex_export.whole_file import replacing
 
 
 class OutputError(ValueError):
-    """Why a file was not written."""
+    """A file was not written; the message says why."""
 
 
 def check_output(path: Path, force: bool, suffix: str = ".solidtex") -> None:
-    """Refuse what could not be written, before anything is computed."""
+    """Refuse an output path that cannot be written, before anything is computed."""
     if path.suffix.lower() != suffix:
         raise OutputError(f"{path}: found extension {path.suffix!r}, expected {suffix}")
     if not path.parent.is_dir():
@@ -28,7 +28,7 @@ def check_output(path: Path, force: bool, suffix: str = ".solidtex") -> None:
 def write_verified(
     path: Path, model: ModelFile, network: Network, bound: float = BOUND
 ) -> Differences:
-    """Write under a temporary name, compare with the engine, then rename; or refuse."""
+    """Write under a temporary name, compare with the engine, then rename or refuse."""
     with replacing(path) as unverified:
         unverified.write_bytes(model_file.serialize(model, str(path)))
         found = differences(unverified, network)
@@ -42,7 +42,7 @@ def write_verified(
 
 
 def summary(path: Path, model: ModelFile, found: Differences) -> str:
-    """One line for the user."""
+    """One-line summary for the user."""
     parameters = sum(values.size for values in model.tensors.values())
     return (
         f"{path}: {path.stat().st_size} bytes, {parameters} parameters; the C++ engine is within"

@@ -1,7 +1,7 @@
-"""Trained torch networks evaluated in float64 on the engine's own noise, nothing folded.
+"""Trained torch networks evaluated in float64 on the engine's noise, without folding.
 
-This is what an exported file has to reproduce: batch normalisation, colour affine and learning-rate
-equalisation are still where training left them.
+An exported file has to reproduce their values. Batch normalization, color affine and equalized
+learning rates are as training left them.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ def lattice_network(generator: BaseLattice, scheme: str) -> Network:
 
 
 def sampler_network(network: OctaveSampler, scheme: str) -> Network:
-    """The network in float64; its transforms are rounded to float32, as every file stores them.
+    """The network in float64; transforms are rounded to float32, as files store them.
 
-    That rounding is a choice of transforms, not an error: far from the origin it moves the lookup
+    This rounding is a choice of transforms, not an error: far from the origin it moves the lookup
     by whole cells.
     """
     network = network.double().eval()

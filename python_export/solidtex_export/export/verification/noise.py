@@ -1,7 +1,7 @@
-"""Spatially seeded noise (docs/noise.md) in NumPy: the Python side's definition of both schemes.
+"""Spatially seeded noise (docs/noise.md) in NumPy: Python's definition of both schemes.
 
 A value is a pure function of (seed, level, channel, x, y, z). Coordinates are integer arrays that
-broadcast against each other and are taken modulo 2^32. Integers below are unsigned and wrap.
+broadcast and are taken modulo 2^32. Integers below are unsigned and wrap.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _wrapped(*coordinates: Array) -> list[Array]:
 
 
 def _mix64(value: int) -> int:
-    """The finaliser of SplitMix64."""
+    """The finalizer of SplitMix64."""
     z = value & MASK64
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK64
     z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK64

@@ -1,7 +1,7 @@
-"""The float64 oracle: evaluates a model by its definition, without regard to speed.
+"""Float64 oracle: evaluates a model by its definition, without regard to speed.
 
-It shares no code with the engine, nor with generators/regions.py: each node asks its inputs for the
-boxes that it needs, in absolute integer coordinates.
+It shares no code with the engine or generators/regions.py. Each node requests the boxes that it
+needs from its inputs, in absolute integer coordinates.
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ def evaluate_box(
 
 
 def evaluate_points(model: ModelFile, positions: Positions, seed: int = 0) -> np.ndarray:
-    """The colours at continuous positions: float64 [point, channel].
+    """Colors at continuous positions: float64 [point, channel].
 
-    In the lattice family all voxels between them are evaluated, so they have to be close together.
+    Positions of a lattice model have to be close together, since all voxels between them are
+    evaluated.
     """
     positions = np.asarray(positions, dtype=np.float64)
     if model.document["family"] == "sampler":
@@ -66,7 +67,7 @@ def _between_voxels(lattice: _Lattice, positions: Positions) -> np.ndarray:
 
 
 def cubic_convolution(distance: np.ndarray) -> np.ndarray:
-    """How much a voxel counts at a distance: Keys 1981, equation 6 with a = -3/4."""
+    """Weight of a voxel by distance: Keys 1981, equation 6 with a = -3/4."""
     a, s = -0.75, np.abs(distance)
     near = (a + 2) * s**3 - (a + 3) * s**2 + 1
     far = a * (s**3 - 5 * s**2 + 8 * s - 4)
@@ -198,7 +199,9 @@ def _sampler(model: ModelFile, positions: Positions, seed: int) -> np.ndarray:
 
 
 def _transformed(positions: Positions, transform: np.ndarray) -> Positions:
-    """T c in one order of summation: far away, BLAS's order for few or many points would show."""
+    """T c with a fixed order of summation. BLAS's order depends on the number of points, which
+    shows far away.
+    """
     return sum(positions[:, [axis]] * transform[:, axis] for axis in range(3))
 
 

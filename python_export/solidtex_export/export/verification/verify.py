@@ -1,4 +1,4 @@
-"""How far the C++ engine is from what a model file means, and from the network it came from."""
+"""Differences between the C++ engine, a model file's definition, and the trained network."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Differences:
 
 
 def differences(path: str | os.PathLike[str], network: Network | None = None) -> Differences:
-    """The engine against the float64 oracle, and against the network where there is one."""
+    """Compare the engine with the float64 oracle and, if given, with the network."""
     model = model_file.read(path)
     boxes, points, networks = [], [], [0.0]
     for index, seed in enumerate(SEEDS):  # each seed takes its share of the places

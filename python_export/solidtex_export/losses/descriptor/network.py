@@ -1,8 +1,8 @@
 """The descriptor network: plain convolutions on five scales, each a factor of two coarser.
 
-No normalization layers, so that features depend on their neighbourhood alone. The two finest scales
-convolve without padding; the coarser ones, where that would cost too much of a small image, mirror
-their border.
+There are no normalization layers, so features depend on their neighborhood alone. The two finest
+scales convolve without padding. The coarser ones mirror their border, because losing a border would
+cost too much of a small image.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ UNPADDED_SCALES = 2
 
 
 def layer_names(widths: tuple[tuple[int, ...], ...] = WIDTHS) -> list[str]:
-    """conv1_1, conv1_2, conv2_1 ..., as VGG's layers are named: scale, then place."""
+    """Layer names in VGG's scheme, scale before index: conv1_1, conv1_2, conv2_1 ..."""
     return [f"conv{s}_{i}" for s, w in enumerate(widths, 1) for i in range(1, len(w) + 1)]
 
 
 def smallest_image(layers: Iterable[str], widths: tuple[tuple[int, ...], ...] = WIDTHS) -> int:
-    """Side of the smallest image, in pixels, of which all these layers have features."""
+    """Side of the smallest image, in pixels, that has features on all these layers."""
     names = layer_names(widths)
     judged = names[: 1 + max(names.index(name) for name in layers)]
     side = 0  # needed before the layer that is looked at
@@ -37,7 +37,7 @@ def smallest_image(layers: Iterable[str], widths: tuple[tuple[int, ...], ...] = 
 
 
 class DescriptorNetwork(nn.Module):
-    """Whitened images [batch, 3, rows, columns] to one feature map per convolution."""
+    """Maps whitened images [batch, 3, rows, columns] to one feature map per convolution."""
 
     def __init__(self, widths: tuple[tuple[int, ...], ...] = WIDTHS) -> None:
         super().__init__()
@@ -53,7 +53,9 @@ class DescriptorNetwork(nn.Module):
         self.to(memory_format=torch.channels_last)
 
     def features(self, images: Tensor) -> dict[str, Tensor]:
-        """After each layer's ReLU, finest first; ends where an image has become too small."""
+        """Features after each layer's ReLU, finest first, down to the scale where the image is too
+        small.
+        """
         found: dict[str, Tensor] = {}
         x = images.contiguous(memory_format=torch.channels_last)
         for scale, widths in enumerate(self.widths):

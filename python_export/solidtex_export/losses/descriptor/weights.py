@@ -1,7 +1,7 @@
-"""The weights file of a descriptor: safetensors, convolutions in float16.
+"""Weights file of a descriptor: safetensors, convolutions in float16.
 
-`<layer>.weight`, `<layer>.bias`, and `<layer>.deviation`, the standard deviation of each feature
-over the procedural textures. `__metadata__` tells how they were trained.
+It holds `<layer>.weight`, `<layer>.bias`, and `<layer>.deviation`, the standard deviation of each
+feature over the procedural textures. `__metadata__` describes the training.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from solidtex_export.losses.descriptor.network import DescriptorNetwork, layer_n
 from solidtex_export.whole_file import write_whole
 
 SHIPPED = Path(__file__).with_name("weights.safetensors")
-"""What `solidtex-pretrain-descriptor` writes with its default options."""
+"""Weights that `solidtex-pretrain-descriptor` writes with its default options."""
 
 METADATA_KEY = "solidtex-descriptor"
 EXPECTED = "expected weights.safetensors of solidtex-pretrain-descriptor"

@@ -1,1 +1,1 @@
-"""A descriptor of textures: a small network trained on procedural images only."""
+"""Pretraining of the descriptor network on procedural images."""

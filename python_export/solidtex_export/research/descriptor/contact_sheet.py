@@ -1,4 +1,4 @@
-"""A picture of what the descriptor is trained on."""
+"""Contact sheet of the training images of the descriptor."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SIDE = 96  # pixels
 
 
 def contact_sheet(seed: int) -> Tensor:
-    """Textures [3, rows, columns] of every family, in their order downwards, then of mixtures."""
+    """Textures [3, rows, columns] of every family, one row each, then of mixtures."""
     strips = [
         torch.cat(tuple(families.batch(seed, i, EACH, SIDE)), dim=2) for i in range(families.ROUND)
     ]

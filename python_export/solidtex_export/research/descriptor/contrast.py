@@ -1,7 +1,7 @@
-"""The contrastive task: which crops show the same texture? (SimCLR's loss, Chen et al. 2020.)
+"""Contrastive loss: which crops show the same texture? (SimCLR, Chen et al. 2020.)
 
-Each layer answers it alone, by the mean and the Gram matrix of its features, so that every depth
-becomes a statistic of texture.
+Each layer has a loss of its own, on the mean and the Gram matrix of its features, so that every
+depth becomes a statistic of texture.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ TEMPERATURE = 0.1
 
 
 class LayerHead(nn.Module):
-    """Features [batch, channel, rows, columns] of one layer to unit vectors [batch, EMBEDDING]."""
+    """Maps features [batch, channel, rows, columns] of one layer to unit vectors [batch,
+    EMBEDDING].
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -36,12 +38,12 @@ class LayerHead(nn.Module):
 
 
 def similarities(embeddings: Tensor) -> Tensor:
-    """Cosines [2n, 2n] of unit vectors, minus infinity with itself."""
+    """Cosines [2n, 2n] of unit vectors; the diagonal is minus infinity."""
     return (embeddings @ embeddings.T).fill_diagonal_(-torch.inf)
 
 
 def partners(count: int) -> Tensor:
-    """Row i and row i + n of a batch of 2n crops show the same texture."""
+    """Index of each crop's partner: rows i and i + n of 2n crops show the same texture."""
     return torch.arange(2 * count).roll(count)
 
 
@@ -50,5 +52,5 @@ def contrastive_loss(cosines: Tensor) -> Tensor:
 
 
 def accuracy(cosines: Tensor) -> float:
-    """The share of crops whose most similar crop shows the same texture."""
+    """Share of crops whose most similar crop shows the same texture."""
     return float((cosines.argmax(1) == partners(len(cosines) // 2)).float().mean())

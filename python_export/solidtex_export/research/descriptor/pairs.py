@@ -1,4 +1,4 @@
-"""Pairs of crops of procedural textures; what a step sees is a pure function of (seed, step)."""
+"""Pairs of crops of procedural textures; those of a step are a pure function of (seed, step)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Pool:
         self._batches: dict[int, Tensor] = {}
 
     def at(self, step: int) -> dict[int, Tensor]:
-        """Batches by index, as of a step."""
+        """Batches by index, for a step."""
         end = families.ROUND + step // STEPS_PER_BATCH
         wanted = range(max(0, end - KEPT_BATCHES), end)
         self._batches = {i: self._kept_or_made(i) for i in wanted}
@@ -57,7 +57,7 @@ def training_pairs(pool: Pool, seed: int, step: int) -> Tensor:
 
 
 def held_out_pairs() -> Tensor:
-    """Crops as above of textures that no training sees, the same for every seed."""
+    """Crops as above of held-out textures, the same for every seed."""
     batches = [
         families.batch(HELD_OUT_SEED, i, HELD_OUT_PER_BATCH, IMAGE) for i in range(families.ROUND)
     ]
@@ -73,7 +73,7 @@ def _pairs(images: Tensor, generator: torch.Generator) -> Tensor:
 
 
 def _recolored(images: Tensor, generator: torch.Generator) -> Tensor:
-    """Turn the colour axes of each image, so that color carries no information."""
+    """Rotate the color axes of each image, so that color carries no information."""
     n = len(images)
     grey = (torch.rand(n, generator=generator) < GREY_SHARE).float()
     keep = torch.ones(n, 3)
@@ -84,7 +84,7 @@ def _recolored(images: Tensor, generator: torch.Generator) -> Tensor:
 
 
 def _two_crops(image: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
-    """One from each half, in the same random orientation."""
+    """One crop from each half, in the same random orientation."""
 
     def random(high: int) -> int:
         return int(torch.randint(high, (), generator=generator))

@@ -36,7 +36,7 @@ EVALUATION_BATCH = 74
 
 @dataclass(frozen=True)
 class PretrainConfig:
-    """All that decides the weights, apart from the number of threads."""
+    """All inputs of the weights, apart from the number of threads."""
 
     steps: int
     seed: int
@@ -46,7 +46,7 @@ class PretrainConfig:
 
 
 class Pretrainer:
-    """One training; `run` may be interrupted between any two steps and continued later."""
+    """A training; `run` may be interrupted between any two steps and resumed later."""
 
     def __init__(self, config: PretrainConfig, folder: ResultFolder) -> None:
         make_reproducible(config.seed, torch.device("cpu"))
@@ -67,7 +67,7 @@ class Pretrainer:
         return self.step / self.config.steps
 
     def run(self, stop: Callable[[], bool], report: Callable[[Pretrainer], None]) -> None:
-        """Train to the end, or until `stop` says so; a checkpoint is saved either way."""
+        """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
         if self.step == 0:
             self.folder.save_preview(contact_sheet(self.config.seed))
         saved = time.monotonic()

@@ -1,6 +1,6 @@
-"""Hard negatives: textures that differ from a given one in one respect only.
+"""Hard negatives: textures that differ from a given one in a single property.
 
-What else was tried: docs/experiments/hard-negatives.md.
+docs/experiments/hard-negatives.md lists what else was tried.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from solidtex_export.research.procedural.fields import blur
 
 
 def hardened(images: Tensor, generator: torch.Generator) -> Tensor:
-    """A variant of each image [count, 3, rows, columns], kinds taking turns."""
+    """A variant of each image [count, 3, rows, columns]; kinds alternate."""
     kinds = (scrambled, zoomed, softened, embossed)
     parts = [kind(images[i :: len(kinds)], generator) for i, kind in enumerate(kinds)]
     return torch.cat([_renormalized(part, images[i :: len(kinds)]) for i, part in enumerate(parts)])
 
 
 def zoomed(images: Tensor, generator: torch.Generator) -> Tensor:
-    """Everything 1.2 to 1.5 times larger."""
+    """Magnify 1.2 to 1.5 times."""
     factor = 1.2 + 0.3 * float(torch.rand((), generator=generator))
     side = round(images.shape[2] / factor)
     return F.interpolate(
@@ -30,13 +30,13 @@ def zoomed(images: Tensor, generator: torch.Generator) -> Tensor:
 
 
 def softened(images: Tensor, generator: torch.Generator) -> Tensor:
-    """Blurred or sharpened a little."""
+    """Blur or sharpen slightly."""
     strength = _per_image(images, generator, (-0.6, 0.9))
     return torch.lerp(images, blur(images, 0.9), strength)
 
 
 def embossed(images: Tensor, generator: torch.Generator) -> Tensor:
-    """Lit from one side."""
+    """Light from one side."""
     offsets = ((0, 1), (1, 0), (1, 1), (1, -1))
     offset = offsets[int(torch.randint(4, (), generator=generator))]
     slope = images - images.roll(offset, (2, 3))
@@ -49,7 +49,7 @@ def _per_image(images: Tensor, generator: torch.Generator, ends: tuple[float, fl
 
 
 def _renormalized(images: Tensor, like: Tensor) -> Tensor:
-    """With the mean and deviation of each channel of `like`."""
+    """Match the mean and deviation of each channel of `like`."""
 
     def moments(x: Tensor) -> tuple[Tensor, Tensor]:
         return x.mean((2, 3), keepdim=True), x.std((2, 3), keepdim=True)

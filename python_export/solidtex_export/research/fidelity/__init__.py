@@ -1,1 +1,1 @@
-"""Exemplars x methods, trained and compared: docs/fidelity.md."""
+"""Comparison of presets on exemplars: docs/fidelity.md."""

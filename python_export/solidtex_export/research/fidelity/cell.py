@@ -1,4 +1,4 @@
-"""One exemplar with one method: trained, exported and judged, each step only where it is missing.
+"""Trains, exports and evaluates one exemplar with one preset; skips finished steps.
 
 Every step is a process of its own, and leaves a file when it has succeeded:
 
@@ -40,7 +40,7 @@ class Stopped(KeyboardInterrupt):
 
 
 class Cell:
-    """The folder of one pair; `root` holds all pairs, `photos` the photographs."""
+    """Folder of one pair; `root` holds all pairs, `photos` the photographs."""
 
     def __init__(self, plan: Plan, entry: Entry, method: str, root: Path, photos: Path) -> None:
         self.entry = entry
@@ -66,7 +66,7 @@ class Cell:
         return self.model.exists() and judged
 
     def run(self, threads: int) -> bool:
-        """Do what is missing; false where a step failed, which then says why in failure.txt."""
+        """Run the missing steps; false if a step fails, with the reason in failure.txt."""
         self.folder.mkdir(parents=True, exist_ok=True)
         self.failure.unlink(missing_ok=True)
         if self.entry.solid:
@@ -127,7 +127,7 @@ class Cell:
 
 
 def cut_exemplar(entry: Entry, folder: Path) -> None:
-    """The exemplar of an analytic solid, and two blocks of its phase [2, x, y, z], once."""
+    """Make the exemplar of an analytic solid, and two blocks of its phase [2, x, y, z], once."""
     assert entry.solid is not None
     truth = folder / "true.npy"
     if truth.exists():
@@ -144,7 +144,9 @@ def cut_exemplar(entry: Entry, folder: Path) -> None:
 
 
 def solid_errors(name: str, model: Path, truth: Path) -> dict[str, dict[str, float]]:
-    """Of the model's block, and of another block of the true solid, to the first true block."""
+    """Errors of the model's block, and of another block of the true solid, against the first true
+    block.
+    """
     solid = SOLIDS[name](0)
     first, second = np.load(truth)
     with engine.open_model(model) as texture:

@@ -1,7 +1,7 @@
-"""What became of each pair of exemplar and method: the figures of the page, kept in a JSON file.
+"""Results of each pair of exemplar and preset: the figures of the page, kept in a JSON file.
 
-The file stands beside the page, so that the page grows from command to command although models,
-reports and full pictures, which are large, are kept elsewhere or not at all.
+The file stands beside the page. The page can grow from command to command while models, reports and
+full images, which are large, are kept elsewhere or deleted.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from solidtex_export.whole_file import write_whole
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of one pair. Either `failure` or all the others.
+    """Result of one pair: either `failure` or all the others.
 
-    `multiples`: distance of all slices by metric, in multiples of the exemplar's own; `copied`: the
-    largest coherence of a correspondence map; `solid`: errors of the 3D statistics, by statistic.
+    `multiples`: distance of all slices by metric, relative to self-distance; `copied`: the largest
+    coherence of a correspondence map; `solid`: errors of the 3D statistics, by statistic.
     """
 
     failure: str | None = None
@@ -42,17 +42,17 @@ class Outcome:
 
 @dataclass
 class Outcomes:
-    """All of them, and the errors of a second block of each true solid."""
+    """All results, and the errors of a second block of each true solid."""
 
     pairs: dict[str, dict[str, Outcome]]
-    """Exemplar -> method -> outcome."""
+    """Exemplar -> preset -> result."""
     true_solids: dict[str, dict[str, float]]
 
     def of(self, cell: Cell) -> Outcome | None:
         return self.pairs.get(cell.entry.name, {}).get(cell.method)
 
     def take(self, cell: Cell) -> None:
-        """What the cell's files say, if it has been run."""
+        """Add the results in the cell's files, if it was run."""
         if cell.failure.exists():
             words = " ".join(cell.failure.read_text().split())
             self._set(cell, Outcome(failure=words))
@@ -74,7 +74,7 @@ class Outcomes:
 
 
 def read_outcomes(path: Path) -> Outcomes:
-    """Of a file that `write` made; none where there is no such file."""
+    """Read a file that `write` made; empty if there is none."""
     if not path.exists():
         return Outcomes({}, {})
     try:
@@ -92,7 +92,7 @@ def read_outcomes(path: Path) -> Outcomes:
 
 
 def _distances(judgement: dict[str, Any]) -> dict[str, Any]:
-    """Of the colors, or of the first group of channels."""
+    """Distances of the colors, or of the first group of channels."""
     overall: dict[str, Any] = next(iter(judgement["distances"].values()))["overall"]
     return overall
 
@@ -122,7 +122,7 @@ def _restored(values: dict[str, Any]) -> Outcome:
 
 
 def _plain(value: Any) -> Any:
-    """JSON has no infinity: an error that is infinite (no phase at all) is written as null."""
+    """Replace infinite errors (a missing phase) by null, since JSON has no infinity."""
     if isinstance(value, dict):
         return {key: _plain(v) for key, v in value.items()}
     return None if isinstance(value, float) and math.isinf(value) else value

@@ -1,4 +1,4 @@
-"""What is to be compared: a TOML file that lists exemplars and presets."""
+"""Plan of a comparison: a TOML file that lists exemplars and presets."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ Name = Annotated[str, AfterValidator(_named)]
 
 
 class PlanError(SettingsError):
-    """What is wrong with a plan: the file, the field, found, expected."""
+    """An invalid plan: the file, the field, found, expected."""
 
 
 class Entry(Settings):
-    """An exemplar: a photograph or a cut through an analytic solid, and how it is trained on.
+    """An exemplar: a photograph or a cut through an analytic solid, with training options.
 
-    `photo` is a file, looked for beside the plan unless another folder is given, or skimage:NAME, a
-    picture that comes with scikit-image; `solid` the name of an analytic solid. The others are
-    options of solidtex-train, None for its defaults; `pixels` is the side of a solid's exemplar.
+    `photo` is a file, looked for beside the plan unless another folder is given, or skimage:NAME,
+    an image of scikit-image; `solid` is the name of an analytic solid. The others are options of
+    solidtex-train, None for its defaults; `pixels` is the side of a solid's exemplar.
     """
 
     name: Name

@@ -1,4 +1,4 @@
-"""The page that compares: Markdown and small pictures, from the files that the cells left."""
+"""Writes the comparison page: Markdown and thumbnails, from the results of the cells."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ correspondence map. Pictures: the slice normal to x, and an oblique one. Errors 
 
 
 def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) -> None:
-    """The page at `path`, its figures in a JSON file and its pictures in images/STEM beside it.
+    """Write the page to `path`, its figures to a JSON file and its images to images/STEM beside it.
 
-    `rows` has the cells by exemplar. What a cell's files do not say is taken from the JSON file.
+    `rows` has the cells by exemplar. The JSON file provides results that the cells' files lack.
     """
     images = path.parent / "images" / path.stem
     images.mkdir(parents=True, exist_ok=True)
@@ -71,7 +71,7 @@ def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) 
 
 
 def _overview(plan: Plan, outcomes: Outcomes, metric: str) -> str:
-    """One metric of all; the lowest of each row in bold."""
+    """Table of one metric; the lowest value of each row is bold."""
     lines = [f"## {OVERVIEWS[metric]}\n", "| | " + " | ".join(plan.methods) + " |"]
     lines.append("|---|" + "---|" * len(plan.methods))
     for entry in plan.exemplars:
@@ -113,7 +113,7 @@ def _section(plan: Plan, entry: Entry, outcomes: Outcomes, images: str) -> str:
 
 
 def _metrics(judged: dict[str, Outcome]) -> list[str]:
-    """Those of any cell: cells that were judged before there was a metric have no figure of it."""
+    """Metrics of all cells. Cells that were evaluated before a metric existed lack its value."""
     return [m for m in SHORT if any(m in outcome.figures for outcome in judged.values())]
 
 
@@ -156,7 +156,7 @@ def _save_pictures(cell: Cell, images: Path) -> None:
 
 
 def _save(files: list[Path], path: Path) -> None:
-    """Pictures side by side, cut to thumbnails."""
+    """Write a strip of images, cropped to thumbnails."""
     pictures = [np.asarray(Image.open(f).convert("RGB"))[:THUMBNAIL, :THUMBNAIL] for f in files]
     sheet = Image.new("RGB", (len(files) * (THUMBNAIL + GAP) - GAP, THUMBNAIL), "white")
     for index, picture in enumerate(pictures):

@@ -1,4 +1,4 @@
-"""From fields to colours as a camera would see them, and to whitened values."""
+"""Converts fields to camera-like colors and to whitened values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def colored(draw: Draw, fields: Fields) -> Tensor:
 
 
 def _ramp(draw: Draw, t: Tensor) -> Tensor:
-    """A random gradient of colours: a dark and a light end, bent on the way between them."""
+    """Random color gradient from dark to light with curvature."""
     n = draw.count
     ends = draw.unit(n, 2, 3) * 0.8 + 0.1
     grey = ends.mean(2, keepdim=True)
@@ -46,7 +46,7 @@ def _ramp(draw: Draw, t: Tensor) -> Tensor:
 
 
 def _shading(draw: Draw, height: Tensor) -> Tensor:
-    """Light from one side on the first field as a relief."""
+    """Light from one side, with the first field as relief."""
     down = torch.diff(height, dim=1, prepend=height[:, :1])
     right = torch.diff(height, dim=2, prepend=height[:, :, :1])
     angle = draw.uniform(0, 2 * math.pi)
@@ -55,7 +55,7 @@ def _shading(draw: Draw, height: Tensor) -> Tensor:
 
 
 def _seen(draw: Draw, image: Tensor) -> Tensor:
-    """Blur of the lens, shared by the batch, then film grain of a random size."""
+    """Blur of the lens, shared by the batch, then film grain of random size."""
     if draw.one_of(2):
         image = blur(image, 0.4 + 0.8 * float(draw.unit()))
     grain = noise(draw, draw.log_uniform(0.5, 4), draw.uniform(1, 3))
@@ -66,7 +66,7 @@ def _seen(draw: Draw, image: Tensor) -> Tensor:
 
 
 def whitened(images: Tensor) -> Tensor:
-    """Values of unit variance along the principal axes of each image's colours."""
+    """Values of unit variance along the principal axes of each image's colors."""
     flat = images.flatten(2)
     flat = flat - flat.mean(2, keepdim=True)
     values, vectors = torch.linalg.eigh(flat @ flat.transpose(1, 2) / flat.shape[2])

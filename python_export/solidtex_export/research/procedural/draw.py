@@ -9,7 +9,7 @@ from torch import Tensor
 
 
 class Draw:
-    """A seeded source; parameters of images have the shape [count, 1, 1]."""
+    """Seeded random source; parameters of images have the shape [count, 1, 1]."""
 
     def __init__(self, seed: int, count: int, size: int) -> None:
         self.count = count
@@ -30,11 +30,11 @@ class Draw:
         return torch.exp(self.uniform(math.log(low), math.log(high)))
 
     def chance(self, probability: float) -> Tensor:
-        """1 with this probability, else 0."""
+        """1 with the given probability, else 0."""
         return (self.unit(self.count, 1, 1) < probability).float()
 
     def integer(self, low: int, high: int) -> Tensor:
-        """Whole numbers low ... high, both included, as floats."""
+        """Integers low ... high, both included, as floats."""
         return self.uniform(low, high + 1).floor().clamp(max=high)
 
     def one_of(self, choices: int) -> int:

@@ -1,4 +1,4 @@
-"""What all families are built of: coordinates, Gaussian noise by its spectrum, warps, profiles.
+"""Building blocks of all families: coordinates, spectral Gaussian noise, warps, profiles.
 
 A field is [count, size, size]. Lengths are in pixels.
 """

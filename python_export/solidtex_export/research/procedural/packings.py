@@ -56,7 +56,7 @@ def _ground(draw: Draw) -> Fields:
 
 
 def _mixed(draw: Draw, shapes: Fields) -> Fields:
-    """Sometimes the height shows, sometimes only the tone."""
+    """Show either height and tone, or tone only."""
     value, height = shapes
     return torch.lerp(value, height, draw.uniform(0, 1) * draw.chance(0.6)), height
 

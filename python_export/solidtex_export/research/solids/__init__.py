@@ -1,1 +1,1 @@
-"""Analytic solids: endless materials that are formulas, whose true 3D statistics are known."""
+"""Analytic solids: infinite materials defined by formulas, with known 3D statistics."""

@@ -12,9 +12,9 @@ from solidtex_export.research.solids.solid import mixed
 
 
 class FiredBrick:
-    """Clay with cloudy tones, sand, pale and burnt crumbs, and pores: the darker phase.
+    """Brick: clay with cloudy tones, sand, pale and burnt crumbs, and pores, the darker phase.
 
-    Crumbs are balls bent by a field, so that no two have one outline.
+    Crumbs are balls distorted by a field, so that each has its own outline.
     """
 
     channels = COLOR
@@ -43,7 +43,7 @@ class FiredBrick:
         return mixed(open_, values, self.pore).clip(0, 1)
 
     def _crumbled(self, values: np.ndarray, points: np.ndarray, sand: np.ndarray) -> np.ndarray:
-        """`values` with the colours of the crumbs at `points`, the last drawn on top."""
+        """`values` with the colors of the crumbs at `points`, the last drawn on top."""
         positions, marks = self._places.near(points, self.largest)
         radii = self.smallest * (self.largest / self.smallest) ** (marks[:, 0] ** 2)
         kinds = (marks[:, 1] > self.burnt_share).astype(int)

@@ -14,8 +14,11 @@ QUANTILES = (np.arange(4096) + 0.5) / 4096
 
 
 class BooleanSpheres:
-    """Of the union of spheres at the points of a Poisson process (Chiu, Stoyan, Kendall and Mecke,
-    Stochastic Geometry and its Applications, 3rd edition 2013, sections 3.1 and 3.2)."""
+    """Statistics of the union of spheres at the points of a Poisson process.
+
+    Chiu, Stoyan, Kendall and Mecke, Stochastic Geometry and its Applications, 3rd edition 2013,
+    sections 3.1 and 3.2.
+    """
 
     def __init__(self, solid: Spheres) -> None:
         self._density = solid.density
@@ -23,7 +26,7 @@ class BooleanSpheres:
         self._pores = float(np.exp(-self._density * self._mean(4 / 3 * np.pi * self._radii**3)))
 
     def two_point(self, lags: ArrayLike) -> np.ndarray:
-        """S_2(r): the chance that two points at distance r are both covered."""
+        """S_2(r): the probability that two points at distance r are both covered."""
         r = np.asarray(lags, dtype=float)[:, None] / self._radii
         overlap = np.where(r < 2, 1 - 0.75 * r + r**3 / 16, 0) * 4 / 3 * np.pi * self._radii**3
         both_free = self._pores**2 * np.exp(self._density * overlap.mean(1))
@@ -39,7 +42,7 @@ class BooleanSpheres:
         return Minkowski(1 - free, free * surface, free * breadth, free * euler)
 
     def mean_pore_chord(self) -> float:
-        """Chords of the pores are exponential: a line meets spheres at random."""
+        """Mean chord of the pores. Chords are exponential: a line meets spheres at random."""
         return 1 / (self._density * self._mean(np.pi * self._radii**2))
 
     @staticmethod
@@ -48,8 +51,11 @@ class BooleanSpheres:
 
 
 class Excursion:
-    """Of the set where a normal field of variance 1 and covariance exp(-r^2 / 2 l^2) is at least t
-    (Adler and Taylor, Random Fields and Geometry, 2007, theorem 15.9.5)."""
+    """Statistics of the set where a normal field is at least t.
+
+    The field has variance 1 and covariance exp(-r^2 / 2 l^2) (Adler and Taylor, Random Fields and
+    Geometry, 2007, theorem 15.9.5).
+    """
 
     def __init__(self, solid: PorousRock) -> None:
         self._threshold = float(ndtri(solid.porosity))

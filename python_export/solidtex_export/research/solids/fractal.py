@@ -11,7 +11,7 @@ from solidtex_export.research.solids.random_parts import GaussianField
 
 @dataclass
 class Fractal:
-    """A Gaussian field and finer ones, each half as long and half as strong; variance about 1."""
+    """Sum of Gaussian fields, each half as long and half as strong; variance about 1."""
 
     length: float
     octaves: int

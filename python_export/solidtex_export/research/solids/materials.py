@@ -19,7 +19,7 @@ DARK, LIGHT = np.array([0.22, 0.2, 0.2]), np.array([0.82, 0.78, 0.7])
 
 
 class Spheres:
-    """Overlapping spheres at random, lighter than what is between them: a Boolean model.
+    """Overlapping random spheres, lighter than the matrix: a Boolean model.
 
     Log-normal radii, median 7 texels, cut off at 14. Volume fraction, two-point correlation,
     Minkowski functionals and chords are known: `exact.BooleanSpheres`.
@@ -51,7 +51,7 @@ class Spheres:
 
 
 class PorousRock:
-    """Where a Gaussian field exceeds a threshold is rock, the rest are pores: `exact.Excursion`."""
+    """Rock where a Gaussian field exceeds a threshold, pores elsewhere: `exact.Excursion`."""
 
     channels = COLOR
     threshold = 0.5
@@ -89,7 +89,7 @@ class LayeredWood:
 
 
 class VeinedMarble:
-    """Thin dark sheets, where a bent Gaussian field is zero, in a clouded white."""
+    """Thin dark sheets in clouded white, where a warped Gaussian field is zero."""
 
     channels = COLOR
     threshold = 0.6
@@ -110,10 +110,10 @@ class VeinedMarble:
 
 
 class Grains:
-    """Poisson-Voronoi grains, each of one colour and roughness, with sunken joints.
+    """Poisson-Voronoi grains, each of one color and roughness, with sunken joints.
 
-    The darker phase are the joints: points that are nearly as far from another centre as from
-    their own. It has maps: roughness, and height, which is low in the joints.
+    The darker phase are the joints: points that are nearly as far from another center as from their
+    own. Maps are roughness and height, which is low in the joints.
     """
 
     channels = (*COLOR, *MAPS)

@@ -1,4 +1,4 @@
-"""Rusted paint: a solid whose colour, roughness and height come from the same fields."""
+"""Rusted paint: a solid with color, roughness and height from the same fields."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from solidtex_export.research.solids.solid import MAPS, mixed
 
 
 class RustedPaint:
-    """Paint that rust has eaten through, with a lifted lip along its border and stains beside it.
+    """Paint with rust holes, a raised lip along their border and stains beside it.
 
     The darker phase is rust: rough and low, where paint is smooth and high. One decaying field
-    decides about all of it, so every edge is at the same place in each channel.
+    drives all channels, so every edge is at the same place in each.
     """
 
     channels = (*COLOR, *MAPS)

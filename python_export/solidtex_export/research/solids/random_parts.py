@@ -1,4 +1,4 @@
-"""What the solids are made of: Gaussian fields and points at random, without end or period."""
+"""Building blocks of the solids: Gaussian fields and random points, infinite and aperiodic."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class GaussianField:
 
 
 class PoissonPoints:
-    """Points scattered independently, `density` of them in a cubic texel; marks by their cell."""
+    """Independently scattered points, `density` of them per cubic texel; random marks by cell."""
 
     def __init__(self, density: float, cell: float, seed: int) -> None:
         self._mean = density * cell**3
@@ -38,9 +38,9 @@ class PoissonPoints:
         self._in_cell = lru_cache(maxsize=4096)(self._draw)
 
     def near(self, points: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """All within `reach` of the box around points [n, 3], and four numbers of each.
+        """Points within `reach` of the box around points [n, 3].
 
-        Positions [m, 3] and independent uniform numbers [m, 4].
+        Returns positions [m, 3] and independent uniform numbers [m, 4].
         """
         low = np.floor((points.min(0) - reach) / self._cell).astype(int)
         high = np.floor((points.max(0) + reach) / self._cell).astype(int)

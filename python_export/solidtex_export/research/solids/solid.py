@@ -1,4 +1,4 @@
-"""What an analytic solid is, and how it is sliced and sampled."""
+"""Interface of an analytic solid, and its slices and samples."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ def box(solid: Solid, origin: tuple[int, int, int], size: tuple[int, int, int]) 
 
 
 def exemplar(solid: Solid, rows: int, columns: int) -> np.ndarray:
-    """The slice normal to x, y to the right and z upwards: [row, column, channel]."""
+    """Slice normal to x, y to the right and z upwards: [row, column, channel]."""
     return box(solid, (0, 0, 0), (1, columns, rows))[0].swapaxes(0, 1)[::-1]
 
 
 def phase(values: np.ndarray, solid: Solid) -> np.ndarray:
-    """Where the brighter phase is, in values [..., channel] of the solid or of an imitation."""
+    """Mask of the brighter phase in values [..., channel] of the solid or of an imitation."""
     return luminance(values[..., : len(COLOR)]) >= solid.threshold
 
 
 def mixed(weights: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Colours [n, 3] between `first` (weight 0) and `second` (weight 1), each [3] or [n, 3]."""
+    """Colors [n, 3] between `first` (weight 0) and `second` (weight 1), each [3] or [n, 3]."""
     return first + weights[:, None] * (second - first)
 
 

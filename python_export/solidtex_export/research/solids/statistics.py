@@ -26,13 +26,13 @@ class Minkowski:
 
 
 def minkowski(phase: np.ndarray) -> Minkowski:
-    """Estimates without bias from the border: all are means over places inside.
+    """Estimate the functionals without border bias: all are means over places inside.
 
     Surface area counts crossings along 13 directions (Crofton's formula: two crossings per unit
     length and unit area). Mean breadth is the mean Euler characteristic of plane sections normal to
-    x, y and z, exact for isotropic solids only. Breadth and Euler characteristic are too small
-    where surfaces meet in narrow gaps, as of spheres that just touch: voxels close them. Compare
-    them with those of a true solid of the same voxels.
+    x, y and z, exact for isotropic solids only. Voxels close narrow gaps between surfaces, such as
+    those of barely touching spheres, which makes breadth and Euler characteristic too small.
+    Compare them with those of a true solid of the same voxels.
     """
     return Minkowski(
         volume=float(phase.mean()),
@@ -65,8 +65,8 @@ def _euler_of_sections(phase: np.ndarray, normal: int) -> float:
 def _euler(phase: np.ndarray, axes: tuple[int, ...]) -> float:
     """Euler characteristic per voxel in the space of `axes`.
 
-    The mean of two: voxels as points joined to their face neighbours, and as closed cubes. Cells of
-    the first are there where all their voxels are in the phase, of the second where any is. All
+    The mean of two versions: voxels as points joined to their face neighbors, and as closed cubes.
+    A cell of the first exists if all its voxels are in the phase, of the second if any is. All
     kinds of cells are counted in the same window: their numbers nearly cancel.
     """
     total = 0.0
@@ -82,7 +82,7 @@ def _euler(phase: np.ndarray, axes: tuple[int, ...]) -> float:
 def _cells(
     phase: np.ndarray, axes: tuple[int, ...], chosen: tuple[int, ...], combine: np.ufunc
 ) -> float:
-    """How many cells between voxels along `chosen` there are, for each voxel."""
+    """Number of cells between voxels along `chosen`, per voxel."""
     for axis in axes:
         size = phase.shape[axis]
         low = phase.take(range(size - 1), axis)
@@ -91,7 +91,8 @@ def _cells(
 
 
 def two_point(phase: np.ndarray, largest: int) -> np.ndarray:
-    """S_2(r): the chance that two points at distance r are both in the phase, r = 0 ... largest.
+    """S_2(r): the probability that two points at distance r are both in the phase, r = 0 ...
+    largest.
 
     The mean over all lags whose length rounds to r.
     """
@@ -122,7 +123,7 @@ LARGEST_LAG = 32  # voxels
 
 @dataclass(frozen=True)
 class SolidError:
-    """How far a solid's statistics are from the true ones.
+    """Errors of a solid's statistics against the true ones.
 
     `two_point`: root mean square difference of S_2 up to 32 voxels, over the true variance p (1 -
     p). `chords_bright`, `chords_dark`: Wasserstein distance of the chord lengths of the phases,
