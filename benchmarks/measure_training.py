@@ -20,8 +20,8 @@ from PIL import Image
 from solidtex_export.analysis.choice import LATTICE
 from solidtex_export.commands import cli
 from solidtex_export.commands.train import make_trainer
-from solidtex_export.commands.train_options import check
 from solidtex_export.commands.train_options import parser as train_parser
+from solidtex_export.commands.train_options import request_of
 from solidtex_export.training.presets import shipped
 
 PROGRAM = "measure_training.py"
@@ -39,7 +39,7 @@ are those that the processor spent, all threads together (on CUDA those that pas
 class Case:
     """One training to measure."""
 
-    method: str
+    preset: str
     size: int
     steps: int
     threads: int
@@ -62,9 +62,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
-    p.add_argument(
-        "--preset", "--method", dest="method", nargs="+", choices=shipped(), default=[LATTICE]
-    )
+    p.add_argument("--preset", "--method", nargs="+", choices=shipped(), default=[LATTICE])
     p.add_argument("--size", nargs="+", type=int, default=[128], help="side of the slices")
     p.add_argument("--steps", type=int, default=6, help="of each training (default: 6)")
     p.add_argument("--threads", type=int, default=1, help="CPU threads (default: 1)")
@@ -74,15 +72,15 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def measure_all(args: argparse.Namespace) -> None:
-    print(f"{'method':16} {'size':>5} {'start MiB':>10} {'peak MiB':>9} {'s / step':>9}")
+    print(f"{'preset':16} {'size':>5} {'start MiB':>10} {'peak MiB':>9} {'s / step':>9}")
     context = multiprocessing.get_context("spawn")  # a process each: peaks do not add up
-    for method in args.method:
+    for preset in args.preset:
         for size in args.size:
-            case = Case(method, size, args.steps, args.threads, args.device, args.compile)
+            case = Case(preset, size, args.steps, args.threads, args.device, args.compile)
             with ProcessPoolExecutor(1, context) as pool:  # whose result may be a refusal
                 cost = pool.submit(measure, case).result()
             row = f"{cost.start:10.0f} {cost.peak:9.0f} {cost.seconds:9.2f}"
-            print(f"{method:16} {size:5} {row}", flush=True)
+            print(f"{preset:16} {size:5} {row}", flush=True)
 
 
 def measure(case: Case) -> Cost:
@@ -91,15 +89,15 @@ def measure(case: Case) -> Cost:
         side = case.size + case.size // 2
         pixels = np.random.default_rng(0).integers(0, 256, (side, side, 3), np.uint8)
         Image.fromarray(pixels).save(f"{folder}/noise.png")
-        command = [f"{folder}/noise.png", "-o", f"{folder}/result", "--preset", case.method]
+        command = [f"{folder}/noise.png", "-o", f"{folder}/result", "--preset", case.preset]
         command += ["--size", str(case.size), "--steps", str(case.steps), "--device", case.device]
         p = train_parser()
-        args = p.parse_args([*command, *(["--compile"] if case.compile else [])])
-        check(p, args)
-        trainer = make_trainer(args)
+        args = p.parse_args(command)
         clock = time.perf_counter if case.device == "cuda" else time.process_time
-        start, times = memory(case.device), [clock()]
         with contextlib.redirect_stdout(io.StringIO()):
+            request = request_of(p, args)
+            trainer = make_trainer(request, args.result, case.device != "cpu", case.compile)
+            start, times = memory(case.device), [clock()]
             # One step short: the end of a training also makes a preview.
             trainer.run(lambda: trainer.step == case.steps - 1, lambda t: times.append(clock()))
         return Cost(start, memory(case.device), float(np.median(np.diff(times))))

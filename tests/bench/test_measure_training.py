@@ -13,11 +13,11 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=300)
 
 
-def test_a_row_for_each_method_and_size() -> None:
-    done = run("--method", "lattice", "sampler", "--size", "48", "56")
+def test_a_row_for_each_preset_and_size() -> None:
+    done = run("--preset", "lattice", "sampler", "--size", "48", "56")
     assert done.returncode == 0, done.stderr
     head, *rows = done.stdout.splitlines()
-    assert head.split()[:2] == ["method", "size"]
+    assert head.split()[:2] == ["preset", "size"]
     found = [row.split() for row in rows]
     expected = [(m, s) for m in ("lattice", "sampler") for s in ("48", "56")]
     assert [tuple(row[:2]) for row in found] == expected

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import torch
 from PIL import Image
+from small_trainings import begin
 
 from solidtex_export.commands import train as cli_train
 from solidtex_export.losses.descriptor.network import DescriptorNetwork
@@ -23,7 +24,6 @@ from solidtex_export.losses.descriptor.weights import (
     save_weights,
 )
 from solidtex_export.losses.learned import LearnedDescriptor, random_axes
-from solidtex_export.training.trainer import Trainer
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def photo(tmp_path: Path) -> Path:
 
 def arguments(photo: Path, result: Path, *more: str) -> list[str]:
     settings = ["generator.sizes.levels=3", "generator.sizes.step_channels=2", "slicing.passes=1"]
-    settings += ["losses.0.descriptor=learned"]
+    settings += ["losses.descriptor.descriptor=learned"]
     sets = [part for setting in settings for part in ("--set", setting)]
     sizes = ["--size", "32", "--resolution", "48", "--device", "cpu", "--steps", "4"]
     return [str(photo), "-o", str(result), "--method", "gutierrez", *sets, *sizes, *more]
@@ -95,18 +95,11 @@ def test_random_axes_are_orthonormal(channels: int) -> None:
     assert torch.allclose(small, torch.eye(min(channels, 3)), atol=1e-5)
 
 
-def make_trainer(line: list[str]) -> Trainer:
-    p = cli_train.parser()
-    args = p.parse_args(line)
-    cli_train.check(p, args)
-    return cli_train.make_trainer(args)
-
-
 def test_training_resumes_to_the_same_bits(weights: Path, photo: Path, tmp_path: Path) -> None:
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     options = ("--descriptor", str(weights))
     assert cli_train.main(arguments(photo, whole, *options)) == 0
-    first = make_trainer(arguments(photo, parts, *options))
+    first = begin(*arguments(photo, parts, *options))
     first.run(lambda: first.step == 2, lambda _: None)
     assert cli_train.main(arguments(photo, parts, *options)) == 0
     one, other = (torch.load(r / "checkpoint.pt", weights_only=True) for r in (whole, parts))
@@ -128,10 +121,10 @@ def test_without_a_file_the_shipped_weights_are_used(photo: Path, tmp_path: Path
 def test_a_file_is_refused_by_methods_that_do_not_use_it(
     weights: Path, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    other = ["--set", "losses.0.descriptor=random", "--descriptor", str(weights)]
+    other = ["--set", "losses.descriptor.descriptor=random", "--descriptor", str(weights)]
     with pytest.raises(SystemExit):
         cli_train.main(arguments(photo, tmp_path / "r", *other))
-    assert "--descriptor: found a file for method gutierrez" in capsys.readouterr().err
+    assert "--descriptor: found a file for preset gutierrez" in capsys.readouterr().err
 
 
 def test_a_file_that_does_not_fit_leaves_no_result(

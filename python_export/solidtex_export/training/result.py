@@ -75,8 +75,8 @@ class ResultFolder:
                 " training, and only that version can resume it; export it as it is, or choose"
                 " another -o"
             )
-        if isinstance(found, dict):
-            found["reasons"] = wanted.get("reasons")  # they decide nothing
+        if isinstance(found, dict) and "reasons" in wanted:
+            found["reasons"] = wanted["reasons"]  # they decide nothing
         if difference := first_difference(found, wanted):
             raise ResultError(
                 f"{self._config}: {difference}; to resume, repeat the same command, else choose"
