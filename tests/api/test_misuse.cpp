@@ -312,7 +312,7 @@ TEST_CASE("misuse: random and damaged bytes are no model", "[misuse]") {
   }
   // A texture that failed to open can be opened again.
   CHECK(solidtex_open_memory(closed.texture, valid.data(), valid.size()) == SOLIDTEX_OK);
-  CHECK(std::string(solidtex_name(closed.texture)) == "tiny-field");
+  CHECK(std::string(solidtex_name(closed.texture)) == "tiny-lattice");
 }
 
 TEST_CASE("misuse: the first error of a thread is kept, and is its own", "[misuse]") {
@@ -346,7 +346,7 @@ TEST_CASE("lookup: a bare name is found, an unknown one lists the known ones", "
   const Closed found, other;
   REQUIRE(solidtex_open(found.texture, "pebbles") == SOLIDTEX_OK);
   CHECK(solidtex_path(found.texture) == (folder / "b" / "pebbles.solidtex").string());
-  CHECK(std::string(solidtex_name(found.texture)) == "tiny-field");
+  CHECK(std::string(solidtex_name(found.texture)) == "tiny-lattice");
 
   CHECK(solidtex_open(other.texture, "marzipan") == SOLIDTEX_IO_ERROR);
   CHECK(error_has("\"marzipan\""));

@@ -26,11 +26,11 @@ TEST_CASE("wrapper: facts of both families", "[api]") {
   CHECK(field.channel_name(0) == "albedo.r");
   CHECK(field.channel_name(1) == "rough");
   CHECK(field.color_space() == "srgb");
-  CHECK(field.name() == "tiny-field");
+  CHECK(field.name() == "tiny-lattice");
   CHECK(field.path().empty());
   CHECK(field.seed() == 5);
   CHECK(field.parameter_count() == 164);
-  CHECK(field.metadata_json().find("tiny-field") != std::string::npos);
+  CHECK(field.metadata_json().find("tiny-lattice") != std::string::npos);
   const auto sampler = solidtex::texture::from_memory(tiny_sampler_file());
   CHECK(sampler.family() == SOLIDTEX_FAMILY_SAMPLER);
   CHECK(sampler.channel_count() == 3);

@@ -44,7 +44,7 @@ inline std::vector<std::byte> tiny_file(const std::string& document,
 
 inline std::vector<std::byte> tiny_lattice_file() {
   return tiny_file(
-      R"({"version":1,"name":"tiny-field","family":"field","channels":["albedo.r","rough"],)"
+      R"({"version":1,"name":"tiny-lattice","family":"field","channels":["albedo.r","rough"],)"
       R"("color_space":"srgb","noise":{"scheme":"solidtex-1"},"field":{"output":"out","nodes":[)"
       R"({"name":"coarse","op":"noise","level":1,"channels":1,"distribution":"uniform"},)"
       R"({"name":"up","op":"upsample","inputs":["coarse"]},)"

@@ -28,7 +28,7 @@ inline Model tiny_lattice() {
   lattice.nodes.push_back(
       {"conv", Conv3dOp{3, tensor({2, 3, 3, 3, 3}, 0, 0.02f), tensor({2}, 0.5f, 0.1f)}, {3}, 0, 2});
   Model model;
-  model.name = "tiny-field";
+  model.name = "tiny-lattice";
   model.channels = {"a", "b"};
   model.color_space = "data";
   model.architecture = std::move(lattice);
