@@ -1,5 +1,7 @@
 // OBJ, glTF, STL and OFF; polygons.
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <random>
 
 #include "catch.hpp"
@@ -175,7 +177,9 @@ TEST_CASE("OBJ as programs write it") {
         plain.substr(0, plain.size() - 1), obj_vertices() + obj_faces(-8),
         obj_faces() + obj_vertices(), "# a comment\nmtllib a.mtl\no box\ng a b\ns off\n" + plain,
         obj_vertices() + "usemtl a\n" + obj_faces() + "l 1 2 3\np 4\n",
-        obj_vertices() + "f 1 4 \\\n 3 2 # a comment\n" + obj_faces().substr(10)}) {
+        obj_vertices() + "f 1 4 \\\n 3 2 # a comment\n" + obj_faces().substr(10),
+        obj_vertices() + "f 1 4 \\ \n 3 \\\n2\n" + obj_faces().substr(10),
+        "# from C:\\a\\\n" + obj_vertices() + "g C:\\a\\\n" + obj_faces()}) {
     CAPTURE(content);
     const Mesh mesh = mesh_of(read_obj, content);
     check_box(mesh);
@@ -222,6 +226,7 @@ TEST_CASE("What is wrong in an OBJ file is named") {
   check_has(message("v 1 nan 3"), "vertex 8 at (1.000000, nan");
   check_has(message("v 1 1e999 3"), "vertex 8 at (1.000000, inf");
   check_has(refusal(read_obj, obj_vertices()), "points without a surface");
+  check_has(refusal(read_obj, obj_vertices() + "surf 0 1 0 1 1 2 3 4\n"), "curved surfaces");
 }
 
 TEST_CASE("Polygons of any shape") {
@@ -230,6 +235,9 @@ TEST_CASE("Polygons of any shape") {
   check_triangulation(
       {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 2, 0}, {1, 2, 0}, {0, 2, 0}});       // middles
   check_triangulation({{0, 0, 0}, {0, 1, 0}, {0, 2, 0}, {0, 3, 0}, {0, 0, 3}});  // a triangle
+  const Mesh spike =
+      mesh_of(read_obj, "v 0 0 0\nv 2 0 0\nv 4 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n");
+  CHECK(area(spike) == Approx(4));
   std::vector<glm::dvec3> comb, star, far;
   for (int tooth = 0; tooth < 40; ++tooth) {
     comb.emplace_back(2 * tooth, 5, 1);
@@ -297,6 +305,20 @@ TEST_CASE("glTF, in one file and with its data inside") {
   CHECK_THROWS_AS(mesh_of(read_gltf, std::string(1u << 20, '[')), MeshError);
 }
 
+TEST_CASE("What is left out of a glTF file, or cannot be read, is named") {
+  const auto with = [](const std::string& from, const std::string& to) {
+    std::string text = gltf_json("");
+    return glb(text.replace(text.find(from), from.size(), to), gltf_buffer());
+  };
+  check_has(refusal(read_gltf, with("2.0", "1.0")), "version \"1.0\", expected glTF \"2.0\"");
+  check_has(refusal(read_gltf, with("\"count\": 8", "\"count\": 8, \"sparse\": {}")),
+            "without sparse accessors");
+  check_has(refusal(read_gltf, with("{\"bufferView\": 0, ", "{")), "without compression");
+  const std::string instances = R"("mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {}})";
+  CHECK(mesh_of(read_gltf, with("\"mesh\": 0", instances)).warnings.size() == 1);
+  CHECK(mesh_of(read_gltf, with("\"mesh\": 0", "\"mesh\": 0, \"skin\": 0")).warnings.size() == 1);
+}
+
 TEST_CASE("Mutated glTF files are refused or read") {
   const std::string whole = glb(gltf_json(""), gltf_buffer());
   std::mt19937 random(5);
@@ -336,7 +358,38 @@ TEST_CASE("STL, binary and text") {
 TEST_CASE("OFF with and without colors") {
   check_box(mesh_of(read_off, off("OFF\n# a comment\n\n8 6 12\n")));
   check_box(mesh_of(read_off, off("OFF 8 6 0\n")));
+  CHECK(mesh_of(read_off, off("OFF\n8 5 0\n")).warnings.size() == 1);
   check_has(refusal(read_off, off("OFF\n8 7 0\n")), "6 of the 7 faces");
   check_has(refusal(read_off, off("OFF\n6 6 0\n")), "expected indices");
   check_has(refusal(read_off, off("4OFF\n8 6 0\n")), "found \"4OFF\"");
+}
+
+TEST_CASE("Other contents in place of a mesh are named, in every format") {
+  const auto folder = std::filesystem::temp_directory_path() / "solidtex-other-contents";
+  const auto message = [](const std::filesystem::path& file) {
+    try {
+      load_mesh(file);
+    } catch (const MeshError& error) {
+      return std::string(error.what());
+    }
+    return std::string("(accepted)");
+  };
+  for (const std::string extension : {".ply", ".OBJ", ".gltf", ".glb", ".stl", ".off"}) {
+    const auto check = [&](const std::string& content, const std::string& part) {
+      std::filesystem::create_directories(folder);
+      const auto file = folder / ("a" + extension);
+      std::ofstream(file, std::ios::binary) << content;
+      check_has(message(file), part);
+    };
+    check("", "an empty file");
+    check("version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "run git lfs pull");
+    check("\n<!DOCTYPE html><html></html>", "an HTML page");
+    check("\x1f\x8b\x08", "a gzip archive");
+    check("PK\x03\x04", "a ZIP archive");
+    check(std::string("\xff\xfev\0", 4), "UTF-16 text");
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder / ("a" + extension));
+    check_has(message(folder / ("a" + extension)), "found a folder");
+    std::filesystem::remove_all(folder);
+  }
 }

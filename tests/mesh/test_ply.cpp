@@ -236,6 +236,7 @@ TEST_CASE("What is wrong in a PLY file is named") {
   has(message("1.000000", "nan"), "vertex 1 at (nan");
   has(message("1.000000", "1,0"), "found \"1,0\"");
   has(message("float x", "half x"), "\"property half x\" in the header");
+  has(message("float x", "list uchar float x"), "a list \"x\" of vertices");
   has(message("float x", "float a"), "no vertices with x, y and z");
   has(message("vertex_indices", "corners"), "without vertex indices");
   has(message("element face 6", "element face -6"), "a name and a count");

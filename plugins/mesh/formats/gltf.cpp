@@ -35,6 +35,10 @@ class GltfReader {
       pending_.pop_back();
       visit(node);
     }
+    if (has_skins_) mesh_.warnings.push_back("skins left out: the mesh is not posed");
+    if (has_instances_) {
+      mesh_.warnings.push_back("instances left out: each of their meshes is read once");
+    }
     return std::move(mesh_);
   }
 
@@ -98,6 +102,10 @@ class GltfReader {
       document_.refuse("the node " + std::to_string(node.index) + " twice", "a tree of nodes");
     }
     visited_[node.index] = true;
+    has_skins_ = has_skins_ || object.contains("skin");
+    const auto extensions = object.find("extensions");
+    has_instances_ = has_instances_ || (extensions != object.end() &&
+                                        extensions->contains("EXT_mesh_gpu_instancing"));
     const glm::dmat4 transform = node.to_parent * transform_of(object);
     if (object.contains("mesh")) add_mesh(document_.number(object, "mesh", 0), transform);
     for (const std::uint64_t child : indices(object, "children")) {
@@ -243,6 +251,7 @@ class GltfReader {
   const GltfDocument& document_;
   PolygonMesh mesh_;
   std::vector<bool> visited_;
+  bool has_skins_ = false, has_instances_ = false;
   std::vector<Node> pending_;
 };
 

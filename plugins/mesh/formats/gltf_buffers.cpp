@@ -122,6 +122,9 @@ GltfDocument::GltfDocument(const std::string& file, std::string_view content)
     refuse(std::string("what is no JSON (") + error.what() + ")", "a glTF document");
   }
   if (!json_.is_object() || !json_.contains("asset")) refuse("no \"asset\"", "a glTF document");
+  const json& asset = json_["asset"];
+  const std::string version = asset.is_object() ? asset.value("version", json()).dump() : "none";
+  if (!version.starts_with("\"2")) refuse("version " + version, "glTF \"2.0\": export it again");
   load_buffers();
 }
 
@@ -225,8 +228,11 @@ std::string_view GltfDocument::view(std::uint64_t index) const {
 GltfArray GltfDocument::array(std::uint64_t accessor, int width) const {
   const json& object = element("accessors", accessor);
   const std::string name = "the accessor " + std::to_string(accessor);
-  if (object.contains("sparse") || !object.contains("bufferView")) {
-    refuse(name + " that is sparse or without data", "one with a buffer view");
+  if (object.contains("sparse")) {
+    refuse(name + " that is sparse", "one with all values: export it without sparse accessors");
+  }
+  if (!object.contains("bufferView")) {
+    refuse(name + " without data of its own", "plain triangles: export it without compression");
   }
   GltfArray array;
   array.component_type = static_cast<int>(number(object, "componentType", 0));

@@ -12,8 +12,9 @@ class ObjReader {
   PolygonMesh read(std::string_view content) {
     content = without_bom(content);
     while (!content.empty()) {
-      const std::string_view line = take_joined_line(content);
-      read_line(line.substr(0, line.find('#')));
+      std::string_view line = take_code(content);
+      const std::string_view keyword = take_word(line);
+      read_line(keyword, line, content);
     }
     check_indices();
     if (has_free_forms_) {
@@ -23,32 +24,38 @@ class ObjReader {
   }
 
  private:
-  // A line that ends in a backslash goes on in the next one.
-  std::string_view take_joined_line(std::string_view& content) {
+  // The next line without its comment and the blanks at its end.
+  std::string_view take_code(std::string_view& content) {
     std::string_view line = take_line(content);
     ++line_;
+    line = line.substr(0, line.find('#'));
+    while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+    return line;
+  }
+
+  // Numbers that end in a backslash go on in the next line. Names do not: a folder of Windows may
+  // end so.
+  std::string_view joined(std::string_view line, std::string_view& content) {
     if (!line.ends_with('\\')) return line;
     joined_.clear();
     while (line.ends_with('\\')) {
       joined_.append(line.substr(0, line.size() - 1)) += ' ';
       if (content.empty()) return joined_;
-      line = take_line(content);
-      ++line_;
+      line = take_code(content);
     }
     joined_.append(line);
     return joined_;
   }
 
-  void read_line(std::string_view line) {
-    const std::string_view keyword = take_word(line);
+  void read_line(std::string_view keyword, std::string_view line, std::string_view& content) {
     if (keyword == "v") {
-      mesh_.positions.push_back(take_numbers(line, 3));
+      mesh_.positions.push_back(take_numbers(joined(line, content), 3));
     } else if (keyword == "vt") {
-      mesh_.uvs.emplace_back(take_numbers(line, 1));
+      mesh_.uvs.emplace_back(take_numbers(joined(line, content), 1));
     } else if (keyword == "vn") {
-      mesh_.normals.emplace_back(take_numbers(line, 3));
+      mesh_.normals.emplace_back(take_numbers(joined(line, content), 3));
     } else if (keyword == "f" || keyword == "fo") {
-      add_face(line);
+      add_face(joined(line, content));
     } else if (keyword == "surf") {
       has_free_forms_ = true;
     }

@@ -19,6 +19,11 @@ class OffReader {
     const Counts counts = read_header();
     for (std::uint64_t v = 0; v < counts.vertices; ++v) read_vertex(v, counts.vertices);
     for (std::uint64_t f = 0; f < counts.faces; ++f) read_face(f, counts);
+    std::uint64_t left = 0;
+    while (!take_content_line().empty()) ++left;
+    if (left > 0) {
+      mesh_.warnings.push_back(count_of(left, "line") + " after what the header counts left out");
+    }
     return std::move(mesh_);
   }
 

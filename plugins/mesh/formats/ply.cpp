@@ -24,6 +24,12 @@ class PlyReader {
       refuse(file, "no vertices with x, y and z", "a mesh");
     }
     if (vertices->count >= kNone) refuse(file, count_of(vertices->count, "vertex"), "fewer");
+    for (const auto& property : vertices->properties) {
+      const bool is_coordinate =
+          property.name == "x" || property.name == "y" || property.name == "z";
+      if (!is_coordinate || !property.count_type) continue;
+      refuse(file, "a list \"" + property.name + "\" of vertices", "one number each");
+    }
     vertex_count_ = static_cast<std::uint32_t>(vertices->count);
     coordinates_ = {vertices->find({"x"}), vertices->find({"y"}), vertices->find({"z"})};
     normals_ = {vertices->find({"nx", "normal_x"}), vertices->find({"ny", "normal_y"}),

@@ -28,7 +28,7 @@ void check_positions(const PolygonMesh& polygons) {
     const glm::dvec3 &p = polygons.positions[v], size = glm::abs(p);
     if (size.x <= kMax && size.y <= kMax && size.z <= kMax) continue;
     refuse(polygons.file, "vertex " + std::to_string(v) + " at " + text_of(p),
-           "finite coordinates");
+           "finite coordinates: leave the vertex out, or export the mesh again");
   }
 }
 
@@ -111,10 +111,12 @@ class Builder {
                                " with fewer than three different vertices left out");
     }
     if (mesh_.triangles.empty()) {
-      refuse(from_.file, "no triangles",
+      std::string found = "no triangles";
+      for (const std::string& warning : mesh_.warnings) found.append("; ").append(warning);
+      refuse(from_.file, found,
              from_.face_sizes.empty() && !from_.positions.empty()
                  ? "at least one: these are points without a surface"
-                 : "at least one");
+                 : "at least one: export a mesh with faces");
     }
     return std::move(mesh_);
   }

@@ -41,6 +41,12 @@ bool turns_left(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
   return cross(first, second) > kStraight * lengths;
 }
 
+// Whether the way from a to b goes back along itself to c: a spike without area.
+bool turns_back(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
+  const bool is_straight = !turns_left(a, b, c) && !turns_left(c, b, a);
+  return is_straight && glm::dot(b - a, c - b) < 0;
+}
+
 bool is_convex(const std::vector<glm::dvec2>& ring) {
   const std::size_t count = ring.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -88,7 +94,7 @@ class EarClipper {
 
   bool is_ear(unsigned corner, std::size_t leniency) {
     const glm::dvec2 &a = ring_[previous_[corner]], &b = ring_[corner], &c = ring_[next_[corner]];
-    if (leniency > 1) return true;
+    if (leniency > 1 || turns_back(a, b, c)) return true;
     if (!turns_left(a, b, c)) return false;
     if (leniency > 0) return true;
     const glm::dvec2 low = glm::min(a, glm::min(b, c)), high = glm::max(a, glm::max(b, c));
