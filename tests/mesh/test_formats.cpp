@@ -221,7 +221,7 @@ TEST_CASE("What is wrong in an OBJ file is named") {
   check_has(message("f 1/1 2/1 3/1"), "texture coordinate 1 in the face of line 15");
   check_has(message("f 1/2/3/4 2 3"), "expected v/vt/vn");
   check_has(message("f 1 2 3.5"), "found \"3.5\"");
-  check_has(message("v 1 2"), "expected a number");
+  check_has(message("v 1 2"), "found nothing in line 15, expected a number");
   check_has(message("v 1,5 2 3"), "found \"1,5\" in line 15");
   check_has(message("v 1 nan 3"), "vertex 8 at (1.000000, nan");
   check_has(message("v 1 1e999 3"), "vertex 8 at (1.000000, inf");

@@ -19,7 +19,11 @@ constexpr double kFar = 16;
 constexpr double kMaxRounding = 0.25;  // texels
 
 std::string text_of(const glm::dvec3& p) {
-  return "(" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) + ")";
+  std::string text;
+  for (int axis = 0; axis < 3; ++axis) {
+    text.append(axis == 0 ? "(" : ", ").append(std::to_string(p[axis]));
+  }
+  return text.append(")");
 }
 
 void check_positions(const PolygonMesh& polygons) {

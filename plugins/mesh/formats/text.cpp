@@ -71,6 +71,7 @@ std::string in_small_letters(std::string_view word) {
 
 std::string quote(std::string_view word) {
   constexpr std::size_t kMax = 40;
+  if (word.empty()) return "nothing";
   std::string text = "\"";
   for (const char c : word.substr(0, kMax)) text += c >= ' ' && c <= '~' ? c : '?';
   return text + (word.size() > kMax ? "...\"" : "\"");
