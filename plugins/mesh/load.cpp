@@ -28,35 +28,23 @@ const Format& format_of(const std::filesystem::path& file) {
          std::string(kMeshFormats) + ": export it as one of these");
 }
 
-struct OtherContent {
-  std::string_view beginning;  // in small letters
+// In small letters. No mesh or image begins so.
+struct OtherBeginning {
+  std::string_view beginning;
   const char *found, *remedy;
 };
 constexpr const char* kDownload = "download the file itself, not its page";
 constexpr const char* kUnpack = "unpack it first";
 constexpr const char* kUtf8 = "save it as UTF-8";
-
-// What is often found in place of a mesh. No mesh file begins so.
-constexpr std::array<OtherContent, 8> kOtherContents = {
+constexpr std::array<OtherBeginning, 8> kOtherBeginnings = {
     {{"version https://git-lfs.github.com/spec/", "a Git LFS pointer", "run git lfs pull"},
      {"<!doctype", "an HTML page", kDownload},
      {"<html", "an HTML page", kDownload},
-     {"<?xml", "an XML document", "export a mesh in one of these formats"},
+     {"<?xml", "an XML document", "export another format"},
      {"pk\3\4", "a ZIP archive", kUnpack},
      {"\x1f\x8b", "a gzip archive", kUnpack},
      {"\xff\xfe", "UTF-16 text", kUtf8},
      {"\xfe\xff", "UTF-16 text", kUtf8}}};
-
-void refuse_other_content(const std::string& file, std::string_view content) {
-  constexpr std::size_t kBeginning = 256;
-  const std::string expected = std::string("a mesh, ") + kMeshFormats + ": ";
-  std::string begin = in_small_letters(without_bom(content).substr(0, kBeginning));
-  begin.erase(0, begin.find_first_not_of(" \t\r\n"));
-  if (begin.empty()) refuse(file, "an empty file", expected + "copy or export it again");
-  for (const OtherContent& other : kOtherContents) {
-    if (begin.starts_with(other.beginning)) refuse(file, other.found, expected + other.remedy);
-  }
-}
 
 }  // namespace
 
@@ -69,6 +57,16 @@ std::string read_bytes(const std::filesystem::path& file) {
   return bytes;
 }
 
+std::optional<OtherContent> find_other_content(std::string_view content) {
+  std::string begin = in_small_letters(without_bom(content).substr(0, kOtherContentSize));
+  begin.erase(0, begin.find_first_not_of(" \t\r\n"));
+  if (begin.empty()) return OtherContent{"an empty file", "copy or export it again"};
+  for (const OtherBeginning& other : kOtherBeginnings) {
+    if (begin.starts_with(other.beginning)) return OtherContent{other.found, other.remedy};
+  }
+  return std::nullopt;
+}
+
 Mesh load_mesh(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file)) {
     const bool is_there = std::filesystem::exists(file);
@@ -79,7 +77,10 @@ Mesh load_mesh(const std::filesystem::path& file) {
   const Format& format = format_of(file);
   try {
     const std::string content = read_bytes(file);
-    refuse_other_content(file.string(), content);
+    if (const auto other = find_other_content(content)) {
+      refuse(file.string(), other->found,
+             std::string("a mesh, ") + kMeshFormats + ": " + other->remedy);
+    }
     return to_mesh(format.read(file.string(), content));
   } catch (const std::bad_alloc&) {
     refuse(file.string(), "more than fits into memory", "a smaller mesh");

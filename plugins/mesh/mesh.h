@@ -3,8 +3,10 @@
 
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace solidtex::mesh {
@@ -38,6 +40,15 @@ inline constexpr const char* kMeshFormats = "*.ply, *.obj, *.gltf, *.glb, *.stl 
 // Polygons become triangles. Throws MeshError for a mesh that is missing, cannot be read, is
 // empty, has a vertex that is not finite or a face that refers to no vertex.
 Mesh load_mesh(const std::filesystem::path& file);
+
+// What a file holds in place of a mesh or an image: nothing, an HTML page, an archive ...
+struct OtherContent {
+  std::string found, remedy;
+};
+inline constexpr std::size_t kOtherContentSize = 256;
+
+// Told by the first kOtherContentSize bytes.
+std::optional<OtherContent> find_other_content(std::string_view content);
 
 // A warning where rounding moves the mesh by a large part of a texel or more, else empty.
 std::string rounding_warning(const Mesh& mesh, double texels_per_unit);

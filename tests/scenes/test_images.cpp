@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include "catch.hpp"
@@ -199,6 +201,35 @@ TEST_CASE("Values that are not finite are refused with their pixel") {
     write_pixels(folder / "a.exr", part.spec, pixels);
     CHECK_THAT(refusal(folder / "a.exr"), Contains("in pixel (2, 1), expected finite values"));
   }
+}
+
+TEST_CASE("Images that are cut short, of other colors or no images at all are refused") {
+  const TemporaryFolder folder;
+  const auto content_of = [](const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const auto write = [&](const std::string& name, const std::string& content) {
+    std::ofstream(folder / name, std::ios::binary) << content;
+    return folder / name;
+  };
+  Part part = make_part(kRgb, {0.2f, 0.4f, 0.6f}, OIIO::TypeDesc::UINT8);
+  part.spec.width = part.spec.full_width = 64, part.spec.height = part.spec.full_height = 64;
+  for (const std::string name : {"a.jpg", "a.png", "a.tif", "a.exr", "a.hdr", "a.tga"}) {
+    CAPTURE(name);
+    write_part(folder / name, part);
+    const std::string whole = content_of(folder / name);
+    CHECK_THAT(refusal(write(name, whole.substr(0, whole.size() * 2 / 3))), Contains("expected"));
+  }
+  CHECK_THAT(refusal(write("a.png", "")), Contains("an empty file"));
+  CHECK_THAT(refusal(write("a.exr", "<!DOCTYPE html>")), Contains("an HTML page"));
+  CHECK_THAT(refusal(write("a.hdr", "version https://git-lfs.github.com/spec/v1\n")),
+             Contains("run git lfs pull"));
+  std::filesystem::create_directory(folder / "b.png");
+  CHECK_THAT(refusal(folder / "b.png"), Contains("a folder"));
+  part.spec.attribute("Orientation", 6);
+  write_part(folder / "turned.jpg", part);
+  CHECK_THAT(load(folder / "turned.jpg").notes, Contains("not turned (orientation 6)"));
 }
 
 TEST_CASE("Grey and 16-bit images, alpha, palettes and extensions in capitals are read") {

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 
+#include "plugins/mesh/mesh.h"
 #include "plugins/pathtracer/reader/color_layer.h"
 #include "plugins/pathtracer/scene/color.h"
 
@@ -30,12 +32,13 @@ class Reader {
  public:
   Reader(const std::filesystem::path& file, std::vector<std::string>& notes)
       : file_(file), notes_(notes) {
-    if (!std::filesystem::exists(file)) refuse("no such file", "an image");
+    check_content();
     OIIO::ImageSpec hints;
     hints.attribute("oiio:UnassociatedAlpha", 1);  // colors as stored, not multiplied by alpha
     input_ = OIIO::ImageInput::open(file.string(), &hints);
     if (!input_) refuse("a file that is no image (" + OIIO::geterror() + ")", "an image");
     layer_ = find_color_layer(*input_, file, notes);
+    check_colors();
     const OIIO::ImageSpec& s = layer_.spec;
     data_ = {s.x, s.y, s.x + s.width, s.y + s.height};
     display_ = data_;
@@ -73,6 +76,42 @@ class Reader {
   }
   void note(const std::string& text) { notes_.push_back(file_.filename().string() + ": " + text); }
 
+  void check_content() const {
+    if (!std::filesystem::exists(file_)) refuse("no such file", "an image");
+    if (std::filesystem::is_directory(file_)) refuse("a folder", "an image");
+    std::string begin(mesh::kOtherContentSize, '\0');
+    std::ifstream stream(file_, std::ios::binary);
+    stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+    begin.resize(static_cast<std::size_t>(stream.gcount()));
+    if (const auto other = mesh::find_other_content(begin)) {
+      refuse(other->found, "an image: " + other->remedy);
+    }
+  }
+
+  // OpenImageIO takes for RGB what is not, and a thumbnail for the image.
+  void check_colors() {
+    constexpr int kReducedCopy = 1, kLab = 8, kItuLab = 10, kRaw = 32803, kLinearRaw = 34892;
+    const OIIO::ImageSpec& spec = layer_.spec;
+    const int photometric = spec.get_int_attribute("tiff:PhotometricInterpretation", -1);
+    if (photometric >= kLab && photometric <= kItuLab) {
+      refuse("CIE L*a*b* values", "RGB: convert it to sRGB first");
+    }
+    if (photometric == kRaw || photometric == kLinearRaw ||
+        (spec.get_int_attribute("tiff:subfiletype", 0) & kReducedCopy)) {
+      refuse(
+          format("a camera's raw file or a thumbnail of %d x %d pixels", spec.width, spec.height),
+          "a developed image (for example darktable-cli IN OUT.tif)");
+    }
+    for (const char* name : {"tiff:ColorSpace", "jpeg:ColorSpace"}) {
+      if (spec.get_string_attribute(name) == "CMYK") {
+        note("CMYK inks are converted to RGB without a color profile");
+      }
+    }
+    if (const int turned = spec.get_int_attribute("Orientation", 1); turned != 1) {
+      note(format("the pixels are taken as stored, not turned (orientation %d)", turned));
+    }
+  }
+
   void check_size(const Window& window) const {
     const OIIO::ImageSpec& s = layer_.spec;
     if (s.deep) refuse("a deep image", "a flat image");
@@ -90,9 +129,13 @@ class Reader {
     const int first = low, last = alpha == high + 1 ? alpha : high;
     const auto stride = static_cast<std::size_t>(last - first + 1);
     std::vector<float> values(data_.pixel_count() * stride);
-    if (!input_->read_image(layer_.part, 0, first, last + 1, OIIO::TypeDesc::FLOAT,
-                            values.data())) {
-      refuse("an image that cannot be read (" + input_->geterror() + ")", "a complete image");
+    input_->geterror();  // of looking for further parts
+    const bool is_read =
+        input_->read_image(layer_.part, 0, first, last + 1, OIIO::TypeDesc::FLOAT, values.data());
+    // Of a file that is cut short some formats say so and nevertheless succeed.
+    if (const std::string error = input_->geterror(); !is_read || !error.empty()) {
+      refuse("an image that cannot be read (" + error.substr(0, error.find('\n')) + ")",
+             "a complete image: copy or export it again");
     }
     std::vector<glm::vec3> pixels;
     pixels.reserve(data_.pixel_count());
