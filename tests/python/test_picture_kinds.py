@@ -27,7 +27,9 @@ UNIT = TONES / np.float32(255)
 LABELS = np.random.default_rng(8).integers(0, 3, (SIDE, SIDE)).astype(np.uint8)
 
 
-def load(path: Path, asked: Range | None = None, layer: str | None = None, **more) -> Exemplar:
+def load(
+    path: Path, asked: Range | None = None, layer: str | None = None, **more
+) -> Exemplar:
     ranges = {} if asked is None else {"": asked}
     return load_exemplar(path, 1000, 8, reading=Reading(ranges, layer), **more)
 
@@ -42,7 +44,11 @@ def refusal(path: Path, *args, **more) -> str:
     with pytest.raises(ExemplarError) as error:
         load(path, *args, **more)
     message = str(error.value)
-    assert message.startswith(str(path)) and ": found " in message and ", expected " in message
+    assert (
+        message.startswith(str(path))
+        and ": found " in message
+        and ", expected " in message
+    )
     assert "\n" not in message
     return message
 
@@ -52,7 +58,9 @@ def write_tiff(path: Path, values: np.ndarray, **options: object) -> Path:
     return path
 
 
-def write(path: Path, values: np.ndarray, names: list[str], **attributes: object) -> Path:
+def write(
+    path: Path, values: np.ndarray, names: list[str], **attributes: object
+) -> Path:
     """A float EXR; attributes of the specification go by their names."""
     spec = oiio.ImageSpec(values.shape[1], values.shape[0], len(names), oiio.HALF)
     spec.channelnames = tuple(names)
@@ -84,18 +92,25 @@ def color(values: np.ndarray = UNIT, count: int = 3) -> np.ndarray:
         (np.uint8, 4, False),
     ],
 )
-def test_fewer_bits_than_the_type(dtype: type, bits: int, is_refused: bool, tmp_path: Path) -> None:
+def test_fewer_bits_than_the_type(
+    dtype: type, bits: int, is_refused: bool, tmp_path: Path
+) -> None:
     white = 2**bits - 1
     values = np.rint(UNIT.astype(np.float64) * white).astype(dtype)
     values[0, 0], values[0, 1] = 0, white
     path = write_tiff(tmp_path / "a.TIF", values)
     if is_refused:
         message = refusal(path)
-        assert f"found values 0 ... {white} of 0 ... {np.iinfo(dtype).max}, all black" in message
+        assert (
+            f"found values 0 ... {white} of 0 ... {np.iinfo(dtype).max}, all black"
+            in message
+        )
     else:
         exemplar = load(path)
         (message,) = exemplar.notes
-        assert message.startswith(f"{path}: warning: found values 0 ... {white} of 0 ...")
+        assert message.startswith(
+            f"{path}: warning: found values 0 ... {white} of 0 ..."
+        )
         scale = np.float32(1 / np.iinfo(dtype).max)
         assert (grey(exemplar) == values.astype(np.float32) * scale).all()
     assert f"--range auto (0,{white})" in message
@@ -109,7 +124,11 @@ def test_fewer_bits_than_the_type(dtype: type, bits: int, is_refused: bool, tmp_
 
 
 def test_the_whole_range_says_nothing(tmp_path: Path) -> None:
-    for values in (TONES, TONES.astype(np.uint16) * 257, TONES.astype(np.uint32) * 16843009):
+    for values in (
+        TONES,
+        TONES.astype(np.uint16) * 257,
+        TONES.astype(np.uint32) * 16843009,
+    ):
         exemplar = load(write_tiff(tmp_path / "a.tif", values))
         assert np.abs(grey(exemplar) - UNIT).max() < 1e-6 and exemplar.notes == ()
 
@@ -135,7 +154,9 @@ def test_values_outside_the_range_are_clipped_and_counted(tmp_path: Path) -> Non
 # --- white is zero
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.uint32, np.float32, np.float64])
+@pytest.mark.parametrize(
+    "dtype", [np.uint8, np.uint16, np.uint32, np.float32, np.float64]
+)
 def test_white_is_zero_at_any_depth(dtype: type, tmp_path: Path) -> None:
     white = 1 if np.dtype(dtype).kind == "f" else np.iinfo(dtype).max
     values = (white - np.rint(UNIT.astype(np.float64) * white)).astype(dtype)
@@ -171,7 +192,9 @@ def test_one_bit(photometric: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("values", [(0, 1), (0, 1, 2), (1, 2, 3), (3, 17, 40)])
 @pytest.mark.parametrize("suffix", ["tif", "png"])
-def test_labels_are_recognised(values: tuple[int, ...], suffix: str, tmp_path: Path) -> None:
+def test_labels_are_recognised(
+    values: tuple[int, ...], suffix: str, tmp_path: Path
+) -> None:
     labels = np.array(values, np.uint8)[LABELS % len(values)]
     path = tmp_path / f"a.{suffix}"
     Image.fromarray(labels).save(path)
@@ -181,7 +204,10 @@ def test_labels_are_recognised(values: tuple[int, ...], suffix: str, tmp_path: P
     assert "--range labels learns them as evenly spaced greys" in message
     exemplar = load(path, "labels")
     assert np.allclose(grey(exemplar), (LABELS % len(values)) / (len(values) - 1))
-    assert f"learns the {len(values)} labels {listed} as evenly spaced greys" in exemplar.notes[0]
+    assert (
+        f"learns the {len(values)} labels {listed} as evenly spaced greys"
+        in exemplar.notes[0]
+    )
     assert np.allclose(grey(load(path, "full")), labels / 255)
 
 
@@ -191,6 +217,16 @@ def test_labels_that_could_be_tones_are_learned_with_a_warning(tmp_path: Path) -
     assert "found only the 3 labels 10, 90, 250" in exemplar.notes[0]
     assert np.allclose(grey(exemplar), np.array([10, 90, 250])[LABELS] / 255)
     assert np.allclose(grey(load(path, "labels")), LABELS / 2)
+
+
+def test_labels_in_color_are_learned_with_a_warning(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    image = Image.fromarray(LABELS.astype(np.uint8)).convert("P")
+    image.putpalette([255, 0, 0, 0, 255, 0, 0, 0, 255] + 759 * [0])
+    image.save(path)
+    exemplar = load(path)
+    assert "found only 3 colors, learned as these colors" in exemplar.notes[0]
+    assert "save the labels as grey values and use --range labels" in exemplar.notes[0]
 
 
 def test_float_labels(tmp_path: Path) -> None:
@@ -218,7 +254,9 @@ def test_labels_in_a_map(tmp_path: Path) -> None:
     reading = Reading({"metalness": "labels"})
     exemplar = load_exemplar(photo, 1000, 8, maps={"metalness": mask}, reading=reading)
     assert (exemplar.image[3].numpy() == (LABELS > 0)).all()
-    with pytest.raises(ExemplarError, match="--range: found a range for gloss, expected one of"):
+    with pytest.raises(
+        ExemplarError, match="--range: found a range for gloss, expected one of"
+    ):
         load_exemplar(photo, 1000, 8, reading=Reading({"gloss": "auto"}))
 
 
@@ -275,7 +313,9 @@ def test_pictures_without_structure_or_width(tmp_path: Path) -> None:
 # --- layers, parts and windows of EXR files
 
 
-@pytest.mark.parametrize("names", ["Beauty.{R,G,B}", "a.b.{r,g,b}", "beauty.{red,green,blue}"])
+@pytest.mark.parametrize(
+    "names", ["Beauty.{R,G,B}", "a.b.{r,g,b}", "beauty.{red,green,blue}"]
+)
 def test_the_only_layer_with_color_is_the_albedo(names: str, tmp_path: Path) -> None:
     layer, _, letters = names.rpartition(".")
     channels = [f"{layer}.{letter}" for letter in letters[1:-1].split(",")]
@@ -294,10 +334,13 @@ def test_several_layers_need_a_choice(tmp_path: Path) -> None:
     path = write(tmp_path / "a.exr", planes, names)
     message = refusal(path)
     assert (
-        "several layers with color: diffuse, gloss, expected one; choose it by --layer" in message
+        "several layers with color: diffuse, gloss, expected one; choose it by --layer"
+        in message
     )
     assert np.abs(grey(load(path, layer="gloss")) - UNIT[::-1]).max() < 2e-3
-    assert "expected a layer with color: diffuse, gloss" in refusal(path, layer="emission")
+    assert "expected a layer with color: diffuse, gloss" in refusal(
+        path, layer="emission"
+    )
 
 
 def test_the_part_with_color_is_read(tmp_path: Path) -> None:
@@ -322,7 +365,9 @@ def test_the_part_with_color_is_read(tmp_path: Path) -> None:
     assert np.abs(grey(exemplar) - UNIT).max() < 2e-3
     assert "reads the part beauty (R, G, B), 1 of 2" in exemplar.notes[0]
     path = parts(beauty, ("gloss", ["R", "G", "B"], color(UNIT[::-1])))
-    assert "found the parts beauty (R, G, B); gloss (R, G, B), expected one" in refusal(path)
+    assert "found the parts beauty (R, G, B); gloss (R, G, B), expected one" in refusal(
+        path
+    )
     assert np.abs(grey(load(path, layer="gloss")) - UNIT[::-1]).max() < 2e-3
     assert "found the parts" in refusal(parts(depth, ("ao", ["Z"], color(count=1))))
 
@@ -360,7 +405,9 @@ def test_data_windows(tmp_path: Path) -> None:
     assert np.abs(grey(exemplar) - UNIT).max() < 2e-3
     assert "the display window 64 x 64" in exemplar.notes[0]
     photo = write_tiff(tmp_path / "c.tif", TONES)
-    with pytest.raises(ExemplarError, match=r"b.exr: found a data window that begins at 5, 6"):
+    with pytest.raises(
+        ExemplarError, match=r"b.exr: found a data window that begins at 5, 6"
+    ):
         load_exemplar(photo, 1000, 8, maps={"wear": path})
 
 
@@ -372,15 +419,21 @@ def test_tiles_planes_and_pages(tmp_path: Path) -> None:
     path = write_tiff(tmp_path / "tiled.tif", deep, tile=(16, 16))
     assert np.abs(grey(load(path)) - UNIT).max() < 1e-6
     planes = np.stack([TONES] * 3)
-    path = write_tiff(tmp_path / "p.tif", planes, photometric="rgb", planarconfig="separate")
+    path = write_tiff(
+        tmp_path / "p.tif", planes, photometric="rgb", planarconfig="separate"
+    )
     assert np.abs(grey(load(path)) - UNIT).max() < 1e-6
     path = write_tiff(tmp_path / "pages.tif", np.stack([TONES, TONES]))
     assert "found several pictures (frames, pages or parts)" in refusal(path)
 
 
 def test_lab_is_refused(tmp_path: Path) -> None:
-    path = write_tiff(tmp_path / "a.tif", np.stack([TONES] * 3, axis=2), photometric="cielab")
-    assert "found CIE L*a*b* values, expected RGB; convert it to sRGB first" in refusal(path)
+    path = write_tiff(
+        tmp_path / "a.tif", np.stack([TONES] * 3, axis=2), photometric="cielab"
+    )
+    assert "found CIE L*a*b* values, expected RGB; convert it to sRGB first" in refusal(
+        path
+    )
 
 
 # --- raw files and others whose content is not the photograph
@@ -408,7 +461,9 @@ def test_thumbnails_of_raw_files_are_refused(suffix: str, tmp_path: Path) -> Non
         (struct.pack(">I", 24) + b"ftypavif", "an AVIF picture"),
     ],
 )
-def test_files_known_by_their_first_bytes(start: bytes, found: str, tmp_path: Path) -> None:
+def test_files_known_by_their_first_bytes(
+    start: bytes, found: str, tmp_path: Path
+) -> None:
     path = tmp_path / "photo.jpg"
     path.write_bytes(start + bytes(200))
     assert f"found {found}" in refusal(path)
@@ -447,7 +502,9 @@ def test_a_wide_gamut_is_converted_to_srgb(tmp_path: Path) -> None:
     )
     assert np.abs(load(grey_path).image[1].numpy() - srgb_encode(UNIT)).max() < 2 / 255
     deep = tmp_path / "deep.tif"
-    tifffile.imwrite(deep, colors.astype(np.uint16) * 257, photometric="rgb", iccprofile=wide)
+    tifffile.imwrite(
+        deep, colors.astype(np.uint16) * 257, photometric="rgb", iccprofile=wide
+    )
     assert "and more than 8 bits, expected sRGB; convert it first" in refusal(deep)
 
 
@@ -458,7 +515,9 @@ def test_profiles_of_srgb_change_nothing(tmp_path: Path) -> None:
         Image.fromarray(colors).save(tmp_path / f"a.{suffix}", icc_profile=srgb)
         exemplar = load(tmp_path / f"a.{suffix}")
         assert exemplar.notes == ()
-        assert np.abs(exemplar.image.permute(1, 2, 0).numpy() - colors / 255).max() < 1e-6
+        assert (
+            np.abs(exemplar.image.permute(1, 2, 0).numpy() - colors / 255).max() < 1e-6
+        )
 
 
 def test_a_linear_png_is_encoded(tmp_path: Path) -> None:
@@ -479,7 +538,8 @@ def test_grey_with_alpha_of_16_bits(tmp_path: Path) -> None:
     spec.alpha_channel = 1
     for alpha in (65535, 65534):
         pixels = np.stack(
-            [TONES.astype(np.uint16) * 257, np.full_like(TONES, 0) + np.uint16(alpha)], 2
+            [TONES.astype(np.uint16) * 257, np.full_like(TONES, 0) + np.uint16(alpha)],
+            2,
         )
         path = tmp_path / f"{alpha}.png"
         file = oiio.ImageOutput.create(str(path))
@@ -501,7 +561,9 @@ def test_ranges_are_parsed(text: str, value: Range) -> None:
     assert Reading.of_record(record) == Reading({"": value}, "beauty")
 
 
-@pytest.mark.parametrize("text", ["", "4095", "5,5", "9,1", "nan,1", "0,inf", "0,1,2", "most"])
+@pytest.mark.parametrize(
+    "text", ["", "4095", "5,5", "9,1", "nan,1", "0,inf", "0,1,2", "most"]
+)
 def test_ranges_that_cannot_work(text: str) -> None:
     with pytest.raises(ExemplarError, match="expected LOW,HIGH"):
         parse_range(text)

@@ -25,7 +25,9 @@ DEEP = random.integers(0, 65536, (*SHAPE, 3)).astype(np.uint16)
 
 def write_deep(path: Path, values: np.ndarray) -> None:
     """16 bits a channel, which Pillow cannot write in colour."""
-    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], oiio.UINT16)
+    spec = oiio.ImageSpec(
+        values.shape[1], values.shape[0], values.shape[2], oiio.UINT16
+    )
     file = oiio.ImageOutput.create(str(path))
     assert file.open(str(path), spec) and file.write_image(values) and file.close()
 
@@ -40,7 +42,9 @@ def read_colors(path: Path) -> np.ndarray:
 @pytest.mark.parametrize("suffix", ["png", "tif", "bmp", "webp"])
 def test_colors_of_8_bits(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"a.{suffix}"
-    Image.fromarray(COLORS).save(path, **({"lossless": True} if suffix == "webp" else {}))
+    Image.fromarray(COLORS).save(
+        path, **({"lossless": True} if suffix == "webp" else {})
+    )
     assert np.abs(read_colors(path) - COLORS / np.float32(255)).max() < 1e-6
 
 
@@ -66,12 +70,16 @@ def test_palettes_and_bits_are_expanded(tmp_path: Path) -> None:
     expected = np.asarray(palette.convert("RGB")) / np.float32(255)
     assert np.abs(read_colors(tmp_path / "palette.png") - expected).max() < 1e-6
     Image.fromarray(GREY > 127).save(tmp_path / "bits.png")
-    assert np.array_equal(read_picture(tmp_path / "bits.png").values[:, :, 0], GREY > 127)
+    assert np.array_equal(
+        read_picture(tmp_path / "bits.png").values[:, :, 0], GREY > 127
+    )
 
 
 def test_opaque_alpha_is_dropped(tmp_path: Path) -> None:
     Image.fromarray(COLORS).convert("RGBA").save(tmp_path / "a.png")
-    assert np.abs(read_colors(tmp_path / "a.png") - COLORS / np.float32(255)).max() < 1e-6
+    assert (
+        np.abs(read_colors(tmp_path / "a.png") - COLORS / np.float32(255)).max() < 1e-6
+    )
     Image.fromarray(GREY).convert("LA").save(tmp_path / "grey.png")
     assert read_picture(tmp_path / "grey.png").names == ("Y",)
 
@@ -80,7 +88,9 @@ def test_opaque_alpha_is_dropped(tmp_path: Path) -> None:
 def test_pictures_stand_upright(orientation: int, tmp_path: Path) -> None:
     exif = Image.Exif()
     exif[0x112] = orientation
-    Image.fromarray(COLORS).save(tmp_path / "a.jpg", exif=exif, quality=100, subsampling=0)
+    Image.fromarray(COLORS).save(
+        tmp_path / "a.jpg", exif=exif, quality=100, subsampling=0
+    )
     with Image.open(tmp_path / "a.jpg") as opened:
         expected = np.asarray(ImageOps.exif_transpose(opened)) / np.float32(255)
     assert np.abs(read_picture(tmp_path / "a.jpg").values - expected).max() < 2.5 / 255
@@ -90,7 +100,9 @@ def test_exr_keeps_names_and_values(tmp_path: Path) -> None:
     values = random.normal(size=(*SHAPE, 5)).astype(np.float32)
     write_exr(tmp_path / "a.exr", ["R", "G", "B", "height", "rust.amount"], values)
     picture = read_picture(tmp_path / "a.exr")
-    assert picture.names == ("R", "G", "B", "height", "rust.amount") and picture.is_float
+    assert (
+        picture.names == ("R", "G", "B", "height", "rust.amount") and picture.is_float
+    )
     assert np.array_equal(picture.values, values)
 
 
@@ -100,6 +112,16 @@ def empty(path: Path) -> None:
 
 def text(path: Path) -> None:
     path.write_text("not a picture")
+
+
+def lfs_pointer(path: Path) -> None:
+    path.write_text(
+        "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 3\n"
+    )
+
+
+def web_page(path: Path) -> None:
+    path.write_text("\n<!DOCTYPE html><html></html>")
 
 
 def folder(path: Path) -> None:
@@ -181,15 +203,26 @@ def bomb(path: Path) -> None:
     [
         (empty, "found an empty file, expected a picture"),
         (text, "found no readable picture"),
-        (folder, "found no such file"),
+        (folder, "found a folder, expected a picture"),
+        (
+            lfs_pointer,
+            "found a Git LFS pointer, expected a picture (PNG, JPEG, TIFF, EXR ...): run",
+        ),
+        (web_page, "found an HTML page, expected a picture"),
         (half_a_jpeg, "found a damaged or unfinished picture"),
         (half_a_png, "found a damaged or unfinished picture"),
         (flipped_byte, "found a damaged or unfinished picture"),
         (half_an_exr, "found a damaged or unfinished picture"),
-        (see_through, "found pixels that are not opaque (0.833 % of them), expected an opaque"),
+        (
+            see_through,
+            "found pixels that are not opaque (0.833 % of them), expected an opaque",
+        ),
         (inks, "found CMYK inks, whose colors depend on a printer, expected RGB"),
         (inks_tiff, "found CMYK inks"),
-        (film, "found several pictures (frames, pages or parts), expected a file with one"),
+        (
+            film,
+            "found several pictures (frames, pages or parts), expected a file with one",
+        ),
         (film_webp, "found several pictures"),
         (pages, "found several pictures"),
         (nan, "found nan at column 7, row 4 of channel G, expected finite values"),
@@ -214,7 +247,9 @@ def test_huge_pictures_are_refused_before_they_take_memory(
 ) -> None:
     Image.fromarray(COLORS).save(tmp_path / "a.png")
     monkeypatch.setattr(file_kinds, "MAX_VALUES", COLORS.size - 1)
-    with pytest.raises(ExemplarError, match="found 10 x 12 pixels of 3 channels, expected at most"):
+    with pytest.raises(
+        ExemplarError, match="found 10 x 12 pixels of 3 channels, expected at most"
+    ):
         read_picture(tmp_path / "a.png")
     monkeypatch.setattr(file_kinds, "MAX_VALUES", COLORS.size)
     read_picture(tmp_path / "a.png")

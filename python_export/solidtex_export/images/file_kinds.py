@@ -16,6 +16,17 @@ RAW_SUFFIX = re.compile(
 RAW_STARTS = (b"FUJIFILMCCD-RAW", b"IIRO", b"IIRS", b"MMOR", b"IIU\0", b"\0MRM", b"FOVb")
 DEVELOP = "a developed picture (for example darktable-cli {} {}.tif, then train on the .tif)"
 
+DOWNLOAD = "download the file itself, not its page"
+UNPACK = "unpack it first"
+OTHER_CONTENTS = (
+    (b"version https://git-lfs.github.com/spec/", "a Git LFS pointer", "run git lfs pull"),
+    (b"<!doctype", "an HTML page", DOWNLOAD),
+    (b"<html", "an HTML page", DOWNLOAD),
+    (b"pk\3\4", "a ZIP archive", UNPACK),
+    (b"\x1f\x8b", "a gzip archive", UNPACK),
+)
+"""First bytes, in small letters, of what is often found in place of a picture."""
+
 PHOTOMETRIC_RAW = (32803, 34892)  # color filter array, linear raw
 PHOTOMETRIC_LAB = (8, 9, 10)
 PHOTOMETRIC_MASK = 4
@@ -33,11 +44,14 @@ def refuse(path: Path, found: str, expected: str) -> ExemplarError:
 def check_file(path: Path) -> None:
     """Refuse raw camera data and files that are no images, by their first bytes and suffix."""
     if not path.is_file():
-        raise refuse(path, "no such file", PICTURE)
+        raise refuse(path, "a folder" if path.is_dir() else "no such file", PICTURE)
     with path.open("rb") as file:
-        start = file.read(32)
+        start = file.read(64)
     if not start:
         raise refuse(path, "an empty file", PICTURE)
+    for beginning, found, remedy in OTHER_CONTENTS:
+        if start.lstrip().lower().startswith(beginning):
+            raise refuse(path, found, f"{PICTURE}: {remedy}")
     brand = start[8:12] if start[4:8] == b"ftyp" else b""
     if brand == b"avif":
         raise refuse(path, "an AVIF picture", "PNG or TIFF (for example avifdec a.avif a.png)")

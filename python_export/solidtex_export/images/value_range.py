@@ -66,6 +66,16 @@ class FoundRange:
         return values if len(values) <= MOST_LABELS else None
 
     @property
+    def color_count(self) -> int:
+        """How many distinct colors there are, at most FEW + 1."""
+        rest = self.pixels.reshape(-1, self.pixels.shape[2])
+        count = 0
+        while len(rest) and count <= FEW:
+            rest = rest[(rest != rest[0]).any(axis=1)]
+            count += 1
+        return count
+
+    @property
     def are_few(self) -> bool:
         return self.labels is not None and 2 <= len(self.labels) <= FEW
 
@@ -164,6 +174,11 @@ def _judged(found: FoundRange, option: str, is_map: bool) -> list[str]:
         raise refuse(picture.path, "the same color everywhere", "a picture that shows structure")
     if found.are_few:
         return _judged_labels(found, option)
+    if (colors := found.color_count) <= FEW:
+        return [
+            f"warning: found only {colors} colors, learned as these colors; if they are labels of"
+            f" phases, save the labels as grey values and use {option}labels"
+        ]
     return (_judged_floats if picture.is_float else _judged_whole)(found, option)
 
 
