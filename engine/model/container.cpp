@@ -63,7 +63,9 @@ std::uint64_t header_size(std::span<const std::byte> bytes, const std::string& l
   if (size > limit)
     throw invalid(label, "header length", std::to_string(size) + " bytes",
                   "at most " + std::to_string(limit) + " bytes (file size, and a limit of " +
-                      std::to_string(max_header_bytes) + ")");
+                      std::to_string(max_header_bytes) + "): " +
+                      (size > max_header_bytes ? "this is no model, export it from a result"
+                                               : "the file is cut short, copy it again"));
   return size;
 }
 

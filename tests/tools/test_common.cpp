@@ -108,6 +108,9 @@ TEST_CASE("An existing output is only overwritten by force") {
   write(folder / "out", "x");
   CHECK_THROWS_WITH(refuse_overwrite(folder / "out", false), ContainsSubstring("exists already"));
   CHECK_NOTHROW(refuse_overwrite(folder / "out", true));
+  fs::create_directory(folder / "folder");
+  CHECK_THROWS_WITH(refuse_overwrite(folder / "folder", true),
+                    ContainsSubstring("a folder, which is never replaced"));
 }
 
 TEST_CASE("Error messages name the target, not the temporary file") {

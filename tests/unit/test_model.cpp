@@ -172,10 +172,12 @@ TEST_CASE("Other contents in place of a model are named, with the remedy", "[mod
   CHECK_THAT(error_of_text("<?xml version=\"1.0\"?><Error><Code>AccessDenied</Code></Error>"),
              ContainsSubstring("an XML document, not the model"));
   CHECK_THAT(error_of_text("PK\3\4\x14"), ContainsSubstring("a ZIP archive or PyTorch checkpoint"));
+  CHECK_THAT(error_of_text("{\"a\": 1, \"b\": 2}"), ContainsSubstring("this is no model"));
   CHECK(error_of_text("") ==
         "file: header length: found an empty file of 0 bytes, expected a model: copy or download "
         "the file again");
-  CHECK_THAT(error_of_text("version 2 of something"), ContainsSubstring("header length: found "));
+  CHECK_THAT(error_of_text("version 2 of something"),
+             ContainsSubstring("header length: found ") && ContainsSubstring("this is no model"));
   CHECK_THAT(error_of_text(std::string(300, ' ')), ContainsSubstring("header length: found "));
 }
 

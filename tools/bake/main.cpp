@@ -29,11 +29,11 @@ void check_targets(const BakeOptions& options) {
   }
   for (const fs::path& path : {options.output, options.preview}) {
     if (path.empty()) continue;
-    refuse_overwrite(path, options.force);
     std::error_code ignored;
-    if (fs::is_directory(path, ignored) && !fs::is_empty(path, ignored)) {
-      throw std::runtime_error(path.string() + ": a folder that holds files is never replaced");
-    }
+    const bool is_empty_folder =
+        options.force && fs::is_directory(path, ignored) && fs::is_empty(path, ignored);
+    const bool takes_folder = path == options.output && !options.slices.empty();
+    if (!is_empty_folder || !takes_folder) refuse_overwrite(path, options.force);
   }
   if (!options.mesh.empty()) {
     check_mesh_options(options);

@@ -101,6 +101,10 @@ void check_writable(const fs::path& path) { const AtomicFile probe(path); }
 
 void refuse_overwrite(const fs::path& path, bool force) {
   std::error_code ignored;  // what cannot be looked at cannot be written either
+  if (fs::is_directory(path, ignored)) {
+    throw std::runtime_error(
+        path.string() + ": exists already as a folder, which is never replaced: give another name");
+  }
   if (!force && fs::exists(fs::symlink_status(path, ignored)))
     throw std::runtime_error(path.string() + ": exists already (--force overwrites it)");
 }

@@ -82,14 +82,16 @@ SurfaceMesh to_solid(const Mesh& mesh, std::uint32_t number) {
   pmp::repair_polygon_soup(points, faces);  // merges vertices that seams split
   SurfaceMesh surface;
   if (!pmp::is_polygon_soup_a_polygon_mesh(faces)) {
-    refuse(mesh.file, "edges with more than two faces", "a solid's surface, because it is cut");
+    refuse(mesh.file, "edges with more than two faces, or parts that meet in one vertex",
+           "a solid's surface, because it is cut: unite its parts, or move them apart");
   }
   pmp::polygon_soup_to_polygon_mesh(points, faces, surface);
   if (!CGAL::is_closed(surface)) {
-    refuse(mesh.file, "an open surface", "a closed one, because it is cut");
+    refuse(mesh.file, "an open surface", "a closed one, because it is cut: fill its holes");
   }
   if (pmp::does_self_intersect(surface)) {
-    refuse(mesh.file, "a surface that intersects itself", "a solid's surface, because it is cut");
+    refuse(mesh.file, "a surface that intersects itself",
+           "a solid's surface, because it is cut: unite its parts, or move them apart");
   }
   if (!pmp::is_outward_oriented(surface)) pmp::reverse_face_orientations(surface);
   SourceMap sources = source_map(surface);
