@@ -352,6 +352,8 @@ TEST_CASE("STL, binary and text") {
   const std::string content = binary_stl("cut");
   check_has(refusal(read_stl, content.substr(0, content.size() - 60)), "10 of the 12 triangles");
   check_has(refusal(read_stl, text_stl().substr(0, 700)), "\"endsolid\" as the last line");
+  const std::size_t last = text_stl().rfind("vertex");
+  check_has(refusal(read_stl, text_stl().substr(0, last + 8)), "the file is cut short");
   check_has(refusal(read_stl, ""), "no triangles");
 }
 
@@ -360,6 +362,8 @@ TEST_CASE("OFF with and without colors") {
   check_box(mesh_of(read_off, off("OFF 8 6 0\n")));
   CHECK(mesh_of(read_off, off("OFF\n8 5 0\n")).warnings.size() == 1);
   check_has(refusal(read_off, off("OFF\n8 7 0\n")), "6 of the 7 faces");
+  const std::string whole = off("OFF\n8 6 0\n");
+  check_has(refusal(read_off, whole.substr(0, whole.rfind("\n4 ") + 6)), "cut short");
   check_has(refusal(read_off, off("OFF\n6 6 0\n")), "expected indices");
   check_has(refusal(read_off, off("4OFF\n8 6 0\n")), "found \"4OFF\"");
 }

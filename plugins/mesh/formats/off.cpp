@@ -117,7 +117,8 @@ class OffReader {
       const auto index = to_integer(word);
       if (!index || *index < 0 || static_cast<std::uint64_t>(*index) >= counts.vertices) {
         refuse(file_, "vertex index " + quote(word) + " in face " + std::to_string(number),
-               "indices from 0 to below " + std::to_string(counts.vertices));
+               "indices from 0 to below " + std::to_string(counts.vertices) +
+                   (rest_.empty() ? ": is the file cut short? Copy or export it again" : ""));
       }
       const auto vertex = static_cast<std::uint32_t>(*index);
       mesh_.corners.push_back({vertex, vertex, vertex});

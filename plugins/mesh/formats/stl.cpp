@@ -72,7 +72,9 @@ PolygonMesh read_text(const std::string& file, std::string_view content) {
       const std::string_view word = take_word(line);
       const auto number = to_number(word);
       if (!number) {
-        refuse(file, quote(word) + " in line " + std::to_string(line_number), "a number");
+        refuse(file, quote(word) + " in line " + std::to_string(line_number),
+               content.empty() ? "a number: the file is cut short, copy or export it again"
+                               : "a number");
       }
       position[axis] = *number;
     }
