@@ -75,7 +75,7 @@ def test_the_method_default_is_none_at_all(plan: Path, tmp_path: Path) -> None:
     assert not any(option.startswith("--preset") for option in cell._training(tmp_path))
 
 
-def test_a_plan_is_trained_judged_and_written_once(
+def test_a_plan_is_trained_evaluated_and_written_once(
     plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls = in_process(monkeypatch)
@@ -96,9 +96,9 @@ def test_a_plan_is_trained_judged_and_written_once(
     training = model_file.read(MODELS / "granite-grey.solidtex").document["training"]
     assert f"| {training['seconds'] / 60:.1f} | {training['step']} |" in page
     assert "another block of the true solid" in page
-    judged = json.loads((rock / "lattice" / "eval.json").read_text())["distances"]["albedo"]
+    distances = json.loads((rock / "lattice" / "eval.json").read_text())["distances"]["albedo"]
     for metric in ("binary_patterns", "spectrum"):  # an overview each, the lowest in bold
-        assert f"| [rock](#rock) | **{judged['overall'][metric]['multiple']:.2f}** |" in page
+        assert f"| [rock](#rock) | **{distances['overall'][metric]['multiple']:.2f}** |" in page
     for file in ("rock.jpg", "rock-lattice.jpg"):
         assert f"images/table/{file}" in page and (tmp_path / "images" / "table" / file).exists()
 
@@ -139,7 +139,7 @@ def test_the_table_remembers_what_is_not_in_the_folder(
     assert f"{figures}: found no outcomes" in capsys.readouterr().err
 
 
-def test_maps_of_a_solid_are_trained_and_judged(
+def test_maps_of_a_solid_are_trained_and_evaluated(
     plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan.write_text(PLAN.replace('solid = "porous"', 'solid = "grains"'))

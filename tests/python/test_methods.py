@@ -68,13 +68,13 @@ def test_every_loss_of_a_method_moves_the_generator(
 ) -> None:
     trainer = make_trainer([photo], tmp_path / "r", method, "--set", "slicing.batch=2")
     slices = trainer.slices.draw("x", 32, 2)
-    judged = set()
+    finite = set()
     for progress in (0.0, 1.0):
         gradient, values = trainer.objective.gradient(slices, 0, progress)
         assert list(values) == trainer.objective.names
-        judged |= {name for name, value in values.items() if math.isfinite(value)}
+        finite |= {name for name, value in values.items() if math.isfinite(value)}
         assert gradient.shape == slices.shape and float(gradient.norm()) > 0
-    assert judged == set(trainer.objective.names)
+    assert finite == set(trainer.objective.names)
 
 
 @pytest.mark.parametrize("method", ["gutierrez", "sts-gan", "gramgan"])
@@ -91,16 +91,16 @@ def test_a_photograph_per_direction(method: str, photo: Path, tmp_path: Path) ->
 
 def test_critics_of_sts_gan_see_their_scales(photo: Path, tmp_path: Path) -> None:
     trainer = make_trainer([photo], tmp_path / "r", "sts-gan")
-    judge = trainer.discriminators[0]["critic"]
-    assert len(judge.discriminators) == 5
+    trained = trainer.discriminators[0]["critic"]
+    assert len(trained.discriminators) == 5
     ramp = torch.arange(40.0).expand(1, 3, 40, 40)
     for scale, fraction in enumerate((0.2, 0.4, 0.6, 0.8, 1.0)):
-        view = judge.view(ramp, scale)
+        view = trained.view(ramp, scale)
         assert view.shape == ramp.shape
         assert float(view.max() - view.min()) == pytest.approx(40 * fraction - 1)
-    before = [[p.clone() for p in critic.parameters()] for critic in judge.discriminators]
+    before = [[p.clone() for p in critic.parameters()] for critic in trained.discriminators]
     train(trainer, steps=1)
-    for critic, old in zip(judge.discriminators, before, strict=True):
+    for critic, old in zip(trained.discriminators, before, strict=True):
         assert any(not torch.equal(p, q) for p, q in zip(critic.parameters(), old, strict=True))
 
 

@@ -27,46 +27,48 @@ def critic(channels: int = 3, layers: tuple[str, ...] = LAYERS) -> ProjectedCrit
 
 
 def test_it_learns_to_tell_noise_from_the_photograph() -> None:
-    judge = critic()
+    discriminator = critic()
     real = photograph()[None].expand(2, -1, -1, -1)
-    adam = torch.optim.Adam(judge.parameters(), 1e-2)
+    adam = torch.optim.Adam(discriminator.parameters(), 1e-2)
     first = None
     for _ in range(30):
         fakes = real.flatten(2)[:, :, torch.randperm(64 * 64)].view_as(real)
-        loss = judge.loss(fakes, real)
+        loss = discriminator.loss(fakes, real)
         first = loss.item() if first is None else first
         adam.zero_grad()
         loss.backward()
         adam.step()
     assert loss.item() < 0.2 * first
-    on_fakes, on_real = (judge.judge(judge.features(images)) for images in (fakes, real))
+    on_fakes, on_real = (
+        discriminator.score(discriminator.features(images)) for images in (fakes, real)
+    )
     assert on_fakes.shape == on_real.shape == (2,)
     assert bool((on_real > on_fakes).all())
 
 
 def test_what_belongs_to_it() -> None:
     """The frozen network is neither trained nor saved; what it normalises by is saved."""
-    judge = critic()
-    assert all("heads" in name for name, _ in judge.named_parameters())
-    names = set(judge.state_dict())
+    discriminator = critic()
+    assert all("heads" in name for name, _ in discriminator.named_parameters())
+    names = set(discriminator.state_dict())
     assert {f"{n}_{part}" for n in LAYERS for part in ("mean", "gain")} <= names
     assert not any("network" in name for name in names)
     assert not any(p.requires_grad for p in load_weights(SHIPPED).network.parameters())
 
 
 @pytest.mark.parametrize("channels", [1, 3, 5])
-def test_every_channel_is_judged(channels: int) -> None:
-    judge = critic(channels)
+def test_every_channel_is_used(channels: int) -> None:
+    discriminator = critic(channels)
     image = photograph(channels)[None].requires_grad_()
-    (slope,) = torch.autograd.grad(judge.judge(judge.features(image)).sum(), image)
+    (slope,) = torch.autograd.grad(discriminator.score(discriminator.features(image)).sum(), image)
     assert bool((slope.abs().amax((0, 2, 3)) > 0).all())
 
 
 @pytest.mark.parametrize("layer", layer_names())
 def test_the_smallest_image_is_enough_and_needed(layer: str) -> None:
     network, side = DescriptorNetwork(), smallest_image([layer])
-    judge = ProjectedCritic(network, torch.randn(3, side, side), (layer,), 4)
-    assert judge.judge(judge.features(torch.randn(1, 3, side, side))).shape == (1,)
+    discriminator = ProjectedCritic(network, torch.randn(3, side, side), (layer,), 4)
+    assert discriminator.score(discriminator.features(torch.randn(1, 3, side, side))).shape == (1,)
     with pytest.raises(ValueError, match=f"found .* pixels, expected .* {layer}"):
         ProjectedCritic(network, torch.randn(3, side - 1, side - 1), (layer,), 4)
 

@@ -33,7 +33,7 @@ class Discriminator(Protocol):
     def features(self, images: Tensor) -> list[Tensor]:
         """Hidden activations [batch, channel, rows, columns] for a batch of whitened images."""
 
-    def judge(self, features: list[Tensor]) -> Tensor:
+    def score(self, features: list[Tensor]) -> Tensor:
         """Scores [batch] from hidden activations, higher where images look like the photograph."""
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
@@ -96,14 +96,14 @@ class Critic(nn.Module):
             activations.append(images)
         return activations
 
-    def judge(self, features: list[Tensor]) -> Tensor:
+    def score(self, features: list[Tensor]) -> Tensor:
         return self.last(features[-1]).float().mean((1, 2, 3))
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
         return critic_loss(self, fakes, reals, self._penalties)
 
     def forward(self, images: Tensor) -> Tensor:
-        return self.judge(self.features(images))
+        return self.score(self.features(images))
 
 
 def field_of_view(layers: int) -> int:
@@ -145,4 +145,4 @@ def style_loss(
 
 def adversarial_loss(critic: Discriminator, features: list[Tensor]) -> Tensor:
     """Generator loss -E[D(f)] of equation 4."""
-    return -critic.judge(features).mean()
+    return -critic.score(features).mean()

@@ -66,7 +66,7 @@ class ProjectedCritic(nn.Module):
             hidden.append(self.heads[name].hidden((found[name] - mean) * gain))
         return hidden
 
-    def judge(self, features: list[Tensor]) -> Tensor:
+    def score(self, features: list[Tensor]) -> Tensor:
         maps = self._maps(features)
         return torch.stack([m.mean((1, 2, 3)) for m in maps]).mean(0)
 

@@ -149,7 +149,7 @@ def _copying(
 
 
 def _repetitions(subject: Subject, images: list[np.ndarray]) -> dict[str, Any]:
-    """Repetition of the exemplars, and of two distant blocks of a model or of each image."""
+    """Repetition of the exemplars, and of a model's blocks or of each image."""
     result: dict[str, Any] = {"self": [_record(repetition(luminance(image))) for image in images]}
     if subject.blocks:
         near, far = (luminance(block) for block in subject.blocks)

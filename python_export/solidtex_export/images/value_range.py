@@ -124,7 +124,7 @@ def scaled(
     indices = [picture.names.index(name) for name in names]
     found = FoundRange(picture, picture.pixels[:, :, indices])
     if asked is None or asked == "full":
-        notes = [] if asked else _judged(found, option, is_map)
+        notes = [] if asked else _warnings(found, option, is_map)
         return Scaled(picture.values[:, :, indices], picture.is_float, notes)
     if asked == "labels":
         return _labels_as_tones(found)
@@ -165,7 +165,7 @@ def _listed(labels: np.ndarray) -> str:
     return f"{len(labels)} labels {', '.join(texts)}{more}"
 
 
-def _judged(found: FoundRange, option: str, is_map: bool) -> list[str]:
+def _warnings(found: FoundRange, option: str, is_map: bool) -> list[str]:
     """Notes on unusual pixels that were scaled by default; refuses useless ones."""
     picture = found.picture
     if is_map and (picture.is_float or found.is_constant):
@@ -173,16 +173,16 @@ def _judged(found: FoundRange, option: str, is_map: bool) -> list[str]:
     if found.is_constant:
         raise refuse(picture.path, "the same color everywhere", "a picture that shows structure")
     if found.are_few:
-        return _judged_labels(found, option)
+        return _labels_warnings(found, option)
     if (colors := found.color_count) <= FEW:
         return [
             f"warning: found only {colors} colors, learned as these colors; if they are labels of"
             f" phases, save the labels as grey values and use {option}labels"
         ]
-    return (_judged_floats if picture.is_float else _judged_whole)(found, option)
+    return (_floats_warnings if picture.is_float else _whole_warnings)(found, option)
 
 
-def _judged_labels(found: FoundRange, option: str) -> list[str]:
+def _labels_warnings(found: FoundRange, option: str) -> list[str]:
     labels, full = found.labels, found.picture.full
     assert labels is not None
     text = f"{_listed(labels)} of 0 ... {number(full)}"
@@ -200,7 +200,7 @@ def _judged_labels(found: FoundRange, option: str) -> list[str]:
     ]
 
 
-def _judged_whole(found: FoundRange, option: str) -> list[str]:
+def _whole_warnings(found: FoundRange, option: str) -> list[str]:
     full = found.picture.full
     remedy = f"{option}LOW,HIGH or {option}auto ({_limits(found)})"
     of_full = f"{found} of 0 ... {number(full)}"
@@ -221,7 +221,7 @@ def _judged_whole(found: FoundRange, option: str) -> list[str]:
     return []
 
 
-def _judged_floats(found: FoundRange, option: str) -> list[str]:
+def _floats_warnings(found: FoundRange, option: str) -> list[str]:
     remedy = f"{option}auto ({_limits(found)}) or {option}LOW,HIGH scales them"
     low = float(np.quantile(found.pixels, 0.005))
     middle = float(np.median(found.pixels))

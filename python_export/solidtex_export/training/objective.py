@@ -120,7 +120,7 @@ class Objective:
         terms = [(name, term) for name, term in self._terms.items() if term.active(progress)]
         losses = {}
         features: dict[object, Features] = {}
-        judged: dict[str, Callable[[Loss], Tensor]] = {}  # by the discriminator's name
+        evaluated: dict[str, Callable[[Loss], Tensor]] = {}  # by the discriminator's name
         for name, term in terms:
             key = (term.descriptor, term.groups)
             if term.kind == "descriptor":
@@ -135,10 +135,11 @@ class Objective:
             elif term.kind == "color_distribution":
                 loss = color_distance(slices, self._exemplars[index])
             elif term.kind in DISCRIMINATOR_OF:
-                judge = DISCRIMINATOR_OF[term.kind]
-                if judge not in judged:
-                    judged[judge] = self._judged(self._discriminators[index][judge], slices, index)
-                loss = judged[judge](term)
+                table = DISCRIMINATOR_OF[term.kind]
+                if table not in evaluated:
+                    trainer = self._discriminators[index][table]
+                    evaluated[table] = self._discriminator_loss(trainer, slices, index)
+                loss = evaluated[table](term)
             else:
                 if key not in features:
                     reals = self._reals(index, len(slices), slices.shape[2])
@@ -147,7 +148,7 @@ class Objective:
             losses[name] = (term, loss)
         return losses
 
-    def _judged(
+    def _discriminator_loss(
         self, trainer: DiscriminatorTrainer, slices: Tensor, index: int
     ) -> Callable[[Loss], Tensor]:
         """Losses of one discriminator, which share its features."""

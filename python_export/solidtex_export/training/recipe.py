@@ -254,7 +254,7 @@ class Recipe(Settings):
         return any(t.descriptor == descriptor for t in terms)
 
     @property
-    def smallest_judged(self) -> int:
+    def smallest_slice(self) -> int:
         """Side of the smallest slice that all discriminators accept, in texels; 1 without any."""
         return max((d.smallest for d in self.discriminators.values()), default=1)
 

@@ -132,7 +132,7 @@ def resolve(request: Request) -> Resolved:
 
 def smallest_size(request: Request) -> int:
     """Side of the smallest slice that every loss accepts, in texels."""
-    return max(SMALLEST_SIZE, *(recipe.smallest_judged for recipe in request.recipes()))
+    return max(SMALLEST_SIZE, *(recipe.smallest_slice for recipe in request.recipes()))
 
 
 def scale(request: Request) -> tuple[int, int]:

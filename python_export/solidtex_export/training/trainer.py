@@ -141,23 +141,23 @@ class Trainer:
     def _train_step(self) -> dict[str, float]:
         self._settle_when_due()
         progress = self.progress
-        judging = self.recipe.discriminators_at(progress)
-        rate = self.optimizer.prepare(self.step, progress, bool(judging))
+        active = self.recipe.discriminators_at(progress)
+        rate = self.optimizer.prepare(self.step, progress, bool(active))
         passes = self._passes()
-        judged = set()
+        compared = set()
         sums: dict[str, float] = {}
         for direction, oblique in passes:
             index = self.config.exemplar_index(direction)
             values, slices = self._backward(direction, oblique, progress, 1 / len(passes))
             sums = {name: sums.get(name, 0.0) + v / len(passes) for name, v in values.items()}
             if direction in self.config.directions:
-                for name in judging:
+                for name in active:
                     self.discriminators[index][name].remember(slices)
-                judged.add(index)
+                compared.add(index)
         self.ranks.average_gradients(self.generator)
         self.optimizer.step()
         for name in self.discriminators[0]:
-            indices = sorted(judged) if name in judging else []
+            indices = sorted(compared) if name in active else []
             losses = [self._train_discriminators(name, i) for i in indices]
             sums[name] = sum(losses) / len(losses) if losses else math.nan
         self.watch.check(self.step, sums)
@@ -207,7 +207,7 @@ class Trainer:
 
     def _oblique_size(self) -> int:
         side = round(self.recipe.slicing.oblique_size * self.config.size)
-        return max(self.recipe.smallest_judged, side)
+        return max(self.recipe.smallest_slice, side)
 
     def _train_discriminators(self, name: str, index: int) -> float:
         losses = self.objective.discriminator_losses(name, index)

@@ -50,7 +50,7 @@ class Cell:
         self._minutes = plan.minutes
         self._photos = photos
         self.model = self.folder / "model.solidtex"
-        self.judgement = self.folder / "eval.json"
+        self.evaluation = self.folder / "eval.json"
         self.solid_errors = self.folder / "solid.json"
         self.failure = self.folder / "failure.txt"
 
@@ -62,8 +62,10 @@ class Cell:
 
     @property
     def finished(self) -> bool:
-        judged = self.judgement.exists() and (not self.entry.solid or self.solid_errors.exists())
-        return self.model.exists() and judged
+        evaluated = self.evaluation.exists() and (
+            not self.entry.solid or self.solid_errors.exists()
+        )
+        return self.model.exists() and evaluated
 
     def run(self, threads: int) -> bool:
         """Run the missing steps; false if a step fails, with the reason in failure.txt."""
@@ -77,7 +79,7 @@ class Cell:
                 return False
             if not self._step("export", str(result), "-o", str(self.model)):
                 return False
-        if not self.judgement.exists() and not self._step("evaluate", *self._judging()):
+        if not self.evaluation.exists() and not self._step("evaluate", *self._evaluate_options()):
             return False
         if self.entry.solid and not self.solid_errors.exists():
             errors = solid_errors(self.entry.solid, self.model, self.shared / "true.npy")
@@ -98,8 +100,8 @@ class Cell:
         known = [f"--{name}={value}" for name, value in options.items() if value is not None]
         return [str(self.photo), "-o", str(result), *known, *self._maps()]
 
-    def _judging(self) -> list[str]:
-        files = ["--json", str(self.judgement), "-o", str(self.folder / "report.html")]
+    def _evaluate_options(self) -> list[str]:
+        files = ["--json", str(self.evaluation), "-o", str(self.folder / "report.html")]
         files += ["--pictures", str(self.folder / "pictures"), "--force"]
         return [str(self.model), str(self.photo), *files, *self._maps()]
 

@@ -57,7 +57,7 @@ class Outcomes:
             words = " ".join(cell.failure.read_text().split())
             self._set(cell, Outcome(failure=words))
         elif cell.finished:
-            self._set(cell, _judged(cell))
+            self._set(cell, _outcome(cell))
             if cell.entry.solid:
                 self.true_solids[cell.entry.name] = _solid_errors(cell)["true"]
 
@@ -91,21 +91,21 @@ def read_outcomes(path: Path) -> Outcomes:
     return Outcomes(pairs, solids)
 
 
-def _distances(judgement: dict[str, Any]) -> dict[str, Any]:
+def _distances(evaluation: dict[str, Any]) -> dict[str, Any]:
     """Distances of the colors, or of the first group of channels."""
-    overall: dict[str, Any] = next(iter(judgement["distances"].values()))["overall"]
+    overall: dict[str, Any] = next(iter(evaluation["distances"].values()))["overall"]
     return overall
 
 
-def _judged(cell: Cell) -> Outcome:
-    judgement = json.loads(cell.judgement.read_text())
+def _outcome(cell: Cell) -> Outcome:
+    evaluation = json.loads(cell.evaluation.read_text())
     training = model_file.read(cell.model).document["training"]
-    tests = [judgement["repetition"][key] for key in ("block", "far blocks")]
+    tests = [evaluation["repetition"][key] for key in ("block", "far blocks")]
     return Outcome(
         seconds=training["seconds"],
         steps=training["step"],
-        multiples={name: found["multiple"] for name, found in _distances(judgement).items()},
-        copied=max(judgement["copying"]["views"].values()),
+        multiples={name: found["multiple"] for name, found in _distances(evaluation).items()},
+        copied=max(evaluation["copying"]["views"].values()),
         repeats=any(found and found["repeats"] for found in tests),
         solid=_solid_errors(cell)["model"] if cell.entry.solid else None,
     )

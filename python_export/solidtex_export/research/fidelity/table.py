@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 from PIL import Image
@@ -17,9 +18,10 @@ from solidtex_export.whole_file import write_whole
 
 THUMBNAIL = 128  # pixels
 GAP = 4
+WIDTH = 100  # columns of the page
 QUALITY = 85  # of JPEG
 SHORT = {
-    "binary_patterns": "patterns",
+    "binary_patterns": "LBP",
     "autocorrelation": "autocorr.",
     "fdmse": "FDMSE",
     "sliced_wasserstein": "Wasserstein",
@@ -27,8 +29,8 @@ SHORT = {
     "sifid": "SIFID",
 }
 OVERVIEWS = {
-    "binary_patterns": "Binary patterns of all",
-    "spectrum": "Spectra of all",
+    "binary_patterns": "LBP distance",
+    "spectrum": "Spectrum distance",
 }
 SOLID_COLUMNS = {
     "two_point": "two-point",
@@ -39,13 +41,13 @@ SOLID_COLUMNS = {
     "breadth": "breadth",
     "euler": "Euler",
 }
-INTRODUCTION = """# Fidelity of the methods
-
-Made by `solidtex-fidelity {plan}`: each method trained {minutes:g} minutes on each exemplar.
-Figures of slices are multiples of the exemplar's distance to itself ([evaluation](evaluation.md)):
-about 1 is as good as another piece of the material. "copied" is the largest coherence of a
-correspondence map. Pictures: the slice normal to x, and an oblique one. Errors in three dimensions:
-[solids](solids.md#statistics). Failures are results too, and stay in the table.
+INTRODUCTION = """\
+`solidtex-fidelity {plan}` makes this page: it trains each preset for {minutes:g} minutes on each
+exemplar. Distances of slices are relative to self-distance ([evaluation](evaluation.md)): at about
+1 a slice is as close to the exemplar as another piece of the material. "copied" is the largest
+coherence of a correspondence map. The images are the slice normal to x, and an oblique one. Errors
+in three dimensions are explained in [solids](solids.md#statistics). Failed trainings stay in the
+table.
 """
 
 
@@ -62,12 +64,22 @@ def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) 
         outcomes.take(cell)
         if cell.finished:
             _save_pictures(cell, images)
-    parts = [INTRODUCTION.format(plan=plan_name, minutes=plan.minutes)]
-    parts += [plan.note + "\n"] if plan.note else []
+    parts = ["# Fidelity of the presets\n"]
+    for text in (INTRODUCTION.format(plan=plan_name, minutes=plan.minutes), plan.note):
+        parts += [paragraph + "\n" for paragraph in _paragraphs(text)]
     parts += [_overview(plan, outcomes, metric) for metric in OVERVIEWS]
     parts += [_section(plan, entry, outcomes, images.name) for entry in plan.exemplars]
     outcomes.write(figures)
     write_whole(path, ("\n".join(parts) + "\n").encode())
+
+
+def _paragraphs(text: str) -> list[str]:
+    """Paragraphs of Markdown prose, wrapped."""
+    return [
+        fill(paragraph, WIDTH, break_long_words=False, break_on_hyphens=False)
+        for paragraph in text.split("\n\n")
+        if paragraph.strip()
+    ]
 
 
 def _overview(plan: Plan, outcomes: Outcomes, metric: str) -> str:
@@ -100,24 +112,24 @@ def _state(outcome: Outcome | None) -> str:
 def _section(plan: Plan, entry: Entry, outcomes: Outcomes, images: str) -> str:
     lines = [f"## {entry.name}\n"]
     found = outcomes.pairs.get(entry.name, {})
-    judged = {m: found[m] for m in plan.methods if m in found and not found[m].failure}
-    if judged:
+    trained = {m: found[m] for m in plan.methods if m in found and not found[m].failure}
+    if trained:
         lines.append(f"![{entry.name}](images/{images}/{entry.name}.jpg)\n")
-        lines += _judgements(plan, entry, found, _metrics(judged), images)
+        lines += _metric_table(plan, entry, found, _metrics(trained), images)
         if entry.solid:
-            lines += _solid_table(judged, outcomes.true_solids[entry.name])
+            lines += _solid_table(trained, outcomes.true_solids[entry.name])
     for method in (m for m in plan.methods if m in found):
         if words := found[method].failure:
             lines.append(f"{method} failed: `{words}`\n")
     return "\n".join(lines)
 
 
-def _metrics(judged: dict[str, Outcome]) -> list[str]:
+def _metrics(trained: dict[str, Outcome]) -> list[str]:
     """Metrics of all cells. Cells that were evaluated before a metric existed lack its value."""
-    return [m for m in SHORT if any(m in outcome.figures for outcome in judged.values())]
+    return [m for m in SHORT if any(m in outcome.figures for outcome in trained.values())]
 
 
-def _judgements(
+def _metric_table(
     plan: Plan, entry: Entry, found: dict[str, Outcome], metrics: list[str], images: str
 ) -> list[str]:
     titles = ["", "minutes", "steps", *(SHORT[m] for m in metrics), "copied", "repeats", ""]
@@ -136,8 +148,8 @@ def _judgements(
     return [*lines, ""]
 
 
-def _solid_table(judged: dict[str, Outcome], true: dict[str, float]) -> list[str]:
-    rows = {method: outcome.solid or {} for method, outcome in judged.items()}
+def _solid_table(trained: dict[str, Outcome], true: dict[str, float]) -> list[str]:
+    rows = {method: outcome.solid or {} for method, outcome in trained.items()}
     rows["another block of the true solid"] = true
     lines = ["Errors in three dimensions:\n", "| | " + " | ".join(SOLID_COLUMNS.values()) + " |"]
     lines.append("|---" * (len(SOLID_COLUMNS) + 1) + "|")
