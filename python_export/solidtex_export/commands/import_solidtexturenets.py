@@ -26,13 +26,14 @@ from solidtex_export.export.lattice_state import (
 )
 from solidtex_export.export.verification.model_output import check_output, summary, write_verified
 from solidtex_export.export.verification.networks import lattice_network
+from solidtex_export.state_file import read_state
 
 PROGRAM = "solidtex-import-solidtexturenets"
 SCHEME = "solidtexturenets"
 NEGATIVE_SLOPE = 0.01
 MEAN_BGR = (0.40760392, 0.45795686, 0.48501961)  # of the network's training images
 CHANNELS = 3
-BOUND = 2e-4  # colours of published networks are larger inside, by 255, than ours
+BOUND = 2e-4  # colors of published networks are larger inside, by 255, than ours
 
 EXAMPLES = f"""  {PROGRAM} params.pytorch -o marble.solidtex
   {PROGRAM} params.pytorch -o marble.solidtex --license CC-BY-4.0 --source "J. Doe, marble"
@@ -59,7 +60,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def convert(args: argparse.Namespace) -> None:
     check_output(args.output, args.force)
-    state = load_state(args.checkpoint)
+    state = read_state(args.checkpoint, "a params.pytorch", StateError)
     try:
         sizes = check_published(state)
     except StateError as error:
@@ -72,20 +73,6 @@ def convert(args: argparse.Namespace) -> None:
     network = lattice_network(generator, SCHEME)
     found = write_verified(args.output, model, network, BOUND)
     print(summary(args.output, model, found))
-
-
-def load_state(path: Path) -> dict[str, Tensor]:
-    """Load the state dict of a checkpoint without executing anything in it."""
-    if not path.is_file():
-        raise StateError(f"{path}: found no such file, expected a params.pytorch")
-    try:
-        state = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch raises many kinds for a damaged or unsafe file
-        reason = str(error).splitlines()[0]
-        raise StateError(f"{path}: found no state dict that loads safely ({reason})") from error
-    if not isinstance(state, Mapping):
-        raise StateError(f"{path}: found {type(state).__name__}, expected a state dict")
-    return dict(state)
 
 
 def check_published(state: Mapping[str, Tensor]) -> LatticeSizes:

@@ -12,12 +12,15 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 from solidtex_export.commands import cli
 from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.verification import verify
+
+Found = TypeVar("Found")
 
 SHIPPED = Path(__file__).resolve().parents[3] / "models"
 
@@ -38,17 +41,18 @@ EXAMPLES = """  python -m solidtex_export.commands.measure_numerics
   python -m solidtex_export.commands.measure_numerics granite.solidtex"""
 
 
-def rows(models: list[Path]) -> Iterator[tuple[str, verify.Differences]]:
-    """Name of each model, and the engine's difference from float64."""
+def measured(
+    models: list[Path], random: list[str], shipped: list[Path], measure: Callable[[Path], Found]
+) -> Iterator[tuple[str, Found]]:
+    """Name and measurement of each model; without `models`, of random and of shipped ones."""
     if not models:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "random.solidtex"
-            for name, make in RANDOM_MODELS.items():
-                model_file.write(path, make())
-                yield name, verify.differences(path)
-        models = sorted(SHIPPED.glob("*.solidtex"))
-    for model in models:
-        yield model.stem, verify.differences(model)
+            for name in random:
+                model_file.write(path, RANDOM_MODELS[name]())
+                yield name, measure(path)
+    for model in models or shipped:
+        yield model.stem, measure(model)
 
 
 def line(name: str, found: verify.Differences) -> str:
@@ -65,7 +69,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     def work(args: argparse.Namespace) -> None:
         print("| model | boxes | points | largest, in 1/255 |\n|---|---|---|---|")
-        for name, found in rows(args.models):
+        shipped = sorted(SHIPPED.glob("*.solidtex"))
+        for name, found in measured(args.models, list(RANDOM_MODELS), shipped, verify.differences):
             print(line(name, found), flush=True)
 
     return cli.run(p, arguments, work)

@@ -9,15 +9,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from solidtex_export.commands import cli, measure_numerics
-from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification import engine
 
 TRAINED = ("stone-grey", "wood-zebrano")
@@ -55,20 +52,6 @@ def _box(model: Path, seed: int, precision: str) -> np.ndarray:
         return texture.eval_box(*BOX).ravel()
 
 
-def rows(models: list[Path]) -> Iterator[tuple[str, Shift]]:
-    """Name of each model, and its differences."""
-    if not models:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "random.solidtex"
-            for name, make in measure_numerics.RANDOM_MODELS.items():
-                if name.startswith("sampler"):
-                    model_file.write(path, make())
-                    yield name, shift(path)
-        models = [measure_numerics.SHIPPED / f"{name}.solidtex" for name in TRAINED]
-    for model in models:
-        yield model.stem, shift(model)
-
-
 def line(name: str, found: Shift) -> str:
     """One row of the table."""
     root, high = np.sqrt(np.mean(found.differences**2)), np.quantile(found.differences, 0.999)
@@ -91,7 +74,9 @@ def main(arguments: list[str] | None = None) -> int:
             "| model | standard deviation | within 1 | root mean square | 99.9 % below | largest |"
         )
         print("|---|---|---|---|---|---|")
-        for name, found in rows(args.models):
+        random = [name for name in measure_numerics.RANDOM_MODELS if name.startswith("sampler")]
+        shipped = [measure_numerics.SHIPPED / f"{name}.solidtex" for name in TRAINED]
+        for name, found in measure_numerics.measured(args.models, random, shipped, shift):
             print(line(name, found), flush=True)
 
     return cli.run(p, arguments, work)

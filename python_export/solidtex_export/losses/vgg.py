@@ -18,13 +18,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import safetensors.torch
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
 from solidtex_export.images.srgb import srgb_encoded
 from solidtex_export.losses.statistics import Features, gram
+from solidtex_export.state_file import read_state
 
 WIDTHS = (64, 128, 256, 512, 512)
 CONVOLUTIONS = (2, 2, 4, 4, 1)  # of each group, as far as relu5_1
@@ -106,7 +106,7 @@ class VggDescriptor:
 
 def read_weights(path: Path) -> tuple[list[tuple[Tensor, Tensor]], Preprocessing]:
     """The convolutions up to conv5_1, and the preprocessing for them."""
-    state = _read_state(path)
+    state = read_state(path, "weights of VGG-19", VggError)
     names = [f"conv{g}_{i}" for g, n in enumerate(CONVOLUTIONS, 1) for i in range(1, n + 1)]
     preprocessing = GATYS
     if any(str(key).startswith("features.") for key in state):
@@ -126,21 +126,6 @@ def read_weights(path: Path) -> tuple[list[tuple[Tensor, Tensor]], Preprocessing
         layers.append((weight, _tensor(path, state, f"{name}.bias", (width,))))
         channels = width
     return layers, preprocessing
-
-
-def _read_state(path: Path) -> Mapping[str, Any]:
-    if not path.is_file():
-        raise VggError(f"{path}: found no such file, expected weights of VGG-19")
-    try:
-        if path.suffix == ".safetensors":
-            return safetensors.torch.load_file(path)
-        state = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch raises many kinds for a damaged or unsafe file
-        reason = str(error).splitlines()[0]
-        raise VggError(f"{path}: found no state dict that loads safely ({reason})") from error
-    if not isinstance(state, Mapping):
-        raise VggError(f"{path}: found {type(state).__name__}, expected a state dict")
-    return state
 
 
 def _tensor(path: Path, state: Mapping[str, Any], key: str, shape: tuple[int, ...]) -> Tensor:

@@ -18,7 +18,7 @@ TEXTURES = 40  # per step
 VARIANTS = 24  # per step, almost alike some of the textures
 HARD_SHARE = 0.6  # of the steps, all of whose textures are of a few families
 HARD_FAMILIES = 3
-GREY_SHARE = 0.15  # of the textures, reduced to their first principal axis
+GRAY_SHARE = 0.15  # of the textures, reduced to their first principal axis
 HELD_OUT_SEED = 2**31
 HELD_OUT_PER_BATCH = 4
 
@@ -75,9 +75,9 @@ def _pairs(images: Tensor, generator: torch.Generator) -> Tensor:
 def _recolored(images: Tensor, generator: torch.Generator) -> Tensor:
     """Rotate the color axes of each image, so that color carries no information."""
     n = len(images)
-    grey = (torch.rand(n, generator=generator) < GREY_SHARE).float()
+    gray = (torch.rand(n, generator=generator) < GRAY_SHARE).float()
     keep = torch.ones(n, 3)
-    keep[:, :2] -= grey[:, None]  # the last axis is the one of largest variance
+    keep[:, :2] -= gray[:, None]  # the last axis is the one of largest variance
     turns, _ = torch.linalg.qr(torch.randn(n, 3, 3, generator=generator))
     signs = torch.randn(n, 1, 3, generator=generator).sign()
     return ((turns * signs * keep[:, None]) @ images.flatten(2)).view_as(images)

@@ -14,7 +14,6 @@ from torch.optim import AdamW
 
 from solidtex_export.losses.descriptor.network import WIDTHS, DescriptorNetwork, layer_names
 from solidtex_export.losses.descriptor.weights import feature_deviations, save_weights
-from solidtex_export.research.descriptor.contact_sheet import contact_sheet
 from solidtex_export.research.descriptor.contrast import (
     LayerHead,
     accuracy,
@@ -22,6 +21,7 @@ from solidtex_export.research.descriptor.contrast import (
     similarities,
 )
 from solidtex_export.research.descriptor.pairs import Pool, held_out_pairs, training_pairs
+from solidtex_export.research.procedural import families
 from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
 
@@ -32,6 +32,9 @@ DEPTH_WEIGHTS = (0.5, 1.5)  # of the loss of the first and of the last layer
 CHECKPOINT_SECONDS = 120.0
 LOG_STEPS = 100
 EVALUATION_BATCH = 74
+SHEET_COLUMNS = 3  # images of one batch, side by side
+SHEET_ROWS = 12
+SHEET_SIDE = 96  # pixels
 
 
 @dataclass(frozen=True)
@@ -154,3 +157,15 @@ def _schedule(step: int, steps: int) -> float:
     """Linear warm-up, then half a cosine."""
     cosine = 0.5 + 0.5 * math.cos(math.pi * step / steps)
     return min(1.0, (step + 1) / WARMUP_STEPS) * (FINAL_RATE + (1 - FINAL_RATE) * cosine)
+
+
+def contact_sheet(seed: int) -> Tensor:
+    """Textures [3, rows, columns] of every family, one row each, then of mixtures."""
+    strips = [
+        torch.cat(tuple(families.batch(seed, i, SHEET_COLUMNS, SHEET_SIDE)), dim=2)
+        for i in range(families.ROUND)
+    ]
+    columns = [
+        torch.cat(strips[i : i + SHEET_ROWS], dim=1) for i in range(0, families.ROUND, SHEET_ROWS)
+    ]
+    return torch.cat([c for c in columns if c.shape == columns[0].shape], dim=2)
