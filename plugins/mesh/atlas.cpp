@@ -30,7 +30,7 @@ void check_uvs(const Mesh& mesh) {
   }
 }
 
-// The texels whose centre may lie between two coordinates.
+// The texels whose center may lie between two coordinates.
 int first_texel(double low) { return static_cast<int>(std::ceil(low - 0.5 - 1e-6)); }
 int end_texel(double high) { return static_cast<int>(std::floor(high - 0.5 + 1e-6)) + 1; }
 

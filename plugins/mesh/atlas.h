@@ -1,4 +1,4 @@
-// A UV atlas: the picture that a mesh's own texture coordinates unroll its surface to.
+// UV atlas of a mesh: the image that its texture coordinates parameterize.
 #pragma once
 
 #include <array>
@@ -20,29 +20,29 @@ struct AtlasRegion {
   int height() const { return high[1] - low[1]; }
 };
 
-// Square; texel (x, y) is at u = (x + 0.5) / size, v = 1 - (y + 0.5) / size. A texel whose centre
-// lies in a triangle has the mean of the solid texture over what the texel covers of its plane; of
-// several triangles the first one counts. Beyond the edges the values of the nearest such texel go
-// on for `margin` texels, so that no filter takes in what lies outside; further off is 0.
-// A value depends on its place alone, not on the region that is asked for. Immutable: any number of
-// threads may ask.
+// Square image; texel (x, y) is at u = (x + 0.5) / size, v = 1 - (y + 0.5) / size. A texel with its
+// center in a triangle holds the mean of the solid texture over its footprint on the triangle's
+// plane; the first of several triangles counts. Dilation repeats the nearest value for `margin`
+// texels beyond the charts, so that filters do not mix in the background; the rest is 0.
+// A value depends on its position only, not on the region. Immutable: any number of threads may
+// evaluate it.
 class Atlas {
  public:
   static constexpr int kMaxSize = 1 << 14, kMaxMargin = 64, kDefaultMargin = 8;
 
-  // Throws MeshError for a mesh without texture coordinates, with some outside of [0, 1], or whose
-  // triangles have no area there.
+  // Throws MeshError for a mesh without texture coordinates, with coordinates outside of [0, 1], or
+  // with no triangle of positive area.
   Atlas(std::shared_ptr<const Mesh> mesh, const Placement& placement, int size,
         int margin = kDefaultMargin);
 
   int size() const { return size_; }
 
-  // Values [y][x][channel] of a region inside of the atlas. Queries run on the calling thread's
+  // Writes values [y][x][channel] of a region inside the atlas. Queries run on the calling thread's
   // oneTBB arena. Throws solidtex::error.
   void evaluate(const texture& texture, const AtlasRegion& region, float* values) const;
 
-  // How many texels of a region have their centre well inside of more than one triangle: there the
-  // mesh's parts share a place, and one colour cannot suit them all.
+  // Number of texels of a region with their center well inside several triangles: overlapping
+  // charts, for which one color cannot be right.
   std::size_t overlapping_texels(const AtlasRegion& region) const;
 
  private:

@@ -1,4 +1,4 @@
-// Tells long work's inputs from those that it began with. Not cryptographic.
+// Hash of the inputs of a long task, for checkpoints. Not cryptographic.
 #pragma once
 
 #include <cstddef>

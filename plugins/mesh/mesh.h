@@ -1,4 +1,4 @@
-// Triangle meshes for whatever needs one: the renderer, the baker, plugins.
+// Triangle meshes of the renderer, the baker and plugins.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace solidtex::mesh {
 
-// A mesh cannot be used. what() names the file, what was found and what was expected.
+// An invalid mesh. what() names the file, what was found and what was expected.
 struct MeshError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -23,34 +23,35 @@ struct Mesh {
   std::vector<glm::vec2> uvs;
   std::vector<glm::uvec3> triangles;
 
-  // Zero, unless the mesh lies so far away that single precision would lose its detail there.
+  // Zero unless the mesh is so far away that single precision would lose detail.
   glm::dvec3 origin{0};
-  // By how much a coordinate may differ from the one that was exported, in the mesh's units.
+  // Largest difference of a coordinate from the exported one, in units of the mesh.
   double rounding_error = 0;
-  // What reading the file found worth saying, one line each, without the file's name.
+  // Warnings of the reader, one line each, without the file's name.
   std::vector<std::string> warnings{};
 
   glm::dvec3 position(std::size_t vertex) const { return origin + glm::dvec3(positions[vertex]); }
 };
 
-// The formats that load_mesh reads, for messages.
+// Formats of load_mesh, for messages.
 inline constexpr const char* kMeshFormats = "*.ply, *.obj, *.gltf, *.glb, *.stl or *.off";
 
-// Reads a PLY, OBJ, glTF, STL or OFF file, told by its extension in small or capital letters.
-// Polygons become triangles. Throws MeshError for a mesh that is missing, cannot be read, is
-// empty, has a vertex that is not finite or a face that refers to no vertex.
+// Reads a PLY, OBJ, glTF, STL or OFF file by its extension, in lower or upper case. Triangulates
+// polygons. Throws MeshError for a mesh that is missing, unreadable or empty, has a vertex that is
+// not finite, or a face with an invalid vertex index.
 Mesh load_mesh(const std::filesystem::path& file);
 
-// What a file holds in place of a mesh or an image: nothing, an HTML page, an archive ...
+// Other content in place of a mesh or an image (nothing, an HTML page, an archive ...), and its
+// remedy.
 struct OtherContent {
   std::string found, remedy;
 };
 inline constexpr std::size_t kOtherContentSize = 256;
 
-// Told by the first kOtherContentSize bytes.
+// Recognizes other content by the first kOtherContentSize bytes.
 std::optional<OtherContent> find_other_content(std::string_view content);
 
-// A warning where rounding moves the mesh by a large part of a texel or more, else empty.
+// Returns a warning if rounding moves the mesh by a large part of a texel or more, else "".
 std::string rounding_warning(const Mesh& mesh, double texels_per_unit);
 
 }  // namespace solidtex::mesh

@@ -1,4 +1,4 @@
-// Where a mesh lies in a solid texture.
+// Placement of a mesh in a solid texture.
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@ struct Placement {
   double texels_per_unit = 1;
 };
 
-// Texels along the longest side of a mesh that nobody has scaled: enough to see the material.
+// Default number of texels along the longest side of a mesh: enough to show the material.
 inline constexpr double kDefaultExtent = 512;
 
-// With the zero of the mesh's coordinates at an origin in texels; without texels_per_unit the
-// longest side of the mesh's box is kDefaultExtent long. Throws MeshError for a mesh that is then a
-// single point.
+// Places the zero of the mesh's coordinates at `origin`, in texels. Without texels_per_unit the
+// longest side of the bounding box has kDefaultExtent texels; throws MeshError if the mesh is then
+// a single point.
 Placement place(const Mesh& mesh, const std::array<std::int64_t, 3>& origin,
                 std::optional<double> texels_per_unit);
 

@@ -6,7 +6,7 @@
 namespace solidtex::mesh {
 namespace {
 
-constexpr double kLeastArea = 1e-16;  // twice that of a triangle, of the whole atlas
+constexpr double kMinArea = 1e-16;  // twice that of a triangle, of the whole atlas
 
 }  // namespace
 
@@ -19,7 +19,7 @@ std::optional<UvTriangle> UvTriangle::of(const Mesh& mesh, std::size_t triangle,
   }
   const glm::dvec2 a = texels[1] - texels[0], b = texels[2] - texels[0];
   const double area = a.x * b.y - a.y * b.x;
-  if (!(std::abs(area) > kLeastArea * size * size)) return std::nullopt;
+  if (!(std::abs(area) > kMinArea * size * size)) return std::nullopt;
 
   UvTriangle result;
   result.at_ = texels[0];

@@ -1,4 +1,4 @@
-// One triangle of a mesh on its atlas.
+// Triangle of a mesh in its atlas.
 #pragma once
 
 #include <optional>
@@ -7,21 +7,20 @@
 
 namespace solidtex::mesh {
 
-// In double precision, from the mesh alone, so that every region sees the same.
+// Computed in double precision from the mesh alone, so that every region has the same bits.
 class UvTriangle {
  public:
-  // None for a triangle whose area in the atlas is zero.
+  // Returns nothing for a triangle with zero area in the atlas.
   static std::optional<UvTriangle> of(const Mesh& mesh, std::size_t triangle, int size);
 
-  // Its box in texels.
+  // Bounding box in texels.
   const glm::dvec2& low() const { return low_; }
   const glm::dvec2& high() const { return high_; }
 
-  // The least of the weights of the three corners at a point in texels: 0 or more inside.
+  // Smallest barycentric coordinate of a point in texels: 0 or more inside.
   double inside(const glm::dvec2& texel) const;
 
-  // The point of the mesh at a point in texels, and how it moves for one texel to the right and
-  // one down.
+  // Position on the mesh of a point in texels, and its derivatives by texels to the right and down.
   glm::dvec3 position(const glm::dvec2& texel) const {
     return corner_ + right_ * (texel.x - at_.x) + down_ * (texel.y - at_.y);
   }
@@ -29,8 +28,8 @@ class UvTriangle {
   const glm::dvec3& down() const { return down_; }
 
  private:
-  glm::dvec2 at_, low_, high_;        // where the first corner lies; texels
-  glm::dvec2 second_, third_;         // by how much a texel right and down weighs them more
+  glm::dvec2 at_, low_, high_;        // first corner, bounding box; in texels
+  glm::dvec2 second_, third_;         // derivatives of barycentric coordinates by texels
   glm::dvec3 corner_, right_, down_;  // in the mesh's units
 };
 

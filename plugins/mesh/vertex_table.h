@@ -1,4 +1,4 @@
-// Vertices that are shared where all that is known of them agrees.
+// Merges equal vertices.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace solidtex::mesh {
 
-// Adds vertices to a mesh: one of which position, normal and texture coordinates have the same
-// bits as those of another is that one.
+// Adds vertices to a mesh. Vertices with the same bits of position, normal and texture coordinates
+// are one vertex.
 class VertexTable {
  public:
   VertexTable(Mesh& mesh, bool has_normals, bool has_uvs)

@@ -1,4 +1,4 @@
-// The channels of a model: which belong together, and how files and screens encode them.
+// Groups of a model's channels, and their encoding in files and on screens.
 #pragma once
 
 #include <solidtex/solidtex.hpp>
@@ -22,22 +22,22 @@ struct ChannelGroup {
 // of their first channels.
 std::vector<ChannelGroup> channel_groups(const solidtex::texture& texture);
 
-// The group called `name`. An empty name stands for albedo, or the first group where there is no
-// albedo. Throws with all names when there is no such group.
+// Returns the group called `name`. An empty name means albedo, or the first group without albedo.
+// Throws, listing all names, if there is no such group.
 ChannelGroup channel_group(const solidtex::texture& texture, const std::string& name);
 
-// The encoding of each channel.
+// Returns the encoding of each channel.
 std::vector<Encoding> channel_encodings(const solidtex::texture& texture);
 
-// The name of each channel in an EXR: albedo is R, G and B, which viewers look for.
+// Returns the name of each channel in an EXR: albedo is R, G and B, which viewers look for.
 std::vector<std::string> exr_names(const solidtex::texture& texture);
 
-// For 8 bits: linear colors become sRGB.
+// Encodes linear colors as sRGB, for 8 bits.
 inline float display_value(float value, Encoding encoding) {
   return encoding == Encoding::linear ? linear_to_srgb(value) : value;
 }
 
-// For floats: sRGB colors become linear light.
+// Decodes sRGB colors to linear light, for floats.
 inline float light_value(float value, Encoding encoding) {
   return encoding == Encoding::srgb ? srgb_to_linear(value) : value;
 }

@@ -1,4 +1,4 @@
-// The finished part of a long bake in a file, to continue after Ctrl-C or a crash.
+// Checkpoint of a long bake, to continue after Ctrl-C or a crash.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,8 @@
 
 namespace solidtex::tools {
 
-// Format: a line with the kind of file, a line of JSON with the identity of the bake, then the
-// parts in the order of baking. A part is its values and their fingerprint, which shows that it is
-// whole.
+// Format: a line with the file type, a line of JSON with the identity of the bake, then the parts
+// in the order of baking. A part is its values and their hash, which detects incomplete parts.
 class Checkpoint {
  public:
   Checkpoint() = default;  // saves nothing
@@ -28,7 +27,7 @@ class Checkpoint {
 
  private:
   std::filesystem::path file_;
-  std::fstream stream_;  // open where there is a file
+  std::fstream stream_;  // open if there is a file
   std::streamoff end_ = 0;
   bool is_at_end_ = false;
 };

@@ -1,5 +1,5 @@
-// Image files: PNG for the eye, EXR for values. Both by their own libraries, so that every failed
-// write is noticed. OpenImageIO would bring 260 shared libraries along.
+// PNG and EXR files. libpng and OpenEXR are used directly, so that every failed write is noticed;
+// OpenImageIO would add 260 shared libraries.
 #pragma once
 
 #include <cstdint>
@@ -27,24 +27,24 @@ struct Image {
   }
 };
 
-// A value in [0, 1] as 8 bits, clamped. NaN is 0.
+// Quantizes a value in [0, 1] to 8 bits, clamped. NaN is 0.
 std::uint8_t to_8_bits(float value);
 
 // Writes sRGB-encoded values in 8 bits, one or three channels. Throws WriteError.
 void write_png(const std::filesystem::path& path, const Image& image);
 
-// An EXR with 32-bit float channels, written band by band: it need not fit into memory. All
-// functions throw WriteError.
+// EXR with 32-bit float channels, written in bands of rows, so that it need not fit into memory.
+// All functions throw WriteError.
 class ExrFile {
  public:
   ExrFile(const std::filesystem::path& path, int width, int height,
           const std::vector<std::string>& channel_names);
   ~ExrFile();
 
-  // The next rows from the top: values [y][x][channel].
+  // Writes the next rows from the top: values [y][x][channel].
   void write_rows(const float* values, int count);
 
-  // After the last row.
+  // Completes the file after the last row.
   void close();
 
  private:

@@ -100,7 +100,7 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
       ->type_name("uchar|float")
       ->needs(mesh);
   app.add_option("--margin", options.margin,
-                 "Extend the charts of an atlas by so many texels (default 8)")
+                 "Extend the charts of an atlas by N texels (default 8)")
       ->check(CLI::Range(0, 64))
       ->type_name("N")
       ->needs(mesh);

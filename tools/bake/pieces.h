@@ -1,4 +1,4 @@
-// Evaluates a volume piece after piece: memory is bounded by one piece.
+// Evaluates a volume in pieces; memory is bounded by one piece.
 #pragma once
 
 #include <functional>

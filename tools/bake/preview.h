@@ -1,4 +1,4 @@
-// The preview of a material: a cube cut open, three slices along the axes, one at 45 degrees.
+// Preview of a material: a cube cut open, three slices along the axes, one at 45 degrees.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Clocks, and a number of threads to run a case on.
+// Clocks, and arenas with a fixed number of threads.
 #pragma once
 
 #include <tbb/task_arena.h>
@@ -11,8 +11,8 @@
 namespace solidtex::tools {
 
 // wall: elapsed time, which other programs lengthen.
-// cpu: processor time divided by the number of threads: the time of a quiet machine whose threads
-// are always busy. Use it on a machine that others use.
+// cpu: processor time divided by the number of threads: the elapsed time of an idle machine with
+// busy threads. Use it on a shared machine.
 enum class Clock { wall, cpu };
 
 const char* clock_name(Clock clock);
@@ -34,7 +34,7 @@ class Arena {
 
   int threads() const { return threads_; }
 
-  // Seconds that `work` takes here.
+  // Returns the seconds that `work` takes in the arena.
   template <class Work>
   double time(Clock clock, const Work& work) {
     return arena_.execute([&] {
@@ -45,8 +45,8 @@ class Arena {
   }
 
  private:
-  // The processor clocks of all threads that ever work in the arena. The clock of the process is
-  // too coarse: it counts other threads up to their last timer tick, milliseconds ago.
+  // Processor clocks of all threads that worked in the arena. The clock of the process is too
+  // coarse: it counts other threads up to their last timer tick, milliseconds ago.
   class Members : public tbb::task_scheduler_observer {
    public:
     explicit Members(tbb::task_arena& arena);
@@ -56,7 +56,7 @@ class Arena {
 
    private:
     std::mutex mutex_;
-    std::map<clockid_t, double> clocks_;  // with their time when their thread first came
+    std::map<clockid_t, double> clocks_;  // with their time when the thread first entered
   };
 
   double now(Clock clock);

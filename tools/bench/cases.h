@@ -1,4 +1,4 @@
-// The named cases: the calls that each makes, and how one call is timed.
+// Named cases: their calls and the timing of one call.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ struct Case {
 struct CaseSettings {
   std::string lattice_model = "granite-grey", sampler_model = "stone-grey";
   std::int64_t bake_size = 256;
-  bool quick = false;  // tiny sizes, one call: shows that a case runs
+  bool quick = false;  // tiny sizes and one call, to test that a case runs
 };
 
 // Opens each model when the first case needs it, and checks its family.
@@ -60,17 +60,17 @@ std::vector<CaseInfo> bake_cases();
 
 std::vector<CaseInfo> all_cases();
 
-// The cases that match any of the names or globs, or the usual ones where there are none, in the
-// order of all_cases(). "field." at the beginning is an alias of "lattice.". Throws
-// std::invalid_argument when a pattern matches nothing.
+// Returns the cases that match any of the names or globs, or the usual cases without patterns, in
+// the order of all_cases(). A leading "field." is an alias of "lattice.". Throws
+// std::invalid_argument if a pattern matches nothing.
 std::vector<CaseInfo> select_cases(const std::vector<std::string>& patterns);
 
 // Times `work`, which makes `calls` calls. `prepare` runs before, untimed.
 std::function<Timing(Arena&, Clock)> timed(int calls, std::function<void()> prepare,
                                            std::function<void()> work);
 
-// A place that no case of this process has evaluated, further from every other than any receptive
-// field: nothing computed before can be reused there.
+// Returns a position that is farther from all earlier ones than any receptive field: no cached
+// result can be reused there.
 std::array<std::int64_t, 3> unvisited_place();
 
 }  // namespace solidtex::tools

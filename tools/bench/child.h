@@ -1,4 +1,4 @@
-// Other programs, and the files that they write.
+// Child processes and their temporary files.
 #pragma once
 
 #include <unistd.h>
@@ -16,14 +16,14 @@ struct ChildUsage {
   std::uint64_t peak_resident_bytes = 0;
 };
 
-// Runs a program and discards its standard output. Throws when the program fails. After Ctrl-C it
+// Runs a program and discards its standard output. Throws if the program fails. After Ctrl-C it
 // stops the program and throws Interrupted.
 ChildUsage run_child(const std::vector<std::string>& command);
 
-// A program in the folder of this one.
+// Returns the path of a program in the folder of this one.
 std::filesystem::path sibling_program(const std::string& name);
 
-// A file name that only this process uses; the file is removed in the end.
+// File name that is unique to this process; the destructor removes the file.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& extension)

@@ -1,4 +1,4 @@
-// Runs the same cases on several instruction sets. A process uses one: each runs in its own.
+// Runs the same cases on several instruction sets, each in a process of its own.
 #pragma once
 
 #include "tools/bench/options.h"

@@ -48,7 +48,7 @@ Case cubes_apart(const solidtex::texture& texture, std::int64_t edge, std::size_
 }
 
 // Bricks cut by a flat surface, row after row, as a renderer evaluates them.
-Case neighbours(const solidtex::texture& texture, std::int64_t edge, std::int64_t rows) {
+Case neighbors(const solidtex::texture& texture, std::int64_t edge, std::int64_t rows) {
   std::vector<Place> offsets;
   for (std::int64_t y = 0; y < rows; ++y)
     for (std::int64_t z = 0; z < rows; ++z) offsets.push_back({0, y * edge, z * edge});
@@ -84,7 +84,7 @@ std::vector<CaseInfo> lattice_cases() {
        .about = "each of 8 x 8 bricks of 16^3 voxels side by side, row after row",
        .make =
            [](Models& m, const S& s) {
-             return neighbours(m.lattice(), s.quick ? 4 : 16, s.quick ? 2 : 8);
+             return neighbors(m.lattice(), s.quick ? 4 : 16, s.quick ? 2 : 8);
            }},
       {.name = "lattice.voxel",
        .about = "one voxel, at a place not evaluated before",

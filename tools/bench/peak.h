@@ -1,4 +1,4 @@
-// What this machine's arithmetic units can do.
+// Peak arithmetic rate of this machine.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace solidtex::tools {
 
-// Single-precision operations a second, measured for a few milliseconds on `threads` threads at
-// once: a loop of independent fused multiply-adds in registers. A multiply-add is two operations.
+// Measures single-precision operations per second for a few milliseconds on `threads` threads: a
+// loop of independent fused multiply-adds in registers. A multiply-add is two operations.
 double measure_peak(int threads, Clock clock);
 
-// The instruction sets of this machine with fused multiply-add, by Highway's names, best first.
+// Returns Highway's names of the machine's instruction sets with fused multiply-add, best first.
 std::vector<std::string> fused_targets();
 
 }  // namespace solidtex::tools

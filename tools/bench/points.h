@@ -1,4 +1,4 @@
-// Cases that evaluate points, of either family.
+// Cases that evaluate points, for both families.
 #pragma once
 
 #include "tools/bench/cases.h"
@@ -8,10 +8,10 @@ namespace solidtex::tools {
 using Points = std::vector<float>;
 using FillPoints = std::function<void(Points&)>;
 
-// Uniform in a cube: few points share a cell of the finer octaves, or a brick.
+// Fills points uniformly in a cube: few points share a cell of the finer octaves, or a brick.
 void scatter(Points& points);
 
-// A square of a plane oblique to all axes, a texel between neighbors, as a camera sees it.
+// Fills a square of a plane oblique to all axes, one texel apart, as a camera samples it.
 void lay_on_plane(Points& points);
 
 constexpr float cube_texels = 256;  // edge of the cube to scatter in

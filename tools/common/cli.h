@@ -1,4 +1,4 @@
-// What all command-line tools share: options, error messages, exit codes, Ctrl-C.
+// Shared parts of the command-line tools: options, error messages, exit codes, Ctrl-C.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,14 +14,14 @@ inline constexpr int exit_failure = 1;
 inline constexpr int exit_usage = 2;
 inline constexpr int exit_interrupted = 130;
 
-// Thrown after Ctrl-C; run_tool turns it into exit_interrupted.
+// Thrown after Ctrl-C; run_tool returns exit_interrupted for it.
 class Interrupted : public std::runtime_error {
  public:
   explicit Interrupted(const std::string& outcome = "nothing was written")
       : std::runtime_error("interrupted, " + outcome) {}
 };
 
-// SIGINT and SIGTERM set a flag from now on. A second one ends the program at once.
+// Makes SIGINT and SIGTERM set a flag. A second signal ends the program at once.
 void install_interrupt_handler();
 bool interrupted();
 void throw_if_interrupted();

@@ -1,4 +1,4 @@
-// What the machine leaves to this process. What cannot fit is refused before any work is done.
+// Limits of memory and disk. Tools check them before any work is done.
 #pragma once
 
 #include <cstdint>
@@ -7,18 +7,18 @@
 
 namespace solidtex::tools {
 
-// Bytes that this process can still allocate: free memory and swap, within the limits of its
-// control groups and of `ulimit -v`. Files of the system are read below `root`.
+// Returns the bytes that this process can still allocate: free memory and swap, within the limits
+// of its control groups and of `ulimit -v`. Reads the system's files below `root`.
 std::uint64_t available_memory(const std::filesystem::path& root = "/");
 
-// Throws std::runtime_error, "WHAT: needs 92 TiB of memory, 20 GiB are available; REMEDY", where
-// `needed` bytes are more than available_memory().
+// Throws std::runtime_error, "WHAT: needs 92 TiB of memory, 20 GiB are available; REMEDY", if
+// `needed` bytes exceed available_memory().
 void check_memory(const std::string& what, double needed, const std::string& remedy);
 
-// The same for the disk of `output`'s folder.
+// Checks the disk of `output`'s folder in the same way.
 void check_disk(const std::filesystem::path& output, double needed, const std::string& remedy);
 
-// The same for one file, which `ulimit -f` bounds.
+// Checks the limit of `ulimit -f` on one file in the same way.
 void check_file_size(const std::filesystem::path& file, double needed, const std::string& remedy);
 
 // "20.1 GiB"

@@ -1,4 +1,4 @@
-// Output files: they appear complete or not at all, and every failed write is an exception.
+// Output files: files appear complete or not at all, and every failed write throws.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class WriteError : public std::runtime_error {
 // Without commit() the temporary file or folder is removed and the target stays as it was.
 class AtomicFile {
  public:
-  // Throws WriteError where nothing can be written beside the target.
+  // Throws WriteError if nothing can be written beside the target.
   explicit AtomicFile(std::filesystem::path target);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -29,7 +29,7 @@ class AtomicFile {
   const std::filesystem::path& target() const { return target_; }
   const std::filesystem::path& temporary_path() const { return temporary_; }
 
-  // Replaces the target. A folder that holds something is never replaced: that is an error.
+  // Replaces the target. Throws for a folder that is not empty.
   void commit();
 
  private:
@@ -41,7 +41,7 @@ class AtomicFile {
 void write_completely(const std::filesystem::path& target,
                       const std::function<void(const std::filesystem::path&)>& write);
 
-// A file that is written at any offset. Throws WriteError.
+// File with writes at any offset. Throws WriteError.
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path);
@@ -61,13 +61,13 @@ class OutputFile {
   int file_;
 };
 
-// Throws WriteError where `path` cannot be created: no folder, no permission, a read-only disk.
+// Throws WriteError if `path` cannot be created: no folder, no permission, a read-only disk.
 void check_writable(const std::filesystem::path& path);
 
-// Throws when `path` exists, unless `force`.
+// Throws if `path` exists, unless `force`.
 void refuse_overwrite(const std::filesystem::path& path, bool force);
 
-// The extension in small letters: ".png" of "a.PNG".
+// Returns the extension in lower case: ".png" of "a.PNG".
 std::string lower_extension(const std::filesystem::path& path);
 
 }  // namespace solidtex::tools

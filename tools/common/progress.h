@@ -1,4 +1,4 @@
-// A progress line on stderr: percent and time left.
+// Progress line on stderr: percent and time left.
 #pragma once
 
 #include <atomic>
@@ -9,7 +9,7 @@
 
 namespace solidtex::tools {
 
-// Thread-safe. Where stderr is no terminal only finish() prints.
+// Thread-safe. Without a terminal only finish() prints.
 class Progress {
  public:
   Progress(std::string label, std::uint64_t total);
@@ -30,7 +30,7 @@ class Progress {
   const bool terminal_;
   const Clock::time_point start_ = Clock::now();
   std::atomic<std::uint64_t> done_ = 0;
-  std::mutex mutex_;  // guards what follows, and the terminal line
+  std::mutex mutex_;  // guards the members below and the terminal line
   Clock::time_point last_print_ = start_;
   bool line_open_ = false, finished_ = false;
 };

@@ -77,7 +77,7 @@ class GltfReader {
     return result;
   }
 
-  // Of the default scene; of a file without scenes the nodes that are nobody's children.
+  // Returns the root nodes of the default scene; without scenes the nodes without a parent.
   std::vector<std::uint64_t> root_nodes() const {
     if (array_size("scenes") > 0) {
       const std::uint64_t scene = document_.number(document_.root(), "scene", 0);

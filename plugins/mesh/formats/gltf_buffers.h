@@ -1,4 +1,4 @@
-// The binary data of a glTF file: what its accessors refer to.
+// Binary data of a glTF file, addressed by accessors.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace solidtex::mesh {
 
-// An array of vectors in a buffer; checked, so that every element is inside.
+// Array of vectors in a buffer. Every element is inside the buffer.
 struct GltfArray {
   std::string_view bytes;
   std::size_t count = 0, stride = 0;
@@ -21,20 +21,20 @@ struct GltfArray {
 
 class GltfDocument {
  public:
-  // From the content of a .gltf or .glb file; reads the files that it names. Throws MeshError.
+  // Parses a .gltf or .glb file and reads the buffers that it names. Throws MeshError.
   GltfDocument(const std::string& file, std::string_view content);
 
   const std::string& file() const { return file_; }
   const nlohmann::json& root() const { return json_; }
 
-  // An element of one of the document's arrays ("nodes" ...).
+  // Returns an element of an array of the document ("nodes" ...).
   const nlohmann::json& element(const char* array, std::uint64_t index) const;
 
-  // A member that is a whole number, `otherwise` where there is none.
+  // Returns an integer member, or `otherwise` without one.
   std::uint64_t number(const nlohmann::json& object, const char* name,
                        std::uint64_t otherwise) const;
 
-  // The data of an accessor, of vectors that are so wide.
+  // Returns the data of an accessor of vectors with `width` components.
   GltfArray array(std::uint64_t accessor, int width) const;
 
   [[noreturn]] void refuse(const std::string& found, const std::string& expected) const;

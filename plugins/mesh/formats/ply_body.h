@@ -1,4 +1,4 @@
-// Values of a PLY file's body, one after the other.
+// Sequential readers of a PLY file's body.
 #pragma once
 
 #include <bit>
@@ -12,7 +12,7 @@
 
 namespace solidtex::mesh {
 
-// Thrown where the body ends too early.
+// Thrown if the body ends too early.
 struct PlyEnd {};
 
 class PlyBinaryBody {
@@ -62,8 +62,7 @@ class PlyBinaryBody {
   bool swaps_;
 };
 
-// Every row ends its line. One that goes on in the next line is accepted, since some programs wrap
-// long lists.
+// A row ends with its line. A row may continue in the next line, since some programs wrap lists.
 class PlyAsciiBody {
  public:
   PlyAsciiBody(const std::string& file, std::string_view text) : file_(file), rest_(text) {}

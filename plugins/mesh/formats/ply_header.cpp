@@ -21,7 +21,7 @@ constexpr std::array<std::pair<std::string_view, PlyType>, 22> kTypes = {{
     {"ulonglong", PlyType::uint64},
 }};
 
-// How lines end is told by the first one: a binary body may begin with the byte of LF or CR.
+// The first line defines the line ending: a binary body may begin with the byte of LF or CR.
 class HeaderLines {
  public:
   explicit HeaderLines(std::string_view content) : rest_(content) {

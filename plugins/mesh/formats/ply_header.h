@@ -1,4 +1,4 @@
-// The header of a PLY file: which elements it has, in which order, of which properties.
+// Header of a PLY file: its elements in order, with their properties.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ std::size_t size_of(PlyType type);
 struct PlyProperty {
   std::string name;
   PlyType type = PlyType::float32;
-  std::optional<PlyType> count_type{};  // of a list
+  std::optional<PlyType> count_type{};  // for lists
 };
 
 struct PlyElement {
@@ -37,8 +37,7 @@ struct PlyHeader {
   const PlyElement* find(std::string_view name) const;
 };
 
-// Takes the header off the content: what is left begins with the first byte of the body. Throws
-// MeshError.
+// Parses the header and removes it: `content` then begins with the body. Throws MeshError.
 PlyHeader take_ply_header(const std::string& file, std::string_view& content);
 
 }  // namespace solidtex::mesh

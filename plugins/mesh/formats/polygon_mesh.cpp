@@ -14,7 +14,7 @@ namespace {
 using Corner = PolygonMesh::Corner;
 constexpr std::uint32_t kNone = PolygonMesh::kNone;
 
-// A mesh that is so many times its own size away from zero gets an origin of its own.
+// Distance from zero, in sizes of the mesh, beyond which the mesh gets its own origin.
 constexpr double kFar = 16;
 constexpr double kMaxRounding = 0.25;  // texels
 

@@ -1,4 +1,4 @@
-// What the readers of mesh files deliver, and how it becomes a triangle mesh.
+// Polygon mesh, the result of the file readers, and its conversion to triangles.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace solidtex::mesh {
 
-// Polygons whose corners refer to positions, normals and texture coordinates apart.
+// Polygons with separate indices for positions, normals and texture coordinates.
 struct PolygonMesh {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
@@ -20,7 +20,7 @@ struct PolygonMesh {
   std::vector<glm::dvec3> positions;
   std::vector<glm::vec3> normals;
   std::vector<glm::vec2> uvs;
-  std::vector<Corner> corners;            // of all faces, one after the other
+  std::vector<Corner> corners;            // of all faces, in order
   std::vector<std::uint32_t> face_sizes;  // corners of each face
   bool keeps_vertices = false;            // vertices stay as they are in the file
   double rounding_error = 0;              // of the file's own number format
@@ -37,9 +37,9 @@ struct PolygonMesh {
 // "1 face", "2 faces".
 std::string count_of(std::uint64_t count, const std::string& noun);
 
-// Splits polygons into triangles, and vertices where normals or texture coordinates of their
-// corners differ; moves the origin where that keeps precision. Faces of fewer than three vertices
-// are dropped and counted. Throws MeshError.
+// Triangulates polygons, splits vertices whose corners differ in normal or texture coordinates, and
+// moves the origin if that keeps precision. Drops and counts faces of fewer than three vertices.
+// Throws MeshError.
 Mesh to_mesh(PolygonMesh polygons);
 
 }  // namespace solidtex::mesh

@@ -58,7 +58,7 @@ bool is_convex(const std::vector<glm::dvec2>& ring) {
   return true;
 }
 
-// Ear clipping: cuts off corners between whose neighbours the polygon can be divided.
+// Ear clipping: cuts off corners between whose neighbors the polygon can be divided.
 class EarClipper {
  public:
   explicit EarClipper(const std::vector<glm::dvec2>& ring) : ring_(ring) {

@@ -1,4 +1,4 @@
-// Polygons into triangles.
+// Triangulation of polygons.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -7,11 +7,10 @@
 
 namespace solidtex::mesh {
 
-// Appends triangles of indices into `corners`, which go round as the polygon does. The polygon may
-// be concave and need not be quite flat. Every corner is used and, where the polygon is simple, no
-// triangle is without area, so that closed surfaces stay closed. Corners at the place of the one
-// before are left out; a polygon of fewer than three places gives none. False for a polygon that
-// is too large and intricate to be split in reasonable time.
+// Appends triangles of indices into `corners`, with the orientation of the polygon. The polygon may
+// be concave and slightly bent. Every corner is used, which keeps closed surfaces closed; a simple
+// polygon gives no degenerate triangles. Repeated corners are skipped; fewer than three distinct
+// corners give no triangle. Returns false for a polygon that is too complex for reasonable time.
 bool triangulate(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& triangles);
 
 }  // namespace solidtex::mesh
