@@ -150,7 +150,7 @@ def mitsuba_renders(folder: Path, pair: Pair) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_picture_is_that_of_mitsuba(name: str, all_pairs: dict, tmp_path: Path) -> None:
+def test_the_image_is_that_of_mitsuba(name: str, all_pairs: dict, tmp_path: Path) -> None:
     pair = all_pairs[name]
     theirs = mitsuba_renders(tmp_path, pair)
     verdict = compare(our_renders(tmp_path, pair), theirs)

@@ -174,7 +174,7 @@ def ours(tmp_path_factory: pytest.TempPathFactory) -> np.ndarray:
     return our_renders(tmp_path_factory.mktemp("ours"), surfaces())
 
 
-def test_the_picture_is_that_of_solidtex_render(
+def test_the_image_is_that_of_solidtex_render(
     variant: str, ours: np.ndarray, tmp_path: Path
 ) -> None:
     mi.set_variant(variant)

@@ -123,7 +123,7 @@ TEST_CASE("misuse: facts of a null texture are empty and leave an error", "[misu
   solidtex_clear_error();
 }
 
-TEST_CASE("misuse: struct sizes that no version has", "[misuse]") {
+TEST_CASE("misuse: struct sizes of no version", "[misuse]") {
   const Opened opened(tiny_lattice_file());
   solidtex_statistics statistics = {};
   for (const std::size_t size : {0, 7, 8, 73, 4096}) {
@@ -251,7 +251,7 @@ TEST_CASE("misuse: parameters that are unknown, out of range or set too late", "
   CHECK(refused(solidtex_open(opened.texture, "granite-grey"), "open already"));
 }
 
-TEST_CASE("misuse: nothing to do is no error and touches nothing", "[misuse]") {
+TEST_CASE("misuse: empty queries succeed and write nothing", "[misuse]") {
   const Opened opened(tiny_sampler_file());
   CHECK(solidtex_eval_points(opened.texture, nullptr, nullptr, 0, nullptr, nullptr) == SOLIDTEX_OK);
   const int64_t origin[3] = {1, 2, 3}, flat[3] = {4, 0, 4};

@@ -46,7 +46,7 @@ TEST_CASE("wrapper: the lattice family is as exact in fast precision as in full"
   CHECK(box_of(fast, {-3, 5, 9}, 6) == box_of(full, {-3, 5, 9}, 6));
 }
 
-TEST_CASE("wrapper: points at voxel centres are the voxels, bit for bit", "[api]") {
+TEST_CASE("wrapper: points at voxel centers are the voxels, bit for bit", "[api]") {
   for (const auto& bytes : {tiny_lattice_file(), tiny_sampler_file()}) {
     const auto texture = solidtex::texture::from_memory(bytes, {.seed = 3});
     const std::array<std::int64_t, 3> origin{-3, 1 << 30, -(1 << 30)};

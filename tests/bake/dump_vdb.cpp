@@ -11,13 +11,13 @@ template <class Grid>
 void dump(const Grid& grid) {
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
   const openvdb::Coord lo = box.min(), size = box.dim();
-  const openvdb::Vec3d centre = grid.indexToWorld(lo);
+  const openvdb::Vec3d center = grid.indexToWorld(lo);
   std::printf(
       "{\"name\": \"%s\", \"origin\": [%d, %d, %d], \"size\": [%d, %d, %d], \"active\": %llu, "
       "\"channels\": %zu, \"world\": [%g, %g, %g]}\n",
       grid.getName().c_str(), lo[0], lo[1], lo[2], size[0], size[1], size[2],
       static_cast<unsigned long long>(grid.activeVoxelCount()),
-      sizeof(typename Grid::ValueType) / sizeof(float), centre[0], centre[1], centre[2]);
+      sizeof(typename Grid::ValueType) / sizeof(float), center[0], center[1], center[2]);
   const auto accessor = grid.getConstAccessor();
   for (int x = lo[0]; x < lo[0] + size[0]; ++x) {
     for (int y = lo[1]; y < lo[1] + size[1]; ++y) {

@@ -1,4 +1,4 @@
-"""solidtex-bake and solidtex-info on a model whose channels are more than a colour's three."""
+"""solidtex-bake and solidtex-info on a model whose channels are more than a color's three."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SIZE = (7, 5, 3)
 
 @pytest.fixture
 def model(tmp_path: Path) -> Path:
-    """Uniform noise, each channel with a copy of its own: colour and maps in a strange order."""
+    """Uniform noise, each channel with a copy of its own: color and maps in a strange order."""
     document = {
         "version": 1,
         "name": "mixed",
@@ -91,7 +91,7 @@ def test_exr_slices_name_all_channels(model: Path, voxels: np.ndarray, tmp_path:
         assert np.array_equal(values[:, :, names.index(name)], voxels[:, :, 2, channel])
 
 
-def test_previews_show_the_colour_or_what_was_asked_for(model: Path, tmp_path: Path) -> None:
+def test_previews_show_the_color_or_the_requested_channel(model: Path, tmp_path: Path) -> None:
     pictures = {}
     for show in ("", "albedo", "height", "roughness"):
         file = tmp_path / f"{show or 'default'}.png"
@@ -102,7 +102,7 @@ def test_previews_show_the_colour_or_what_was_asked_for(model: Path, tmp_path: P
     assert not np.array_equal(pictures["height"], pictures["roughness"])
 
 
-def test_an_unknown_channel_is_refused_with_those_there_are(model: Path, tmp_path: Path) -> None:
+def test_an_unknown_channel_is_refused_with_the_known_ones(model: Path, tmp_path: Path) -> None:
     result = bake(model, "--preview", tmp_path / "a.png", "--show", "gloss")
     assert result.returncode == 1
     expected = f"--show gloss: {model} has height, albedo, roughness"

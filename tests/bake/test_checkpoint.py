@@ -54,7 +54,7 @@ def interrupted(folder: Path, number: signal.Signals, more: int, *arguments: obj
 
 
 @pytest.mark.parametrize("job", [ATLAS, VERTICES], ids=["atlas", "vertices"])
-def test_a_bake_goes_on_with_the_same_bits(tmp_path: Path, job: list) -> None:
+def test_a_resumed_bake_has_the_same_bits(tmp_path: Path, job: list) -> None:
     whole = baked(tmp_path, *job)
     output = tmp_path / job[-1]
     output.unlink()
@@ -88,7 +88,7 @@ def picture(path: Path) -> np.ndarray:
     return oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT)
 
 
-def test_what_is_there_whole_is_not_baked_again(tmp_path: Path) -> None:
+def test_complete_parts_are_not_baked_again(tmp_path: Path) -> None:
     job = [*ATLAS, "--checkpoint", "state"]
     cube_obj(tmp_path / "cube.obj")
     interrupted(tmp_path, signal.SIGINT, 2 * ROWS * SIZE * 12, *job)
@@ -152,6 +152,6 @@ def test_refusals(tmp_path: Path, state: Path, change: list, message: str) -> No
     assert not (tmp_path / "a.exr").exists()
 
 
-def test_only_meshes_have_one(tmp_path: Path) -> None:
+def test_only_meshes_have_a_checkpoint(tmp_path: Path) -> None:
     result = bake(tmp_path, "granite-grey", "-o", "a.npy", "--checkpoint", "state")
     assert result.returncode == 2 and "requires --mesh" in result.stderr + result.stdout

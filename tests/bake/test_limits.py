@@ -47,7 +47,9 @@ OUTPUTS = {
 
 
 @pytest.mark.parametrize("kind", OUTPUTS)
-def test_what_fits_nowhere_is_refused_before_the_first_voxel(tmp_path: Path, kind: str) -> None:
+def test_an_output_without_room_is_refused_before_the_first_voxel(
+    tmp_path: Path, kind: str
+) -> None:
     output, of_what = OUTPUTS[kind]
     message = refusal(tmp_path, "porous-rock", "--size", 20000, *output)
     assert re.search(f"a(.npy|.vdb)?: needs {SIZE} {of_what}, {SIZE} are ", message)
@@ -56,7 +58,7 @@ def test_what_fits_nowhere_is_refused_before_the_first_voxel(tmp_path: Path, kin
 
 
 @pytest.mark.parametrize("kind", ["png", "exr"])
-def test_a_slice_that_fits_nowhere_is_refused(tmp_path: Path, kind: str) -> None:
+def test_a_slice_without_room_is_refused(tmp_path: Path, kind: str) -> None:
     message = refusal(tmp_path, "--size", "1048576,1048576,1", *OUTPUTS[kind][0])
     assert re.search(f"needs 36.0 TiB of memory, {SIZE} are available; .npy is", message)
 

@@ -1,4 +1,4 @@
-"""solidtex-bake on meshes: colours of vertices, and the picture of a UV atlas."""
+"""solidtex-bake on meshes: colors of vertices, and the image of a UV atlas."""
 
 import os
 import resource
@@ -55,7 +55,7 @@ def radii_of(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return sums / np.maximum(2 * counts, 1)
 
 
-def test_vertices_have_the_means_of_their_surroundings(tmp_path: Path) -> None:
+def test_vertices_have_the_means_of_their_neighborhoods(tmp_path: Path) -> None:
     out = tmp_path / "vase.ply"
     baked("--mesh", VASE, "--to", "vertex-color", "-o", out, *PLACED)
     (before, faces), (after, same_faces) = read_ply(VASE), read_ply(out)
@@ -69,7 +69,7 @@ def test_vertices_have_the_means_of_their_surroundings(tmp_path: Path) -> None:
     assert np.abs(colors - 255 * values.clip(0, 1)).max() < 0.6 and colors.std() > 5
 
 
-def test_floats_are_light_and_other_channels_go_along(tmp_path: Path) -> None:
+def test_float_colors_are_linear_and_other_channels_are_written_too(tmp_path: Path) -> None:
     cube, out = cube_obj(tmp_path / "cube.obj"), tmp_path / "cube.ply"
     arguments = ("--mesh", cube, "--to", "vertex-color", "--color-type", "float", "-o", out)
     said = baked(*arguments, model="paint-rusted")
@@ -84,7 +84,7 @@ def test_floats_are_light_and_other_channels_go_along(tmp_path: Path) -> None:
     assert np.allclose(np.stack([vertices[n] for n in names[5:]], axis=-1), values, atol=1e-5)
 
 
-def texel_centres() -> np.ndarray:
+def texel_centers() -> np.ndarray:
     """(u, v) of each texel [y, x, 2]."""
     steps = (np.arange(SIZE) + 0.5) / SIZE
     u, v = np.meshgrid(steps, 1 - steps)
@@ -106,8 +106,8 @@ def atlas(tmp_path_factory: pytest.TempPathFactory) -> np.ndarray:
     return image.get_pixels(oiio.FLOAT)
 
 
-def test_texels_are_means_over_what_they_cover(atlas: np.ndarray) -> None:
-    inside, points, slopes = cube_surface(texel_centres())
+def test_texels_are_means_over_their_footprints(atlas: np.ndarray) -> None:
+    inside, points, slopes = cube_surface(texel_centers())
     axes = np.zeros((inside.sum(), 3, 3))
     axes[:, :2] = slopes[inside] * SCALE / SIZE / 2
     texture = solidtex.Texture(MODEL, seed=4)
@@ -116,8 +116,8 @@ def test_texels_are_means_over_what_they_cover(atlas: np.ndarray) -> None:
     assert np.abs(atlas[inside] - light(values)).max() < 2e-5
 
 
-def test_edges_go_on_for_the_margin(atlas: np.ndarray) -> None:
-    inside, _, _ = cube_surface(texel_centres())
+def test_charts_are_dilated_by_the_margin(atlas: np.ndarray) -> None:
+    inside, _, _ = cube_surface(texel_centers())
     places = np.argwhere(inside)
     near, far = 0, 0
     for y, x in np.argwhere(~inside):
@@ -132,7 +132,7 @@ def test_edges_go_on_for_the_margin(atlas: np.ndarray) -> None:
     assert near > 1000 and far > 50
 
 
-def test_parts_that_share_a_place_are_told(tmp_path: Path) -> None:
+def test_overlapping_charts_are_reported(tmp_path: Path) -> None:
     cube = cube_obj(tmp_path / "cube.obj")
     cube.write_text(cube.read_text() + "v 0 0 5\nv 1 0 5\nv 0 1 5\nf -3/1 -2/2 -1/3\n")
     said = baked("--mesh", cube, "--to", "uv", "--size", 64, "-o", tmp_path / "a.exr")
@@ -169,7 +169,7 @@ def test_texture_coordinates_of_corners_give_the_same_atlas(
     assert (oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT) == atlas).all()
 
 
-def test_what_a_file_lacks_is_said(tmp_path: Path) -> None:
+def test_missing_parts_of_a_file_are_named(tmp_path: Path) -> None:
     mesh = wedge_ply(tmp_path / "cube.ply", cube_obj(tmp_path / "cube.obj"))
     text = mesh.read_text()
     mesh.write_text(text.replace("element face 6", "element face 7") + "0 0 0\n")
@@ -195,7 +195,7 @@ def test_what_a_file_lacks_is_said(tmp_path: Path) -> None:
         (["--mesh", VASE, "--to", "vertex-color", "--size", 4, "-o", "a.ply"], 1, "--size: found"),
         (["--mesh", VASE, "--to", "uv", "--size", "4,4,5", "-o", "a.exr"], 1, "--size 4,4,5"),
         (["--mesh", VASE, "--to", "uv", "--size", 99999, "-o", "a.exr"], 1, "up to 16384"),
-        (["--mesh", VASE, "--to", "colour", "-o", "a.exr"], 2, "--to"),
+        (["--mesh", VASE, "--to", "color", "-o", "a.exr"], 2, "--to"),
         (["--mesh", VASE, "-o", "a.exr"], 2, "requires --to"),
         (["--to", "uv", "-o", "a.exr"], 2, "requires --mesh"),
         (["--margin", 4, "-o", "a.npy"], 2, "requires --mesh"),

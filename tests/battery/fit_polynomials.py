@@ -20,7 +20,7 @@ def chebyshev_grid(low: float, high: float) -> np.ndarray:
 def fit_rational(
     x: np.ndarray, y: np.ndarray, numerator: range, denominator: range, scale: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """y = sum a_i x^i / (1 + sum b_j x^j); minimises the largest |error| * scale."""
+    """y = sum a_i x^i / (1 + sum b_j x^j); minimizes the largest |error| * scale."""
     powers_a = np.stack([x**i for i in numerator], axis=1)
     powers_b = np.stack([x**j for j in denominator], axis=1) if len(denominator) else None
     weight, bottom, best = np.ones_like(x), np.ones_like(x), None

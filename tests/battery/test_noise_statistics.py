@@ -29,7 +29,7 @@ def cube(
     return np.frombuffer(data, np.uint32).reshape(SIDE, SIDE, SIDE)
 
 
-def centred(words: np.ndarray) -> np.ndarray:
+def centered(words: np.ndarray) -> np.ndarray:
     """Uniform with mean 0 and variance 1."""
     return ((words + 0.5) * 2.0**-32 - 0.5) * np.sqrt(12)
 
@@ -71,7 +71,7 @@ LIMIT = 6.5  # one in 10^10 for one normal number; the searches look at up to 10
 @pytest.mark.parametrize("order", ["cube", "stride"])
 @pytest.mark.parametrize("seed", [0, 1, 2**63])
 def test_spectra_are_flat(order: str, seed: int) -> None:
-    values = centred(cube("solidtex-1", seed=seed, order=order))
+    values = centered(cube("solidtex-1", seed=seed, order=order))
     assert spectrum_deviation(values) < LIMIT
     for axis in range(3):
         for index in (0, SIDE // 2):
@@ -85,16 +85,16 @@ def test_spectrum_of_every_bit_is_flat(order: str) -> None:
         assert spectrum_deviation((words >> bit & 1) * 2.0 - 1) < LIMIT, f"bit {bit}"
 
 
-def test_spectrum_finds_what_is_not_white() -> None:
-    values = centred(cube("solidtex-1"))
+def test_the_spectrum_detects_colored_noise() -> None:
+    values = centered(cube("solidtex-1"))
     assert spectrum_deviation(values + 0.1 * np.roll(values, 1, axis=2)) > LIMIT
     x, y, z = np.indices((SIDE,) * 3).astype(np.uint32)
     linear = x * np.uint32(1664525) + y * np.uint32(22695477) + z * np.uint32(1103515245)
-    assert spectrum_deviation(centred(linear)) > 100
+    assert spectrum_deviation(centered(linear)) > 100
 
 
 def test_streams_are_not_correlated_at_any_shift() -> None:
-    base = centred(cube("solidtex-1"))
+    base = centered(cube("solidtex-1"))
     assert correlation_deviation(base, base, same=True) < LIMIT
     others: list[dict] = [
         *({"channel": c} for c in (1, 2, 3)),
@@ -102,12 +102,12 @@ def test_streams_are_not_correlated_at_any_shift() -> None:
         *({"seed": s} for s in (1, 2, 2**32, 2**63)),
     ]
     for other in others:
-        assert correlation_deviation(base, centred(cube("solidtex-1", **other))) < LIMIT, other
+        assert correlation_deviation(base, centered(cube("solidtex-1", **other))) < LIMIT, other
 
 
 @pytest.mark.parametrize("axes", [(1, 0, 2), (2, 1, 0), (0, 2, 1)])
 def test_axes_are_not_correlated(axes: tuple[int, int, int]) -> None:
-    base = centred(cube("solidtex-1"))
+    base = centered(cube("solidtex-1"))
     first, second = (axis for axis in range(3) if axes[axis] != axis)
     # Two halves that swapping the axes maps onto one another, without a voxel in common.
     low_high, high_low = [slice(None)] * 3, [slice(None)] * 3
@@ -121,11 +121,11 @@ def test_axes_are_not_correlated(axes: tuple[int, int, int]) -> None:
 
 
 def test_correlation_finds_the_flaws_of_the_published_scheme() -> None:
-    base = centred(cube("solidtexturenets"))
-    assert correlation_deviation(base, centred(cube("solidtexturenets", channel=1))) > 100
+    base = centered(cube("solidtexturenets"))
+    assert correlation_deviation(base, centered(cube("solidtexturenets", channel=1))) > 100
     # Level 5 repeats level 0, and the levels between are shifted by 15 as well.
-    assert correlation_deviation(base, centred(cube("solidtexturenets", level=5))) > 100
-    assert correlation_deviation(base, centred(cube("solidtexturenets", level=1))) > 100
+    assert correlation_deviation(base, centered(cube("solidtexturenets", level=5))) > 100
+    assert correlation_deviation(base, centered(cube("solidtexturenets", level=1))) > 100
 
 
 def moment_deviation(normals: np.ndarray) -> float:
@@ -154,8 +154,8 @@ def test_normals_are_normal(order: str) -> None:
     assert kolmogorov(normals) < 2.6
 
 
-def test_the_normal_tests_find_what_is_not_normal() -> None:
-    uniform = centred(cube("solidtex-1")).ravel()
+def test_the_normal_tests_detect_other_distributions() -> None:
+    uniform = centered(cube("solidtex-1")).ravel()
     assert moment_deviation(uniform) > 50
     assert kolmogorov(uniform) > 10
     nearly = ndtri((cube("solidtex-1").ravel() + 0.5) * 2.0**-32) * 1.02
@@ -173,10 +173,10 @@ def quantile_error(first: int, step: int, count: int) -> np.ndarray:
 def test_normal_quantile_is_as_accurate_as_numerics_md_says() -> None:
     tail = quantile_error(0, 1, 1 << 20).max()
     spread = quantile_error(1, 2039, (1 << 32) // 2039).max()
-    centre = quantile_error(0xFFFFFFFF - (1 << 20), 1, 1 << 20).max()
+    center = quantile_error(0xFFFFFFFF - (1 << 20), 1, 1 << 20).max()
     print(
         f"largest error of the normal quantile: tail {tail:.2e}, everywhere {spread:.2e}, "
-        f"centre {centre:.2e}"
+        f"center {center:.2e}"
     )
-    assert max(tail, spread, centre) < 1.6e-6
-    assert centre < 2.5e-7
+    assert max(tail, spread, center) < 1.6e-6
+    assert center < 2.5e-7

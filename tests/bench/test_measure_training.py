@@ -27,7 +27,7 @@ def test_a_row_for_each_preset_and_size() -> None:
         assert seconds > 0
 
 
-def test_what_the_trainer_refuses_ends_it() -> None:
+def test_a_refusal_of_the_trainer_ends_the_measurement() -> None:
     done = run("--size", "32")
     assert done.returncode == 2
     assert "--size: found 32, expected at least 42" in done.stderr

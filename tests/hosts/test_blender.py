@@ -55,12 +55,12 @@ def run_commands(commands: str, folder: Path, bpy: str) -> None:
 
 
 def between_voxels(texture: solidtex.Texture, points: np.ndarray) -> np.ndarray:
-    """Values (N, channels) at points (N, 3) as hosts find them: trilinear between voxel centres."""
-    from_centre = points - 0.5
-    lo = np.floor(from_centre.min(0)).astype(int)
-    size = np.floor(from_centre.max(0)).astype(int) + 2 - lo
+    """Values (N, channels) at points (N, 3) as hosts find them: trilinear between voxel centers."""
+    from_center = points - 0.5
+    lo = np.floor(from_center.min(0)).astype(int)
+    size = np.floor(from_center.max(0)).astype(int) + 2 - lo
     voxels = texture.eval_box(lo, size)
-    at = (from_centre - lo).T
+    at = (from_center - lo).T
     return np.stack([map_coordinates(v, at, order=1) for v in np.moveaxis(voxels, -1, 0)], axis=-1)
 
 
@@ -71,7 +71,7 @@ def light(values: np.ndarray) -> np.ndarray:
 
 
 @needs_bpy
-def test_the_page_makes_its_picture(tmp_path: Path) -> None:
+def test_the_page_makes_its_image(tmp_path: Path) -> None:
     (commands,) = programs("blender.md", "sh")
     (tmp_path / "build").symlink_to(BUILD)
     for name in ("plugins", "scenes"):

@@ -85,7 +85,7 @@ def points(units: float) -> np.ndarray:
     return SCALE * np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3) + ORIGIN
 
 
-def test_the_page_makes_its_picture(made: Path) -> None:
+def test_the_page_makes_its_image(made: Path) -> None:
     found = np.concatenate([pixels(made / f"{model}.png") for model in MODELS], axis=1)
     shown = pixels(PICTURES / "blender-osl.png")
     assert found.shape == shown.shape and shown.std() > 10

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.mark.parametrize("version", ["3.0.19.1", "3.2.2.0"])
-def test_the_plugin_built_for_a_wheel_gives_the_same_picture(version: str, tmp_path: Path) -> None:
+def test_the_plugin_built_for_a_wheel_gives_the_same_image(version: str, tmp_path: Path) -> None:
     link_sources(tmp_path)
     _, of_wheels = programs("openimageio.md", "sh")
     commands = re.sub(r"^version=.*", f"version={version}", of_wheels)

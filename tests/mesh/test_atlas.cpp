@@ -63,8 +63,8 @@ TEST_CASE("an atlas is the same in any region") {
   }
 }
 
-TEST_CASE("neighbouring triangles leave no gap, and do not count as overlapping") {
-  // A square turned by some angle, cut along its diagonal: many centres near that line.
+TEST_CASE("neighboring triangles leave no gap, and do not count as overlapping") {
+  // A square turned by some angle, cut along its diagonal: many centers near that line.
   auto mesh = std::make_shared<Mesh>();
   const float c = 0.4f * std::cos(0.3f), s = 0.4f * std::sin(0.3f);
   const glm::vec2 corners[] = {{c, s}, {-s, c}, {-c, -s}, {s, -c}};

@@ -211,7 +211,7 @@ TEST_CASE("Seams of OBJ split vertices") {
   CHECK(mesh.uvs[last.x] == glm::vec2(0.6f, 0));
 }
 
-TEST_CASE("What is wrong in an OBJ file is named") {
+TEST_CASE("Errors in an OBJ file are named") {
   const auto message = [](const std::string& text) {
     return refusal(read_obj, obj_vertices() + obj_faces() + text);
   };
@@ -261,7 +261,7 @@ TEST_CASE("Polygons of any shape") {
   check_triangulation(far);
 }
 
-TEST_CASE("Polygons that are no polygons end, too") {
+TEST_CASE("Degenerate polygons terminate") {
   std::mt19937 random(7);
   for (int trial = 0; trial < 300; ++trial) {
     std::vector<glm::dvec3> polygon;

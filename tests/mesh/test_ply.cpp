@@ -133,7 +133,7 @@ TEST_CASE("A binary body may begin with any byte") {
   }
 }
 
-TEST_CASE("Elements and properties that nobody knows are passed over") {
+TEST_CASE("Unknown elements and properties are skipped") {
   for (const Order order : kOrders) {
     PlyFile file(order);
     file.line("element range_grid 2").line("property list uchar double range");
@@ -217,7 +217,7 @@ TEST_CASE("Truncated files are refused with both counts") {
         std::vector<std::string>{"3 bytes after what the header lists left out"});
 }
 
-TEST_CASE("What is wrong in a PLY file is named") {
+TEST_CASE("Errors in a PLY file are named") {
   const std::string content = box(Order::text);
   const auto message = [&](const std::string& from, const std::string& to) {
     return refusal(read_ply, replaced(content, from, to));

@@ -59,7 +59,7 @@ def test_box_has_the_bits_of_the_baker(texture: Texture, tmp_path: Path) -> None
     assert voxels.std() > 0.01
 
 
-def test_points_at_voxel_centres_have_the_bits_of_the_box(texture: Texture) -> None:
+def test_points_at_voxel_centers_have_the_bits_of_the_box(texture: Texture) -> None:
     grid = np.stack(np.meshgrid(*map(np.arange, SIZE), indexing="ij"), axis=-1) + 0.5
     assert same_bits(texture.eval_points(grid, ORIGIN), texture.eval_box(ORIGIN, SIZE))
 
@@ -79,7 +79,7 @@ def test_out_is_written_in_place(texture: Texture) -> None:
     assert torch.from_dlpack(expected).data_ptr() == expected.ctypes.data
 
 
-def test_any_array_will_do(texture: Texture) -> None:
+def test_arrays_of_any_library_are_accepted(texture: Texture) -> None:
     points = places(24)
     expected = texture.eval_points(points)
     for other in (
@@ -169,7 +169,7 @@ def test_threads_share_a_texture(texture: Texture) -> None:
             assert all(same_bits(a, b) for a, b in zip(found, expected, strict=True))
 
 
-def test_ctrl_c_stops_a_query_that_does_not_hold_the_lock() -> None:
+def test_ctrl_c_cancels_a_query_without_the_interpreter_lock() -> None:
     """A second Python thread sees the first values appear, so the lock is free, and then presses
     Ctrl-C: what is missing shows that the query has stopped."""
     texture = Texture(FIELD)
@@ -235,7 +235,7 @@ def test_closing_waits_for_the_queries() -> None:
     assert "closed" in repr(texture)
 
 
-def test_opened_otherwise(tmp_path: Path) -> None:
+def test_models_open_from_bytes_and_pickles(tmp_path: Path) -> None:
     path = REPOSITORY / "models" / f"{FIELD}.solidtex"
     expected = Texture(FIELD, seed=5).eval_box((0, 0, 0), (2, 2, 2))
     with Texture(path, 5) as texture:
@@ -314,7 +314,7 @@ def test_refusals_name_what_is_wrong(tmp_path: Path) -> None:
         assert isinstance(caught.value, solidtex.InvalidArgument), caught.value
 
 
-def test_models_that_are_none(tmp_path: Path) -> None:
+def test_invalid_models_are_refused(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="granite-grey") as caught:
         Texture("marzipan")
     assert isinstance(caught.value, solidtex.FileError)

@@ -30,7 +30,7 @@ System small_system() {
   return system;
 }
 
-// Points of the world between the outermost voxel centres, for images with two texels a unit.
+// Points of the world between the outermost voxel centers, for images with two texels a unit.
 std::vector<Imath::V3f> random_points(unsigned seed, int count) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<float> texel(0.5f, kEdge - 0.5f);
@@ -41,7 +41,7 @@ std::vector<Imath::V3f> random_points(unsigned seed, int count) {
   return points;
 }
 
-// A value between voxel centres, and how much it may change over the rounding of a coordinate.
+// A value between voxel centers, and how much it may change over the rounding of a coordinate.
 struct Reference {
   double value, bound;
 };
@@ -51,9 +51,9 @@ std::vector<Reference> trilinear(const solidtex::texture& texture, const Imath::
   std::array<double, 3> fraction{};
   std::array<std::int64_t, 3> low{};
   for (int axis = 0; axis < 3; ++axis) {
-    const double from_centre = 2.0 * static_cast<double>(world[axis]) - 0.5;
-    low[static_cast<std::size_t>(axis)] = static_cast<std::int64_t>(std::floor(from_centre));
-    fraction[static_cast<std::size_t>(axis)] = from_centre - std::floor(from_centre);
+    const double from_center = 2.0 * static_cast<double>(world[axis]) - 0.5;
+    low[static_cast<std::size_t>(axis)] = static_cast<std::int64_t>(std::floor(from_center));
+    fraction[static_cast<std::size_t>(axis)] = from_center - std::floor(from_center);
   }
   const std::vector<float> corners = voxels(texture, low, {2, 2, 2});
   std::vector<Reference> references;
@@ -139,7 +139,7 @@ TEST_CASE("Threads share a cache that is too small for the volume") {
   CHECK(created > 6 * 6 * 6);
 }
 
-TEST_CASE("texture3d takes a level by its name, and knows nothing outside of the volume") {
+TEST_CASE("texture3d selects a level by name, and is black outside the volume") {
   const System system = small_system();
   const OIIO::ustring name(tiny_lattice() + "?size=96&type=float");
   const auto input = open_image(tiny_lattice() + "?size=96&lod=2&type=float");

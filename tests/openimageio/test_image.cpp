@@ -33,7 +33,7 @@ TEST_CASE("An image describes its volume") {
   CHECK(linear->spec(0, 0).width == 256);
 }
 
-TEST_CASE("Four channels are no alpha, and a shipped model needs no path") {
+TEST_CASE("The fourth channel is not alpha, and a shipped model needs no path") {
   const auto input = open_image("paint-rusted.solidtex?size=8");
   const OIIO::ImageSpec spec = input->spec(0, 0);
   CHECK(spec.nchannels == static_cast<int>(solidtex::texture("paint-rusted").channel_count()));
@@ -54,14 +54,14 @@ TEST_CASE("Float pixels are the bits of the texture, half pixels those rounded o
   }
 }
 
-TEST_CASE("A slice is a flat picture") {
+TEST_CASE("A slice is a flat image") {
   const auto input = open_image(tiny_lattice() + "?size=20x30x1&type=float&origin=0,0,9");
   CHECK(input->spec(0, 0).depth == 1);
   CHECK(input->spec(0, 0).tile_depth == 1);
   CHECK(read_all(*input, 0) == voxels(solidtex::texture(tiny_lattice()), {0, 0, 9}, {20, 30, 1}));
 }
 
-TEST_CASE("A tile comes whole beyond the image's edge, in any type, channels and strides") {
+TEST_CASE("A tile is complete beyond the image's edge, in any type, channels and strides") {
   const auto input = open_image(tiny_sampler() + "?size=20&tile=16&type=float");
   const std::vector<float> expected =
       voxels(solidtex::texture(tiny_sampler()), {16, 0, 16}, {16, 16, 16});
@@ -78,7 +78,7 @@ TEST_CASE("A tile comes whole beyond the image's edge, in any type, channels and
   }
 }
 
-TEST_CASE("Tiles that are none are refused") {
+TEST_CASE("Invalid tiles are refused") {
   const auto input = open_image(tiny_lattice() + "?size=64&tile=16");
   std::vector<float> pixels(64 * 64 * 64 * 2);
   const auto reads = [&](int subimage, int miplevel, int begin, int end) {

@@ -55,7 +55,7 @@ TEST_CASE("A volume has levels down to one voxel, named and placed alike") {
   CHECK_FALSE(largest->seek_subimage(10, 0));
 }
 
-TEST_CASE("lod gives one level alone") {
+TEST_CASE("lod selects a single level") {
   const auto all = open_image(tiny_lattice() + "?size=40&type=float");
   const auto one = open_image(tiny_lattice() + "?lod=2&size=40&type=float");
   CHECK(one->spec(0, 0).width == 10);
@@ -66,7 +66,8 @@ TEST_CASE("lod gives one level alone") {
 
 TEST_CASE("Voxels of the lattice family are means of their texels") {
   const solidtex::texture texture(tiny_lattice(), {.seed = 5});
-  const auto input = open_image(tiny_lattice() + "?size=24x16x16&seed=5&origin=-16,8,64&type=float");
+  const auto input =
+      open_image(tiny_lattice() + "?size=24x16x16&seed=5&origin=-16,8,64&type=float");
   for (int lod = 1; lod <= 3; ++lod) {
     const OIIO::ImageSpec spec = input->spec(lod, 0);
     const std::vector<float> found = read_all(*input, lod);
@@ -93,20 +94,20 @@ TEST_CASE("Far levels of the lattice family are the mean of the material") {
   }
 }
 
-TEST_CASE("Voxels of the point family are filtered points") {
+TEST_CASE("Voxels of the sampler family are filtered points") {
   const solidtex::texture texture(tiny_sampler());
   const auto input = open_image(tiny_sampler() + "?size=32x16x16&origin=100,0,-7&type=float");
   for (int lod = 1; lod <= 5; ++lod) {
     const OIIO::ImageSpec spec = input->spec(lod, 0);
-    std::vector<float> expected(read_all(*input, lod).size()), centres;
+    std::vector<float> expected(read_all(*input, lod).size()), centers;
     const float edge = static_cast<float>(1 << lod);
     for (int z = 0; z < spec.depth; ++z)
       for (int y = 0; y < spec.height; ++y)
         for (int x = 0; x < spec.width; ++x) {
-          for (const int i : {x, y, z}) centres.push_back((static_cast<float>(i) + 0.5f) * edge);
+          for (const int i : {x, y, z}) centers.push_back((static_cast<float>(i) + 0.5f) * edge);
         }
-    const std::vector<float> radii(centres.size() / 3, edge / 2);
-    texture.eval_filtered({100, 0, -7}, centres, radii, expected);
+    const std::vector<float> radii(centers.size() / 3, edge / 2);
+    texture.eval_filtered({100, 0, -7}, centers, radii, expected);
     CHECK(read_all(*input, lod) == expected);
   }
 }

@@ -96,7 +96,7 @@ TEST_CASE("The farthest tile of the largest volume can be made") {
   }
 }
 
-TEST_CASE("Models that are none are refused") {
+TEST_CASE("Invalid models are refused") {
   CHECK_THAT(refusal("/nowhere/oak.solidtex?size=64"), ContainsSubstring("/nowhere/oak.solidtex"));
   CHECK_THAT(refusal("unknown-wood.solidtex"),
              ContainsSubstring("unknown-wood") && ContainsSubstring("granite-grey"));

@@ -41,7 +41,7 @@ PRESETS = sorted(set(SMALL) - set(LATTICES))
 
 
 def save_photo(path: Path) -> Path:
-    """Two-coloured stripes and specks."""
+    """Two-colored stripes and specks."""
     random = np.random.default_rng(1)
     pixels = random.integers(90, 140, (56, 64, 3))
     pixels[:, ::5] = (200, 120, 60)
@@ -50,7 +50,7 @@ def save_photo(path: Path) -> Path:
 
 
 def save_specks(path: Path) -> Path:
-    """Every pixel a colour of its own."""
+    """Every pixel a color of its own."""
     pixels = np.random.default_rng(1).integers(0, 255, (48, 56, 3))
     Image.fromarray(pixels.astype(np.uint8)).save(path)
     return path

@@ -34,11 +34,11 @@ def grains() -> Tensor:
     octaves = [
         random.normal(size=(SIDE // n, SIDE // n)).repeat(n, 0).repeat(n, 1) for n in (1, 2, 4)
     ]
-    grey = torch.from_numpy(sum(octaves)).float()
-    return torch.stack([grey, 0.8 * grey, 0.5 * grey]) * 0.1 + 0.5
+    gray = torch.from_numpy(sum(octaves)).float()
+    return torch.stack([gray, 0.8 * gray, 0.5 * gray]) * 0.1 + 0.5
 
 
-def test_a_surrogate_has_tones_and_spectrum_and_no_outlines() -> None:
+def test_a_surrogate_has_color_distribution_and_spectrum_without_outlines() -> None:
     image = of_solid("porous").image
     other = surrogate(image, torch.Generator().manual_seed(0))
     assert other.shape == image.shape
@@ -51,7 +51,7 @@ def test_a_surrogate_has_tones_and_spectrum_and_no_outlines() -> None:
     assert edges[1] > 1.5 * edges[0]
 
 
-def test_surrogates_of_odd_sizes_keep_colours_together() -> None:
+def test_surrogates_of_odd_sizes_keep_colors_together() -> None:
     image = grains()[:, :33, :47]
     other = surrogate(image, torch.Generator())
     assert other.shape == image.shape
@@ -67,12 +67,12 @@ def test_the_structure_score_is_the_same_in_every_call_and_leaves_the_generator_
 
 
 @pytest.mark.parametrize("name", ["brick", "spheres", "paint"])
-def test_what_has_outlines_gets_a_lattice(name: str) -> None:
+def test_outlines_get_a_lattice(name: str) -> None:
     found = suited(of_solid(name, side=SIDE), "xyz")
     assert found.value == "lattice" and "structure score" in found.reason
 
 
-def test_what_looks_different_turned_gets_a_lattice() -> None:
+def test_a_photograph_that_looks_different_turned_gets_a_lattice() -> None:
     found = suited(stretched(8), "xyz")
     assert found.value == "lattice" and "turned" in found.reason
 
@@ -97,12 +97,12 @@ def test_short_lines_need_some_outlines(
 
 
 def stretched(times: int) -> Exemplar:
-    """Grains that are so many times as long along the columns of pixels as across them."""
+    """Grains stretched along the columns of pixels by a factor."""
     image = grains()[:, : SIDE // times].repeat_interleave(times, 1)
     return Exemplar("stretched", "", image)
 
 
-def test_layers_that_lie_and_short_grain_get_a_lattice() -> None:
+def test_horizontal_layers_and_short_grain_get_a_lattice() -> None:
     for exemplar in (of_solid("sandstone", side=SIDE), stretched(1), stretched(3)):
         found = suited(exemplar, "xy")
         assert found.value == "lattice" and "grain" in found.reason
@@ -121,7 +121,7 @@ def test_a_photograph_of_one_tone_has_nothing_to_measure(directions: str) -> Non
     assert suited(plain, directions).value == expected
 
 
-def test_the_command_chooses_only_where_nothing_is_said(
+def test_the_command_chooses_only_without_a_preset(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     photo = tmp_path / "grains.png"

@@ -29,13 +29,13 @@ def test_of_a_row_and_a_single_tone_it_is_the_mean_squared_distance() -> None:
 
 
 @pytest.mark.parametrize("channels", [1, 3, 5])
-def test_it_does_not_see_where_colours_are_nor_how_large_the_exemplar_is(channels: int) -> None:
+def test_it_ignores_the_positions_of_colors_and_the_size_of_the_exemplar(channels: int) -> None:
     image = noise(channels, SIDE, SIDE)
     larger = torch.cat([image.flip(1), image], dim=2)
     assert between(image, larger) < 0.1 * between(image, 1.5 * larger)
 
 
-def test_it_tells_tones_apart_whose_mean_and_variance_are_the_same() -> None:
+def test_it_separates_distributions_of_equal_mean_and_variance() -> None:
     same = between(two_tones(1), two_tones(2, 2 * SIDE))
     assert between(noise(1, SIDE, SIDE), two_tones(2)) > 5 * same
 
@@ -48,14 +48,14 @@ def test_it_sees_whether_a_tone_fills_patches() -> None:
     assert between(speckles, patches) > 5 * between(patches, patches)
 
 
-def test_its_gradient_leads_to_the_tones_of_the_photograph() -> None:
+def test_its_gradient_leads_to_the_colors_of_the_photograph() -> None:
     torch.manual_seed(0)
     exemplar = two_tones(1)
     image = noise(1, SIDE, SIDE, seed=2).requires_grad_()
     begin = between(image.detach(), exemplar)
-    optimiser = torch.optim.Adam([image], 0.05)
+    optimizer = torch.optim.Adam([image], 0.05)
     for _ in range(60):
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         color_distance(image[None], exemplar).backward()
-        optimiser.step()
+        optimizer.step()
     assert between(image.detach(), exemplar) < 0.3 * begin

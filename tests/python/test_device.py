@@ -46,7 +46,7 @@ def test_method_trains_there(method: str, tmp_path: Path, device: torch.device) 
         assert value.device == device, name
 
 
-def test_grain_is_learnt_there(tmp_path: Path, device: torch.device) -> None:
+def test_grain_is_learned_there(tmp_path: Path, device: torch.device) -> None:
     trainer = make_trainer([save_specks(tmp_path / "photo.png")], tmp_path / "r", "lattice")
     assert "spectrum" in trainer.objective.names and train(trainer).finished
 
@@ -58,7 +58,7 @@ def test_photographs_per_direction_train_there(tmp_path: Path, device: torch.dev
         assert train(make_trainer([photo, photo], tmp_path / method, method, *share)).finished
 
 
-def test_vgg_judges_there(tmp_path: Path, device: torch.device) -> None:
+def test_vgg_compares_there(tmp_path: Path, device: torch.device) -> None:
     photo, weights = save_photo(tmp_path / "photo.png"), save_vgg(tmp_path / "vgg.pth")
     options = ("--vgg", str(weights), "--directions", "z")
     assert train(make_trainer([photo], tmp_path / "r", "babichev", *options), 1).step == 1

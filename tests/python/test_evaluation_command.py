@@ -1,4 +1,4 @@
-"""solidtex-eval: models and pictures in, JSON and report out, refusals."""
+"""solidtex-eval: models and images in, JSON and report out, refusals."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_the_sheet_shows_the_exemplar_beside_slices(tmp_path: Path, exemplar: Pa
     assert command.main([*arguments, "--resolution", "130", "--sheet", str(made)]) == 0
     with Image.open(made) as image:
         sheet = np.asarray(image, np.float32) / 255
-    columns, rows = 5, 2  # exemplar, x, y, z, oblique; colour and the map that both have
+    columns, rows = 5, 2  # exemplar, x, y, z, oblique; color and the map that both have
     assert sheet.shape == (64 * rows + 4, 64 * columns + 4 * (columns - 1), 3)
     assert np.abs(sheet[:64, :64] - blobs(1, 130, 200)[:64, :64]).max() < 0.005
     views = subjects.from_model(model, 128, 0, dict.fromkeys("xyz", 0)).views
@@ -80,7 +80,7 @@ def test_the_sheet_shows_the_exemplar_beside_slices(tmp_path: Path, exemplar: Pa
     assert command.main([*arguments, "--sheet", str(made)]) != 0  # it exists
 
 
-def test_a_model_is_judged_in_all_directions(exemplar: Path, tmp_path: Path) -> None:
+def test_a_model_is_evaluated_in_all_directions(exemplar: Path, tmp_path: Path) -> None:
     report, figures = tmp_path / "report.html", tmp_path / "report.json"
     arguments = [str(MODELS / "stone-grey.solidtex"), str(exemplar), "--size", "48", "--crops", "4"]
     assert command.main([*arguments, "-o", str(report), "--json", str(figures)]) == 0
@@ -116,7 +116,7 @@ def test_the_rectangle_of_the_training_is_cut_from_its_own_photograph_alone(
     assert torch.equal(own, other)
 
 
-def test_pictures_of_others_are_compared_in_the_same_way(
+def test_images_of_other_programs_are_compared_in_the_same_way(
     exemplar: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     good = save(blobs(2), tmp_path / "theirs" / "a.png").parent
@@ -158,7 +158,7 @@ def test_maps_are_compared_each_and_together(tmp_path: Path) -> None:
     assert joint[1]["value"] > 1.5 * joint[0]["value"]  # it alone sees that maps are not registered
 
 
-def test_linear_colours_are_compared_as_displayed() -> None:
+def test_linear_colors_are_compared_as_displayed() -> None:
     values = np.array([[[0.2140, 0.5]]], dtype=np.float32)
     shown = subjects._displayed(values, ("albedo.r", "roughness"))
     assert shown[0, 0].tolist() == pytest.approx([0.5, 0.5], abs=1e-3)
@@ -204,7 +204,7 @@ def test_refusals(exemplar: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     cases = [
         ([model, str(exemplar), "-o", str(taken)], "found an existing file"),
         ([model, str(exemplar), "-o", str(tmp_path / "a.pdf")], "expected .html"),
-        ([str(exemplar), "--slices", str(empty)], f"{empty}: found no pictures"),
+        ([str(exemplar), "--slices", str(empty)], f"{empty}: found no images"),
         ([str(exemplar), "--slices", str(tmp_path / "no.png")], "no such file"),
         ([model, str(small)], f"{small}: found 40 x 40 pixels, expected at least 64 x 64"),
         ([model, str(exemplar), "--inception", str(exemplar)], "no readable weights"),

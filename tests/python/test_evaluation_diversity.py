@@ -27,7 +27,7 @@ def test_tiles_of_the_exemplar_are_caught_as_copies() -> None:
     assert coherence(correspondence(tiled(exemplar)[:56, :56], exemplar)) > 0.85
 
 
-def test_correspondence_is_the_nearest_neighbourhood() -> None:
+def test_correspondence_is_the_nearest_neighborhood() -> None:
     rng = np.random.default_rng(0)
     picture, exemplar = rng.random((8, 9, 3)), rng.random((10, 11, 3))
     places = correspondence(picture, exemplar)
@@ -41,7 +41,7 @@ def test_correspondence_is_the_nearest_neighbourhood() -> None:
         assert tuple(places[row, column]) == best
 
 
-def test_colours_of_the_map_tell_places_apart() -> None:
+def test_colors_of_the_map_tell_places_apart() -> None:
     places = np.array([[[0, 0], [0, 96], [56, 0]]])
     colors = as_colors(places, (60, 100, 3))
     assert colors.tolist() == [[[0, 0, 1], [0, 1, 0.5], [1, 0, 0.5]]]
@@ -74,7 +74,7 @@ def test_a_ring_too_faint_to_see_is_no_repetition() -> None:
         assert found.deviations > 2 * found.allowed
 
 
-def test_far_blocks_that_are_alike_are_caught() -> None:
+def test_equal_distant_blocks_are_detected() -> None:
     rng = np.random.default_rng(4)
     noise = gaussian_filter(rng.standard_normal((96, 64, 64)), 1.5)
     first, second = noise[:64], noise[32:]
@@ -84,7 +84,7 @@ def test_far_blocks_that_are_alike_are_caught() -> None:
     assert not repetition(first, other).repeats
 
 
-def test_what_is_longer_than_the_picture_has_no_far_places() -> None:
+def test_a_structure_longer_than_the_image_has_no_large_lags() -> None:
     stripes = np.broadcast_to(np.linspace(0, 1, 64), (64, 64))
     assert repetition(stripes) is None
 

@@ -54,7 +54,7 @@ def test_other_textures_are_far(name: str, other: np.ndarray, reference: Referen
 
 
 @pytest.mark.parametrize("name", ["binary_patterns", "fdmse", "sliced_wasserstein", "spectrum"])
-def test_blurring_is_noticed(name: str, reference: Reference) -> None:
+def test_blur_is_detected(name: str, reference: Reference) -> None:
     same = reference.distances([blobs(2)])[name].value
     assert reference.distances([blurred(blobs(2))])[name].value > 2 * same
 
@@ -75,13 +75,13 @@ def test_orientation_counts_unless_the_material_has_none() -> None:
         assert strict[name].multiple > 1.5 * loose[name].multiple, name
 
 
-def test_colours_count() -> None:
+def test_colors_count() -> None:
     exemplar = blobs(1)
     found = Reference(exemplar, SETTINGS).distances([blobs(2)[..., ::-1]])
     assert found["sliced_wasserstein"].multiple > 3
 
 
-def test_a_picture_is_at_distance_zero_from_itself() -> None:
+def test_an_image_has_distance_zero_to_itself() -> None:
     crops = np.stack([blobs(s, 64, 64) for s in range(3)])
     for metric in standard_metrics(blobs(1)):
         features = metric.features(crops)
@@ -100,7 +100,7 @@ def test_fourier_magnitudes_of_a_wave() -> None:
     assert FourierMagnitudes().distance(magnitudes, none) == pytest.approx(2 * 8**2 / 64**2)
 
 
-def test_a_faint_weave_is_seen_by_the_spectrum_but_not_by_correlations(
+def test_a_faint_weave_shows_in_the_spectrum_but_not_in_correlations(
     reference: Reference,
 ) -> None:
     other = blobs(2)
@@ -138,7 +138,7 @@ def test_correlation_of_a_wave_is_the_wave() -> None:
     assert rho[[0, 8, 16]] == pytest.approx([1, -1, 1], abs=1e-6)
 
 
-def test_binary_patterns_of_a_flat_and_a_checkered_picture() -> None:
+def test_lbp_of_a_flat_and_a_checkered_image() -> None:
     metric = LbpDistance()
     flat = metric.features(np.full((1, 40, 40, 1), 0.5))
     assert flat.shape == (1, len(RADII), PATTERNS)
@@ -165,7 +165,7 @@ def test_self_distance_compares_halves_that_share_no_pixel() -> None:
     assert np.array_equal(np.concatenate([left, right], axis=1), exemplar)
 
 
-def test_constant_exemplars_have_no_multiples() -> None:
+def test_constant_exemplars_have_no_relative_distance() -> None:
     flat = np.full((80, 160, 3), 0.5, dtype=np.float32)
     found = Reference(flat, SETTINGS).distances([flat])
     assert found == {name: Distance(0.0, None) for name in NAMES}
@@ -206,7 +206,7 @@ def test_sifid_tells_textures_apart(inception: Path) -> None:
     assert reference.distances([shuffled(blobs(2))])["sifid"].multiple > 10
 
 
-def test_sifid_layers_are_convolution_normalisation_and_pooling(inception: Path) -> None:
+def test_sifid_layers_are_convolution_normalization_and_pooling(inception: Path) -> None:
     crops = blobs(1, 64, 64)[None]
     state = torch.load(inception, weights_only=True)
     x = torch.from_numpy(crops).permute(0, 3, 1, 2) * 2 - 1

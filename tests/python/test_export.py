@@ -49,7 +49,7 @@ def test_several_photographs_are_all_named(make_result: Any, tmp_path: Path) -> 
 
 
 def corrupted_norm(folder: Any, name: str) -> tuple[torch.Tensor, torch.Tensor]:
-    """A batch normalisation with another epsilon: close, and wrong."""
+    """A batch normalization with another epsilon: close, and wrong."""
     gamma, beta = folder.parameters(name)
     mean, variance = (folder.state[f"{name}.running_{what}"] for what in ("mean", "var"))
     scale = gamma / torch.sqrt(variance + 1e-3)
@@ -102,7 +102,7 @@ def test_an_engine_that_differs_is_refused(
     assert not output.exists()
 
 
-def test_networks_differ_where_parameters_do(make_result: Any) -> None:
+def test_networks_differ_if_parameters_do(make_result: Any) -> None:
     """What the export compares with does depend on the trained network."""
     generator = read_result(make_result("field")).generator
     before = lattice_network(generator, "solidtex-1")((0, 0, 0), (2, 2, 2), 0)
@@ -144,7 +144,9 @@ def test_broken_results_are_named(
     assert not list(tmp_path.glob("*.solidtex"))
 
 
-def test_outputs_are_not_replaced_unasked(make_result: Any, tmp_path: Path, capsys: Any) -> None:
+def test_outputs_are_not_replaced_without_force(
+    make_result: Any, tmp_path: Path, capsys: Any
+) -> None:
     result, output = make_result("field"), tmp_path / "m.solidtex"
     output.write_bytes(b"old")
     assert export.main([str(result), "-o", str(output)]) == 1

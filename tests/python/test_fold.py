@@ -63,7 +63,7 @@ def test_folded_model_is_the_trained_network(sizes: tuple[int, int, int]) -> Non
 
 
 def test_the_papers_parameter_count() -> None:
-    """84 963 with batch normalisation; folding leaves the convolutions' weights and biases."""
+    """84 963 with batch normalization; folding leaves the convolutions' weights and biases."""
     state = random_models.lattice_state(6, 3, 4)
     parts = (".weight", ".bias")
     assert sum(v.numel() for k, v in state.items() if k.endswith(parts)) == 84963

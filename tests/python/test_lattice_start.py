@@ -28,9 +28,9 @@ def test_smoothing_keeps_the_size_of_weights_and_leaves_those_of_noise(
         assert torch.equal(weight[:, coarse:], before[name][:, coarse:])
         smooth, old = weight[:, :coarse], before[name][:, :coarse]
         assert float(smooth.std() / old.std()) == pytest.approx(1, abs=0.25)
-        centre = smooth[:, :, 1, 1, 1]
-        assert torch.allclose(smooth[:, :, 0, 1, 1], centre / 2)
-        assert torch.allclose(smooth[:, :, 0, 0, 2], centre / 8)
+        center = smooth[:, :, 1, 1, 1]
+        assert torch.allclose(smooth[:, :, 0, 1, 1], center / 2)
+        assert torch.allclose(smooth[:, :, 0, 0, 2], center / 8)
 
 
 def test_without_smoothing_nothing_is_drawn(generator: LatticeGenerator) -> None:
@@ -42,7 +42,7 @@ def test_without_smoothing_nothing_is_drawn(generator: LatticeGenerator) -> None
 
 
 def test_an_untrained_solid_is_smoother(generator: LatticeGenerator) -> None:
-    """What it is for: neighbouring voxels are alike before anything has been learned."""
+    """What it is for: neighboring voxels are alike before anything has been learned."""
     as_built = likeness(generator)
     quiet_fine_noise(generator, 0.2)
     quiet = likeness(generator)
@@ -52,7 +52,7 @@ def test_an_untrained_solid_is_smoother(generator: LatticeGenerator) -> None:
 
 @torch.no_grad()
 def likeness(generator: LatticeGenerator) -> float:
-    """Correlation of neighbouring voxels, each slice normalised by its own statistics."""
+    """Correlation of neighboring voxels, each slice normalized by its own statistics."""
     torch.manual_seed(4)
     box = Box((0, 0, 0), (1, 64, 64))
     y = generator(generator.draw_noise(box), box)

@@ -84,8 +84,8 @@ def test_features_are_named_and_of_five_scales(descriptor: LearnedDescriptor) ->
     relus |= {"relu3_2": 21, "relu4_1": 10, "relu5_1": 5}
     pools = {"pool1": 46, "pool2": 21, "pool3": 10, "pool4": 5, "pool5": 2}
     assert sides == relus | pools
-    centred = [name for name, (_, real) in features.items() if abs(real.mean()) < 1e-3]
-    assert set(relus) <= set(centred)  # pooling drops the last of an odd number of rows
+    centered = [name for name, (_, real) in features.items() if abs(real.mean()) < 1e-3]
+    assert set(relus) <= set(centered)  # pooling drops the last of an odd number of rows
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 5])

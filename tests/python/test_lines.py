@@ -17,9 +17,9 @@ from solidtex_export.training.recipe import Init, InitialPhase, Recipe
 SIDE = 100
 
 
-def grey(plane: np.ndarray) -> Exemplar:
+def gray(plane: np.ndarray) -> Exemplar:
     image = torch.from_numpy(np.repeat(plane[None], 3, axis=0)).float()
-    return Exemplar("grey", "", image)
+    return Exemplar("gray", "", image)
 
 
 def bars(length: int, width: int) -> np.ndarray:
@@ -33,7 +33,7 @@ def bars(length: int, width: int) -> np.ndarray:
 
 def long_line(dark: bool = False) -> Exemplar:
     plane = bars(80, 2)
-    return grey(1 - plane if dark else plane)
+    return gray(1 - plane if dark else plane)
 
 
 @pytest.mark.parametrize("dark", [False, True])
@@ -41,27 +41,27 @@ def test_a_line_has_its_length_in_widths(dark: bool) -> None:
     assert line_elongation([long_line(dark)]) == pytest.approx(80 / 2, rel=0.1)
 
 
-def test_turning_a_picture_changes_nothing() -> None:
+def test_turning_an_image_changes_nothing() -> None:
     plane = bars(50, 2)
-    assert line_elongation([grey(plane.T.copy())]) == pytest.approx(
-        line_elongation([grey(plane)]), rel=0.1
+    assert line_elongation([gray(plane.T.copy())]) == pytest.approx(
+        line_elongation([gray(plane)]), rel=0.1
     )
 
 
 def test_dots_and_wide_bars_are_no_lines() -> None:
     grain = np.random.default_rng(0).normal(0, 0.1, (SIDE, SIDE))
     dots, thin, wide = (
-        line_elongation([grey(bars(*b) + grain)]) for b in ((2, 2), (80, 2), (80, 9))
+        line_elongation([gray(bars(*b) + grain)]) for b in ((2, 2), (80, 2), (80, 9))
     )
     assert dots < 4 and wide < thin / 3
 
 
-def test_a_constant_picture_has_none() -> None:
-    assert line_elongation([grey(np.full((SIDE, SIDE), 0.5))]) == 0
+def test_a_constant_image_has_no_lines() -> None:
+    assert line_elongation([gray(np.full((SIDE, SIDE), 0.5))]) == 0
 
 
 def test_the_photograph_with_the_longest_counts() -> None:
-    dots, lines = grey(bars(2, 2)), long_line()
+    dots, lines = gray(bars(2, 2)), long_line()
     assert line_elongation([dots, lines]) > 5 * line_elongation([dots, dots])
 
 

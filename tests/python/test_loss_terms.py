@@ -72,12 +72,12 @@ def test_smoothness_is_equation_10() -> None:
     f, sigma = maps(1, 1, 4, 4), 0.7
     found = statistics.smoothness(f, sigma)
     assert found.shape == (1, 1, 2, 2)
-    neighbours = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
+    neighbors = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
     for r in (1, 2):
         for c in (1, 2):
             terms = [
                 math.exp(-sigma * float(f[0, 0, r, c] - f[0, 0, r + i, c + j]) ** 2)
-                for i, j in neighbours
+                for i, j in neighbors
             ]
             expected = math.log(sum(terms)) / (2 * sigma)
             assert float(found[0, 0, r - 1, c - 1]) == pytest.approx(expected, rel=1e-5)
@@ -173,16 +173,16 @@ def test_vgg_reads_both_kinds_of_weights(weights: dict[str, Tensor], tmp_path: P
     assert vgg.GATYS(blue).flatten().tolist() == pytest.approx([151.061, -116.779, -123.68])
 
 
-def test_vgg_judges_colours(weights: dict[str, Tensor], tmp_path: Path) -> None:
-    """Features are those of the colours, whatever the whitening; layers and sizes are VGG-19's."""
+def test_vgg_sees_colors(weights: dict[str, Tensor], tmp_path: Path) -> None:
+    """Features are those of the colors, whatever the whitening; layers and sizes are VGG-19's."""
     path = tmp_path / "vgg.pth"
     torch.save(weights, path)
-    colours = maps(1, 3, 32, 32).mul(0.1).add(0.5)
+    colors = maps(1, 3, 32, 32).mul(0.1).add(0.5)
     plain = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3))
     whitened = DescriptorSource(MEAN, BASIS, PretrainedWeights(path)).make("vgg")
-    y = (colours - MEAN.view(1, 3, 1, 1)) / BASIS.diag().view(1, 3, 1, 1)
+    y = (colors - MEAN.view(1, 3, 1, 1)) / BASIS.diag().view(1, 3, 1, 1)
     features = whitened.features(y, y)
-    for name, (fakes, _) in plain.features(colours, colours).items():
+    for name, (fakes, _) in plain.features(colors, colors).items():
         assert torch.allclose(fakes, features[name][0], atol=1e-4), name
     assert features["relu5_1"][0].shape == (1, 512, 2, 2)
     assert set(vgg.LOSS_LAYERS) < set(features)
@@ -205,12 +205,12 @@ def test_vgg_takes_the_first_three_of_five_channels(
     encoded = vgg.srgb_encoded(torch.tensor([-0.1, 0.0, 0.002, 0.2140, 1.0]))
     assert encoded.tolist() == pytest.approx([-1.292, 0.0, 0.02584, 0.5, 1.0], abs=1e-4)
     linear = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3), linear=True)
-    colours = images[:, :3].sigmoid()
-    found = linear.features(colours, colours)["relu1_1"][0]
+    colors = images[:, :3].sigmoid()
+    found = linear.features(colors, colors)["relu1_1"][0]
     plain = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3))
-    assert torch.equal(found, plain.features(vgg.srgb_encoded(colours), colours)["relu1_1"][0])
-    grey = vgg.VggDescriptor(path, torch.zeros(1), torch.eye(1))
-    assert grey.features(images[:, :1], images[:, :1])["pool1"][0].shape == (1, 64, 8, 8)
+    assert torch.equal(found, plain.features(vgg.srgb_encoded(colors), colors)["relu1_1"][0])
+    gray = vgg.VggDescriptor(path, torch.zeros(1), torch.eye(1))
+    assert gray.features(images[:, :1], images[:, :1])["pool1"][0].shape == (1, 64, 8, 8)
 
 
 def test_wrong_weights_are_named(weights: dict[str, Tensor], tmp_path: Path) -> None:
@@ -257,7 +257,7 @@ def test_photographs_share_one_histogram() -> None:
     assert np.abs(both[1].image.numpy() - 0.25).max() < 1e-6
 
 
-def test_divergence_is_noticed_and_ordinary_losses_are_not() -> None:
+def test_divergence_is_detected_and_ordinary_losses_are_not() -> None:
     watch = DivergenceWatch()
     for step in range(100):
         watch.check(step, {"style": 2.0 + step % 7, "critic": -30.0 * (step % 5), "late": math.nan})

@@ -83,7 +83,7 @@ def exemplar_of(image: torch.Tensor, *maps: str) -> Exemplar:
 def test_axes_of_maps_do_not_depend_on_their_units() -> None:
     torch.manual_seed(1)
     image = torch.rand(5, 40, 40)
-    image[3] += image[0]  # correlated with the colour
+    image[3] += image[0]  # correlated with the color
     mean, basis = channel_axes([exemplar_of(image, "roughness", "height")])
     scales = torch.tensor([1, 1, 1, 0.004, 900.0])
     scaled = image * scales[:, None, None]
@@ -95,8 +95,8 @@ def test_axes_of_maps_do_not_depend_on_their_units() -> None:
     assert (covariance - torch.eye(5)).abs().max() < 1e-3  # no axis is small enough to be held back
 
 
-def test_a_break_between_maps_stands_out() -> None:
-    """Where roughness follows the colour, a place where it does not is many deviations away."""
+def test_an_inconsistency_between_maps_is_far_from_the_mean() -> None:
+    """Where roughness follows the color, a place where it does not is many deviations away."""
     torch.manual_seed(1)
     image = torch.rand(1, 40, 40).repeat(4, 1, 1) + 0.01 * torch.rand(4, 40, 40)
     mean, basis = channel_axes([exemplar_of(image, "roughness")])
@@ -124,7 +124,7 @@ def test_a_model_of_five_channels(method: str, files: Path) -> None:
     assert config["channels"] == [*COLOR, "roughness", "height"]
     record = config["exemplars"][0]["maps"]["height"]
     assert record["file"] == "height.png" and len(record["sha256"]) == 64
-    with Image.open(result / "preview.png") as sheet:  # colour, roughness, height
+    with Image.open(result / "preview.png") as sheet:  # color, roughness, height
         assert sheet.size == (5 * SIZE + 4 * 4, 3 * SIZE + 2 * 4)
     again = load_exemplar(result / "exemplar-0.exr", 100, SIZE)
     original = load(files)
@@ -159,10 +159,10 @@ def test_one_exr_gives_all_channels(files: Path) -> None:
     assert linear.color_space == "linear"
 
 
-def test_a_grey_exr_with_a_map(files: Path) -> None:
+def test_a_gray_exr_with_a_map(files: Path) -> None:
     values = np.random.default_rng(1).random((*SHAPE, 2)).astype(np.float32)
-    write_exr(files / "grey.exr", ["Y", "wear"], values)
-    exemplar = load_exemplar(files / "grey.exr", 100, SIZE, color_space="linear")
+    write_exr(files / "gray.exr", ["Y", "wear"], values)
+    exemplar = load_exemplar(files / "gray.exr", 100, SIZE, color_space="linear")
     assert set(exemplar.channels) == {*COLOR, "wear"} and exemplar.color_space == "linear"
     for channel in COLOR:
         plane = exemplar.image[exemplar.channels.index(channel)].numpy()
@@ -175,7 +175,7 @@ def test_colors_of_8_bits_become_linear_on_request(files: Path) -> None:
     assert torch.equal(linear.image[3:], encoded.image[3:])  # maps are data in any case
 
 
-def test_an_exemplar_without_colour(files: Path) -> None:
+def test_an_exemplar_without_color(files: Path) -> None:
     values = np.random.default_rng(1).random((*SHAPE, 1)).astype(np.float32)
     write_exr(files / "height.exr", ["height"], values)
     exemplar = load_exemplar(files / "height.exr", 100, SIZE)
@@ -187,16 +187,16 @@ def test_an_exemplar_without_colour(files: Path) -> None:
     assert document["channels"] == ["height"] and document["color_space"] == "data"
 
 
-def test_maps_of_colour_stored_grey_and_in_colour(files: Path) -> None:
-    Image.open(files / "roughness.png").convert("RGB").save(files / "grey.jpg", quality=95)
-    maps = {"gloss": files / "grey.jpg", "glow": files / "albedo.png"}
+def test_maps_of_color_stored_gray_and_in_color(files: Path) -> None:
+    Image.open(files / "roughness.png").convert("RGB").save(files / "gray.jpg", quality=95)
+    maps = {"gloss": files / "gray.jpg", "glow": files / "albedo.png"}
     exemplar = load_exemplar(files / "albedo.png", 100, SIZE, maps=maps)
     assert exemplar.channels == (*COLOR, "gloss", "glow.r", "glow.g", "glow.b")
     assert torch.equal(exemplar.image[4:], exemplar.image[:3])
     assert [g.name for g in groups(exemplar.channels)] == ["albedo", "gloss", "glow"]
 
 
-def test_grey_photographs_are_colours_of_equal_parts(files: Path) -> None:
+def test_gray_photographs_are_colors_of_equal_parts(files: Path) -> None:
     exemplar = load_exemplar(files / "roughness.png", 100, SIZE)
     assert exemplar.channels == COLOR
     assert torch.equal(exemplar.image[0], exemplar.image[2])

@@ -133,8 +133,8 @@ def test_vgg_weights_of_the_users(photo: Path, tmp_path: Path) -> None:
     with pytest.raises(SystemExit):
         make_trainer([photo], tmp_path / "g", "gramgan", "--vgg", str(file))
     with pytest.raises(PresetError, match=r"found 4 channels .* expected at most 3"):
-        more = ("--map", f"roughness={photo.with_name('grey.png')}")
-        Image.open(photo).convert("L").save(photo.with_name("grey.png"))
+        more = ("--map", f"roughness={photo.with_name('gray.png')}")
+        Image.open(photo).convert("L").save(photo.with_name("gray.png"))
         make_trainer([photo], tmp_path / "m", "henzler", "--vgg", str(file), *more)
 
 

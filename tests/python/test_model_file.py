@@ -72,7 +72,7 @@ def test_doubles_are_refused() -> None:
 
 
 @pytest.mark.parametrize("value", [float("nan"), Path("x"), {1, 2}, "\ud800"])
-def test_document_that_is_no_json_is_refused(value: object) -> None:
+def test_a_document_that_is_not_json_is_refused(value: object) -> None:
     model = small_model()
     model.document["training"] = {"value": value}
     with pytest.raises(ModelFileError, match="JSON"):
@@ -94,7 +94,7 @@ def test_info_describes_the_generator_of_the_paper(tmp_path: Path) -> None:
     assert report["nodes"][-1]["channels"] == len(report["voxel"]["values"]) == 3
 
 
-def test_info_prints_for_people(tmp_path: Path) -> None:
+def test_info_prints_text(tmp_path: Path) -> None:
     path = tmp_path / "m.solidtex"
     model = small_model()
     model.document["license"] = "CC0-1.0"
@@ -106,7 +106,7 @@ def test_info_prints_for_people(tmp_path: Path) -> None:
     assert "\x1b" not in text
 
 
-def test_info_takes_paths_that_are_no_utf8(tmp_path: Path) -> None:
+def test_info_accepts_paths_that_are_not_utf8(tmp_path: Path) -> None:
     path = os.fsencode(tmp_path) + b"/\xff.solidtex"
     Path(os.fsdecode(path)).write_bytes(serialize(small_model()))
     for arguments in ([path], [path, "--json"]):
@@ -119,7 +119,7 @@ def test_info_exit_codes(tmp_path: Path) -> None:
     assert run_info("--help").returncode == 0
     assert re.fullmatch(r"solidtex-info \d+\.\d+\.\d+\n", run_info("--version").stdout)
     assert run_info().returncode == 2
-    assert run_info("a.solidtex", "--colour").returncode == 2
+    assert run_info("a.solidtex", "--color").returncode == 2
     assert run_info(tmp_path / "absent.solidtex").returncode == 1
 
 

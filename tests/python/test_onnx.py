@@ -181,7 +181,7 @@ def test_inputs_of_the_wrong_family_are_refused(tmp_path: Path) -> None:
         onnx_inputs.point_inputs(later, np.zeros((1, 3)))
 
 
-def test_outputs_are_not_replaced_unasked(tmp_path: Path, capsys: Any) -> None:
+def test_outputs_are_not_replaced_without_force(tmp_path: Path, capsys: Any) -> None:
     Exported(tmp_path, SAMPLERS["n=1 L=2 m=1"])
     model, output = tmp_path / "m.solidtex", tmp_path / "m.onnx"
     output.write_bytes(b"old")

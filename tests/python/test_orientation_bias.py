@@ -11,7 +11,7 @@ from solidtex_export.losses.orientation_bias import WEIGHT, CommonBias, orientat
 from solidtex_export.losses.wavelets import WaveletLoss
 
 
-def test_slants_are_what_the_symmetry_forbids() -> None:
+def test_orientation_bias_is_what_the_symmetry_excludes() -> None:
     energies = torch.tensor([[4.0, 1.0, 2.0, 3.0], [1.0, 1.0, 1.0, 1.0]])
     assert orientation_bias(energies, "all").tolist() == [
         [pytest.approx(-0.2), pytest.approx(0.2)],
@@ -20,14 +20,14 @@ def test_slants_are_what_the_symmetry_forbids() -> None:
     assert orientation_bias(energies, "flips").tolist() == [[pytest.approx(-0.2)], [0]]
 
 
-def test_slants_of_either_kind_in_turn_are_none() -> None:
+def test_alternating_biases_cancel() -> None:
     common = CommonBias()
     for step in range(100):
         values = common.loss(torch.tensor([[0.3 * (-1) ** step]]))
     assert values == 0
 
 
-def test_chance_asks_for_little_and_a_common_slant_for_much() -> None:
+def test_a_common_bias_has_a_larger_loss_than_chance() -> None:
     """Slices vary by 0.2; what they have in common is nothing, then a third of that."""
     pulls = {}
     for shared in (0.0, 0.07):
@@ -41,7 +41,7 @@ def test_chance_asks_for_little_and_a_common_slant_for_much() -> None:
     assert 0.3 * exact < pulls[0.07] < 1.2 * exact
 
 
-def test_a_restart_remembers() -> None:
+def test_the_average_survives_a_restart() -> None:
     common, again = CommonBias(), CommonBias()
     for _ in range(5):
         common.loss(torch.randn(3, 2))
@@ -58,7 +58,7 @@ def sheets(angle: float, phase: float) -> Tensor:
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.785, 1.571, 2.356])
-def test_of_a_free_direction_any_slant_that_stays_is_held_against(angle: float) -> None:
+def test_a_lasting_bias_of_a_free_direction_has_a_loss(angle: float) -> None:
     loss = WaveletLoss(torch.randn(1, 64, 64), 48, "flips")
     values = [float(loss.orientation_bias(sheets(angle, phase), "z")) for phase in range(8)]
     assert values[-1] > 0.1 * WEIGHT
@@ -83,7 +83,7 @@ def test_a_quarter_of_the_steps_look_along_the_grain(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("options", [["--directions", "xy", "--symmetry", "none"], []])
-def test_else_all_steps_are_compared_with_the_photograph(
+def test_otherwise_all_steps_are_compared_with_the_photograph(
     options: list[str], tmp_path: Path
 ) -> None:
     directions = drawn(tmp_path, *options)

@@ -35,7 +35,7 @@ def between(slices: Tensor, reals: Tensor) -> float:
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 16, 19), (2, 3, 33, 47), (1, 5, 40, 28)])
-def test_a_picture_has_all_of_its_own_patches(
+def test_an_image_has_patch_distance_zero_to_itself(
     shape: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(patches, "FAKES", 10**6)
@@ -66,14 +66,14 @@ def test_its_gradient_draws_lines_from_noise() -> None:
     torch.manual_seed(0)
     image = noise(1, 1, SIDE, SIDE, seed=2).requires_grad_()
     begin = between(image.detach(), photograph)
-    optimiser = torch.optim.Adam([image], 0.1)
+    optimizer = torch.optim.Adam([image], 0.1)
     for _ in range(60):
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         patch_distance(image, photograph).backward()
-        optimiser.step()
+        optimizer.step()
     assert between(image.detach(), photograph) < 0.8 * begin
 
 
-def test_pictures_that_are_too_small_are_refused() -> None:
+def test_images_that_are_too_small_are_refused() -> None:
     with pytest.raises(ValueError, match=r"found \(13, 20\) and \(64, 64\) .* at least 14 x 14"):
         patch_distance(noise(1, 1, 13, 20), noise(1, 1, SIDE, SIDE))

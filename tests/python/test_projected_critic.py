@@ -26,7 +26,7 @@ def critic(channels: int = 3, layers: tuple[str, ...] = LAYERS) -> ProjectedCrit
     return ProjectedCritic(load_weights(SHIPPED).network, photograph(channels), layers, 8)
 
 
-def test_it_learns_to_tell_noise_from_the_photograph() -> None:
+def test_it_learns_to_separate_noise_from_the_photograph() -> None:
     discriminator = critic()
     real = photograph()[None].expand(2, -1, -1, -1)
     adam = torch.optim.Adam(discriminator.parameters(), 1e-2)
@@ -46,8 +46,8 @@ def test_it_learns_to_tell_noise_from_the_photograph() -> None:
     assert bool((on_real > on_fakes).all())
 
 
-def test_what_belongs_to_it() -> None:
-    """The frozen network is neither trained nor saved; what it normalises by is saved."""
+def test_the_frozen_network_is_not_part_of_the_state() -> None:
+    """The frozen network is neither trained nor saved; what it normalizes by is saved."""
     discriminator = critic()
     assert all("heads" in name for name, _ in discriminator.named_parameters())
     names = set(discriminator.state_dict())

@@ -43,8 +43,8 @@ def test_a_box_is_made_of_single_voxels(name: str, origin: tuple[int, int, int])
 def test_points(name: str) -> None:
     origin = np.array([-4, 2, 7])
     box = evaluate_box(MODELS[name], origin, (2, 2, 2))
-    centres = [origin + 0.5, origin + np.array([1.5, 0.5, 1.5])]
-    found = evaluate_points(MODELS[name], np.array(centres))
+    centers = [origin + 0.5, origin + np.array([1.5, 0.5, 1.5])]
+    found = evaluate_points(MODELS[name], np.array(centers))
     np.testing.assert_allclose(found, [box[0, 0, 0], box[1, 0, 1]], rtol=0, atol=1e-12)
     if name != "sampler":
         # Keys 1981, a = -3/4, by hand: half-way -3/32, 19/32, 19/32, -3/32; a quarter after a voxel
@@ -89,7 +89,7 @@ def test_transposed_convolution_is_the_sum_of_its_definition(kernel: int, paddin
         assert found[voxel][0] == pytest.approx(expected, abs=1e-12)
 
 
-def test_convolution_is_centred_and_upsampling_floors() -> None:
+def test_convolution_is_centered_and_upsampling_floors() -> None:
     weight = np.random.default_rng(0).normal(size=(1, 1, 3, 3, 3)).astype(np.float32)
     model = field_model(
         [

@@ -29,7 +29,7 @@ def test_short_octaves_go_from_round_to_almost_as_long_as_the_grain() -> None:
 
 
 @pytest.mark.parametrize("noise_at", ["input", "hidden"])
-def test_short_octaves_are_silent_until_training_wants_them(noise_at: str) -> None:
+def test_short_octaves_start_with_weight_zero(noise_at: str) -> None:
     sampler = OctaveSampler(octaves=8, hidden_layers=3, width=16, noise_at=noise_at)
     init_grain(sampler, 16.0, 2)
     lattice = HashedLattice(8, CPU)

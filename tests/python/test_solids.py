@@ -119,7 +119,7 @@ def test_two_point_function_of_noise() -> None:
     assert s2[1:] == pytest.approx(0.09, abs=0.004)
 
 
-def test_errors_tell_a_different_solid_from_another_piece_of_the_same(
+def test_errors_separate_a_different_solid_from_another_piece_of_the_same(
     spheres: list[np.ndarray], porous: list[np.ndarray]
 ) -> None:
     same = solid_error(porous[1], porous[0])
@@ -191,7 +191,7 @@ def test_the_maps_of_paint_share_their_edges() -> None:
     assert height[rust].mean() < height[~rust].mean() - 0.2
 
 
-def test_pictures_are_written_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_images_are_written_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["grains", "--size", "40,24", "-o", str(tmp_path / "new")]
     assert main(arguments) == 0
     names = {"grains.png", "grains-roughness.png", "grains-height.png"}

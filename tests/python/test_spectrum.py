@@ -42,7 +42,7 @@ def test_bands_are_means_of_waves_that_they_do_not_share() -> None:
         assert ((shares > 0).sum(0) == 1).all()
 
 
-def test_a_weave_that_hardly_adds_to_the_variance_is_far() -> None:
+def test_a_weave_of_little_variance_is_far() -> None:
     exemplar = F.avg_pool2d(noise(1, 4 * SIDE, 4 * SIDE)[None], 5, 1)[0]
     loss = SpectrumLoss(exemplar, "none")
     slices = F.avg_pool2d(noise(8, 1, SIDE + 4, SIDE + 4, seed=1), 5, 1)
@@ -64,7 +64,7 @@ def test_directions_are_told_apart_unless_symmetry_has_both(
     assert SpectrumLoss(one, "none")(both) > 5 * SpectrumLoss(one, symmetry)(both)
 
 
-def test_it_does_not_see_where_things_are_nor_empty_channels() -> None:
+def test_it_ignores_positions_and_empty_channels() -> None:
     exemplar = torch.cat([noise(1, SIDE, SIDE), torch.zeros(1, SIDE, SIDE)])
     moved = exemplar.roll((20, 30), (1, 2))
     speckled = exemplar.clone()
@@ -77,17 +77,17 @@ def test_its_gradient_leads_to_the_spectrum_of_the_photograph() -> None:
     exemplar = waves(0.3, 0.1, 2 * SIDE)
     loss = SpectrumLoss(exemplar, "none")
     image = noise(1, SIDE, SIDE, seed=5)[None].requires_grad_()
-    optimiser = torch.optim.Adam([image], 0.05)
+    optimizer = torch.optim.Adam([image], 0.05)
     first = loss(image).item()
     for _ in range(100):
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         loss(image).backward()
-        optimiser.step()
+        optimizer.step()
     assert loss(image).item() < 0.05 * first
 
 
 @pytest.mark.parametrize("side", [16, 40, 96])
-def test_slices_of_any_side_are_judged(side: int) -> None:
+def test_slices_of_any_size_are_accepted(side: int) -> None:
     loss = SpectrumLoss(noise(3, 100, 120), "all")
     image = noise(3, side, side, seed=2)[None].requires_grad_()
     value = loss(image)

@@ -35,21 +35,21 @@ def lit_bumps() -> Tensor:
         square = (at - row).square()[:, None] + (at - column).square()[None, :]
         height = torch.maximum(height, (30 - square).clamp_min(0).sqrt())
     slope = height.diff(dim=0, prepend=height[:1]) + height.diff(dim=1, prepend=height[:, :1])
-    grey = (0.5 + 0.1 * slope).clamp(0, 1)
-    return torch.stack([grey, 0.9 * grey, 0.7 * grey])
+    gray = (0.5 + 0.1 * slope).clamp(0, 1)
+    return torch.stack([gray, 0.9 * gray, 0.7 * gray])
 
 
 def exemplar(image: Tensor) -> Exemplar:
-    return Exemplar("picture", "", image)
+    return Exemplar("image", "", image)
 
 
-def test_what_is_lit_from_one_side_keeps_its_orientation() -> None:
+def test_a_photograph_lit_from_one_side_keeps_its_orientation() -> None:
     for turns in (True, False):
         found = symmetry_of([exemplar(lit_bumps())], turns)
         assert found.name == "none" and "flipped" in found.reason
 
 
-def test_faint_light_counts_where_there_is_little_else() -> None:
+def test_faint_light_counts_without_other_structure() -> None:
     """It differs by 5, which is more than random phases do; sandstone by less than these."""
     noise = torch.randn(1, SIDE, SIDE, generator=torch.Generator().manual_seed(1))
     faint = 0.5 + 0.3 * (lit_bumps() - 0.5) + 0.08 * noise
@@ -58,7 +58,7 @@ def test_faint_light_counts_where_there_is_little_else() -> None:
 
 
 @pytest.mark.parametrize("name", ["marble", "brick", "porous", "paint", "spheres"])
-def test_what_has_no_direction_is_turned(name: str) -> None:
+def test_an_isotropic_photograph_is_turned(name: str) -> None:
     assert symmetry_of([of_solid(name, side=SIDE)], True).name == "all"
 
 
@@ -88,7 +88,7 @@ def symmetry_in(result: Path, photo: Path, method: str, *options: str) -> object
     return config_of(photo, result, "--preset", method, *small, *options)["symmetry"]
 
 
-def test_the_command_measures_only_where_nothing_is_said(
+def test_the_command_measures_only_without_symmetry(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     photo = tmp_path / "bumps.png"

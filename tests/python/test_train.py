@@ -43,7 +43,7 @@ FILES = {"config.json", "checkpoint.pt", "log.csv", "exemplar-0.png", "preview.p
 
 @pytest.fixture
 def photo(tmp_path: Path) -> Path:
-    """Two-coloured stripes and specks."""
+    """Two-colored stripes and specks."""
     random = np.random.default_rng(1)
     pixels = random.integers(90, 140, (56, 64, 3))
     pixels[:, ::5] = (200, 120, 60)
@@ -116,7 +116,7 @@ def test_diagonal_of_the_preview_is_a_cubic_convolution() -> None:
     with torch.no_grad():
         voxels = FixedNoise(generator).colors(Box((-1, -1, 0), (40, 40, 1)))[:, :, :, 0]
     assert image.shape == (3, 40, 40)
-    for column in range(40):  # the same x and y, that of the voxel centre (0, 0) being 0
+    for column in range(40):  # the same x and y, that of the voxel center (0, 0) being 0
         place = column / math.sqrt(2)
         weights = torch.from_numpy(cubic_convolution(np.arange(-1, 40) - place))
         expected = torch.einsum("cxy,x,y->c", voxels, weights, weights)
@@ -139,7 +139,7 @@ def test_slices_show_the_documented_axes(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.parametrize(("planes", "views"), [("axes", "xyz"), ("any", ""), ("about-z", "")])
-def test_only_slices_along_the_axes_are_judged_by_direction(planes: str, views: str) -> None:
+def test_only_axis_slices_are_averaged_by_direction(planes: str, views: str) -> None:
     slices = SamplerSlices(OctaveSampler(octaves=8, hidden_layers=3, width=16), planes)
     assert "".join(slices.view(d) for d in "xyz") == views
 
@@ -319,7 +319,7 @@ def test_missing_small_and_broken_photographs(
 ) -> None:
     broken = tmp_path / "broken.png"
     broken.write_bytes(photo.read_bytes()[:300])
-    cases = [(tmp_path / "none.png", "no such file"), (broken, "a damaged or unfinished picture")]
+    cases = [(tmp_path / "none.png", "no such file"), (broken, "a damaged or unfinished image")]
     for path, message in cases:
         assert cli_train.main(arguments(path, tmp_path / "result")) == 1
         error = capsys.readouterr().err
@@ -426,7 +426,7 @@ def test_trainings_of_older_versions_are_not_resumed(
     assert "export it as it is, or choose another -o" in error
 
 
-def test_without_a_terminal_lines_tell_the_progress(
+def test_without_a_terminal_lines_report_the_progress(
     photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(terminal, "LOG_SECONDS", 0.0)

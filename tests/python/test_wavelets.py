@@ -49,7 +49,7 @@ def test_another_part_of_the_texture_is_nearer_than_anything_else() -> None:
     assert fresh_distance(exemplar, squeezed[:, :, :, :SLICE]) > 2 * same
 
 
-def test_a_slice_is_judged_in_every_orientation_of_the_symmetry() -> None:
+def test_a_slice_is_compared_in_every_orientation_of_the_symmetry() -> None:
     exemplar = blobs(1)
     image = crop(blobs(3))
     upright = fresh_distance(exemplar, image)
@@ -103,7 +103,7 @@ def slanted(angle: float) -> Tensor:
     return torch.from_numpy(np.sign(np.sin(across / 3))).float().expand(1, 3, SLICE, SLICE)
 
 
-def test_a_slant_of_one_direction_is_not_made_up_for_by_that_of_another() -> None:
+def test_biases_of_different_directions_do_not_cancel() -> None:
     loss = WaveletLoss(blobs(1), SLICE, "all")
     for _ in range(3):
         apart = [float(loss(slanted(angle), view)) for angle, view in ((45, "x"), (-45, "y"))]
@@ -114,7 +114,7 @@ def test_a_slant_of_one_direction_is_not_made_up_for_by_that_of_another() -> Non
 @pytest.mark.parametrize(
     ("view", "memory"), [("x", [4, 8, 16, 32]), ("", [4, 4, 4, 4])], ids=["axis", "random planes"]
 )
-def test_the_average_of_a_coarse_octave_goes_back_further_along_an_axis(
+def test_the_average_of_a_coarse_octave_is_longer_along_an_axis(
     view: str, memory: list[int]
 ) -> None:
     loss = WaveletLoss(blobs(1), SLICE, "all")
@@ -135,21 +135,21 @@ def test_the_average_of_a_coarse_octave_goes_back_further_along_an_axis(
 
 
 def test_empty_channels_do_not_count() -> None:
-    grey = blobs(1) * torch.tensor([1.0, 0, 0]).view(3, 1, 1)
+    gray = blobs(1) * torch.tensor([1.0, 0, 0]).view(3, 1, 1)
     slices = crop(blobs(2)) * torch.tensor([1.0, 0, 0]).view(1, 3, 1, 1)
     tinted = slices + 0.01 * torch.randn(slices.shape, generator=torch.Generator().manual_seed(1))
-    assert fresh_distance(grey, tinted) == pytest.approx(fresh_distance(grey, slices), rel=0.1)
+    assert fresh_distance(gray, tinted) == pytest.approx(fresh_distance(gray, slices), rel=0.1)
     assert fresh_distance(torch.zeros(3, SIDE, SIDE), slices) > 0
 
 
-def test_rounding_is_not_to_be_learnt() -> None:
+def test_rounding_is_not_learned() -> None:
     generator = torch.Generator().manual_seed(1)
     rounding = 0.05 * torch.randn(3, SIDE, SIDE, generator=generator)
     only_first = torch.tensor([1.0, 0, 0]).view(3, 1, 1)
-    grey = blobs(1) * only_first
-    exemplar = grey + rounding * (1 - only_first)
+    gray = blobs(1) * only_first
+    exemplar = gray + rounding * (1 - only_first)
     slices = crop(blobs(2) * only_first)
-    assert fresh_distance(exemplar, slices) == pytest.approx(fresh_distance(grey, slices))
+    assert fresh_distance(exemplar, slices) == pytest.approx(fresh_distance(gray, slices))
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_rounding_is_not_to_be_learnt() -> None:
     [("all", 45, True), ("all", 0, True), ("flips", 45, True), ("flips", 0, False),
      ("none", 45, False)],
 )  # fmt: skip
-def test_slices_may_not_all_lean_alike(
+def test_a_common_orientation_bias_has_a_loss(
     symmetry: str, angle: int, forbidden: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     distances = []

@@ -1,4 +1,4 @@
-"""Small synthetic textures, for tests: pictures float32 [row, column, channel] in 0 ... 1."""
+"""Small synthetic textures, for tests: images float32 [row, column, channel] in 0 ... 1."""
 
 import numpy as np
 import torch
@@ -17,7 +17,7 @@ def noise(*shape: int, seed: int = 0) -> torch.Tensor:
 def blobs(
     seed: int, rows: int = 160, columns: int = 256, sigma: tuple[float, float] = (4.0, 4.0)
 ) -> np.ndarray:
-    """Two colours with sharp outlines, and a little grain."""
+    """Two colors with sharp outlines, and a little grain."""
     rng = np.random.default_rng(seed)
     field = gaussian_filter(rng.standard_normal((rows + 64, columns + 64)), sigma)[32:-32, 32:-32]
     inside = np.clip(field / field.std() * 4 + 0.5, 0, 1)[..., None]
@@ -25,7 +25,7 @@ def blobs(
 
 
 def shuffled(picture: np.ndarray) -> np.ndarray:
-    """White noise with the colours of a picture."""
+    """White noise with the colors of an image."""
     flat = picture.reshape(-1, picture.shape[2])
     return np.random.default_rng(0).permutation(flat).reshape(picture.shape)
 
@@ -35,7 +35,7 @@ def blurred(picture: np.ndarray, sigma: float = 1.5) -> np.ndarray:
 
 
 def random_phase(picture: np.ndarray) -> np.ndarray:
-    """Gaussian noise with the spectrum and the cross-spectra of a picture (Galerne et al. 2011)."""
+    """Gaussian noise with the spectrum and the cross-spectra of an image (Galerne et al. 2011)."""
     noise = np.random.default_rng(0).standard_normal(picture.shape[:2])
     phase = np.exp(1j * np.angle(np.fft.fft2(noise)))[..., None]
     spectrum = np.fft.fft2(picture, axes=(0, 1))
@@ -44,5 +44,5 @@ def random_phase(picture: np.ndarray) -> np.ndarray:
 
 
 def tiled(picture: np.ndarray, side: int = 48) -> np.ndarray:
-    """A piece of a picture, four times in each direction."""
+    """A piece of an image, four times in each direction."""
     return np.tile(picture[:side, :side], (4, 4, 1))

@@ -56,7 +56,7 @@ pt::RenderSettings small_settings(int size, int samples);
 
 glm::vec3 mean_color(const pt::Image& image);
 
-// Mean over a square in the image's centre.
+// Mean over a square in the image's center.
 glm::vec3 middle_color(const pt::Image& image, int half_size);
 
 // Saves the image for inspection if `passed` is false. Returns `passed`.

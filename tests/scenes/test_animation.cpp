@@ -23,8 +23,8 @@ json animated_scene() {
         "/objects/0/cuts/0/clip/point": {"2": [0, 0.5, 0], "6": [0, -0.5, 0]}
       }
     },
-    "materials": {"grey": {"type": "diffuse", "color": [0.5, 0.5, 0.5]}},
-    "objects": [{"mesh": "cube.ply", "material": "grey",
+    "materials": {"gray": {"type": "diffuse", "color": [0.5, 0.5, 0.5]}},
+    "objects": [{"mesh": "cube.ply", "material": "gray",
                  "cuts": [{"clip": {"point": [0, 0.5, 0], "normal": [0, 1, 0]}}]}],
     "environment": {"color": [1, 1, 1]}
   })");
@@ -50,7 +50,7 @@ TEST_CASE("Tracks interpolate their keys smoothly and are constant outside") {
   CHECK(position(20) == position(12));
   // Between equal keys the value is constant.
   for (double frame = 0; frame <= 12; frame += 0.25) CHECK(position(frame)[1] == Approx(3));
-  // The derivative is continuous at keys: that of the neighbours' chord.
+  // The derivative is continuous at keys: that of the neighbors' chord.
   const double h = 1e-4;
   for (const auto& [key, height_gradient] : {std::pair{4.0, 6.0 / 10}, {10.0, -4.0 / 8}}) {
     CHECK((position(key)[0] - position(key - h)[0]) / h == Approx(height_gradient).epsilon(1e-3));
@@ -91,7 +91,7 @@ TEST_CASE("An animated camera keeps meshes and textures loaded") {
   write_noise_model(folder / "noise.solidtex", 2);
   json scene = animated_scene();
   scene["objects"][0].erase("cuts");
-  scene["materials"]["grey"]["color"] = {{"solid", "noise.solidtex"}};
+  scene["materials"]["gray"]["color"] = {{"solid", "noise.solidtex"}};
   scene["animation"]["tracks"].erase("/objects/0/cuts/0/clip/point");
   load(folder, scene);
   pt::Sequence sequence(folder / "scene.json");

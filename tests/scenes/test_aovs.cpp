@@ -58,7 +58,7 @@ TEST_CASE("AOVs hold the geometry of the first hit") {
   const pt::AovImage picture =
       render_aovs(floor_scene(folder), small_settings(kSize, 16), every_aov());
   const int x = 20, y = 28;
-  // The floor at the pixel's centre; the tent filter averages around it.
+  // The floor at the pixel's center; the tent filter averages around it.
   const float pixel_size = 2 * std::tan(glm::radians(20.0f)) / kSize;
   const float slope = (static_cast<float>(y) + 0.5f - kSize / 2.0f) * pixel_size;
   const float depth = 3 / slope;

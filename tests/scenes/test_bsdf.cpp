@@ -40,11 +40,11 @@ TEST_CASE("BSDFs gain no energy, and white loses none") {
     const Coat coat(roughness, 1.5f);
     for (const float cosine : {0.15f, 0.5f, 1.0f}) {
       const glm::vec3 out = direction(cosine, 0);
-      const CoatedBsdf white{glm::vec3(1), &coat}, grey{glm::vec3(0.5f), &coat};
+      const CoatedBsdf white{glm::vec3(1), &coat}, gray{glm::vec3(0.5f), &coat};
       const double from_white =
           integrate([&](const glm::vec3& in) { return double(white.eval(out, in).x); });
       const double from_grey =
-          integrate([&](const glm::vec3& in) { return double(grey.eval(out, in).x); });
+          integrate([&](const glm::vec3& in) { return double(gray.eval(out, in).x); });
       CAPTURE(roughness, cosine, from_white, from_grey);
       CHECK(from_white == Approx(1).margin(0.01));
       CHECK(from_grey < 0.75);

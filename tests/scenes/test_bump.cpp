@@ -81,7 +81,7 @@ TEST_CASE("Between two voxels a bump's height gradient is their difference per t
   const pt::Scene scene = bumpy_scene(folder, false, glm::mat4(1));
   std::array<float, 2> voxels;
   scene.textures[0].eval_box({6, 3, 9}, {2, 1, 1}, voxels);
-  pt::SurfaceInteraction interaction;  // halfway between both centres
+  pt::SurfaceInteraction interaction;  // halfway between both centers
   interaction.object_position = glm::vec3(7, 3.5f, 9.5f) / glm::vec3(20, 10, 40);
   interaction.normal = {0, 0, 1};
   const pt::Frame frame(interaction.normal);

@@ -29,8 +29,8 @@ void write_scene(const TemporaryFolder& folder) {
     "version": 1,
     "render": {"size": [24, 16], "spp": 4},
     "camera": {"position": [2, 3, 6], "look_at": [0, 0, 0], "fov": 40},
-    "materials": {"grey": {"type": "diffuse", "color": [0.5, 0.5, 0.5]}},
-    "objects": [{"mesh": "cube.ply", "material": "grey"}],
+    "materials": {"gray": {"type": "diffuse", "color": [0.5, 0.5, 0.5]}},
+    "objects": [{"mesh": "cube.ply", "material": "gray"}],
     "environment": {"color": [1, 1, 1]}
   })");
 }

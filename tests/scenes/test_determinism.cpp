@@ -39,7 +39,7 @@ pt::Scene textured_scene(const TemporaryFolder& folder) {
   return scene;
 }
 
-// With normals that point away from the centre.
+// With normals that point away from the center.
 pt::Scene lit_cube() {
   pt::Scene scene = make_scene(make_cube(), {}, {2, 3, 4}, 40);
   scene.meshes[0].normals = scene.meshes[0].positions;

@@ -46,14 +46,14 @@ TEST_CASE("A coated white ball in a furnace conserves energy") {
   }
 }
 
-TEST_CASE("A coat reflects a little over black, and less over grey than over white") {
+TEST_CASE("A coat reflects a little over black, and less over gray than over white") {
   const float black = mean_color(render_in_furnace(coated(0, 0.2f), 128)).x;
-  const float grey = mean_color(render_in_furnace(coated(0.5f, 0.2f), 128)).x;
-  CAPTURE(black, grey);
+  const float gray = mean_color(render_in_furnace(coated(0.5f, 0.2f), 128)).x;
+  CAPTURE(black, gray);
   CHECK(black > 0.03f);  // 4 % at normal incidence for an index of 1.5, more at the rim
   CHECK(black < 0.12f);
-  CHECK(grey > black + 0.2f);
-  CHECK(grey < 0.55f);
+  CHECK(gray > black + 0.2f);
+  CHECK(gray < 0.55f);
 }
 
 TEST_CASE("A glowing closed sphere has radiance E / (1 - a) inside") {

@@ -203,7 +203,7 @@ TEST_CASE("Values that are not finite are refused with their pixel") {
   }
 }
 
-TEST_CASE("Images that are cut short, of other colors or no images at all are refused") {
+TEST_CASE("Truncated images, other color models and other contents are refused") {
   const TemporaryFolder folder;
   const auto content_of = [](const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
@@ -232,7 +232,7 @@ TEST_CASE("Images that are cut short, of other colors or no images at all are re
   CHECK_THAT(load(folder / "turned.jpg").notes, Contains("not turned (orientation 6)"));
 }
 
-TEST_CASE("Grey and 16-bit images, alpha, palettes and extensions in capitals are read") {
+TEST_CASE("Gray and 16-bit images, alpha, palettes and extensions in capitals are read") {
   const TemporaryFolder folder;
   const auto check = [&](const std::string& name, const Part& part, const glm::vec3& encoded,
                          const std::string& note) {
@@ -245,9 +245,9 @@ TEST_CASE("Grey and 16-bit images, alpha, palettes and extensions in capitals ar
     CHECK_THAT(loaded.notes, Contains(note));
   };
   const auto u8 = OIIO::TypeDesc::UINT8, u16 = OIIO::TypeDesc::UINT16;
-  check("grey.png", make_part({"Y"}, {0.4f}, u8), glm::vec3(0.4f), "");
+  check("gray.png", make_part({"Y"}, {0.4f}, u8), glm::vec3(0.4f), "");
   check("grey-alpha.png", make_part({"Y", "A"}, {0.4f, 1}, u8), glm::vec3(0.4f), "");
-  check("grey.tif", make_part({"Y"}, {0.4f}, u16), glm::vec3(0.4f), "");
+  check("gray.tif", make_part({"Y"}, {0.4f}, u16), glm::vec3(0.4f), "");
   check("color16.PNG", make_part(kRgb, {0.2f, 0.4f, 0.6f}, u16), {0.2f, 0.4f, 0.6f}, "");
   check("color.TIF", make_part(kRgb, {0.2f, 0.4f, 0.6f}, u8), {0.2f, 0.4f, 0.6f}, "");
   check("color.JPG", make_part(kRgb, {0.2f, 0.4f, 0.6f}, u8), {0.2f, 0.4f, 0.6f}, "");
@@ -289,7 +289,7 @@ TEST_CASE("Integers that use a small part of their range get a note") {
 
 namespace {
 
-// A grey TIFF of one pixel, whose white is zero, with an 8- or 16-bit value.
+// A gray TIFF of one pixel, whose white is zero, with an 8- or 16-bit value.
 template <class Value>
 void write_white_is_zero(const fs::path& file, Value value) {
   constexpr std::uint16_t kShort = 3;
@@ -344,7 +344,7 @@ TEST_CASE("An environment's layer is chosen and noted") {
   write_text(folder / "scene.json", R"({
     "version": 1,
     "camera": {"position": [0, 0, 1], "look_at": [0, 0, 0], "fov": 40},
-    "materials": {"grey": {"type": "diffuse", "color": [0.5, 0.5, 0.5]}},
+    "materials": {"gray": {"type": "diffuse", "color": [0.5, 0.5, 0.5]}},
     "objects": [],
     "environment": {"file": "sky.exr"}
   })");

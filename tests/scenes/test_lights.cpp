@@ -25,7 +25,7 @@ pt::Scene plane_under_rectangle() {
   pt::Material material;
   material.color = glm::vec3(0.6f);
   pt::Scene scene = make_scene(make_quad(50), material, {4, 1.5f, 4}, 0.2f);
-  // 2 x 1.2 at height 1, centred above the origin, facing down.
+  // 2 x 1.2 at height 1, centered above the origin, facing down.
   scene.lights.push_back({{-1, 1, -0.6f}, {2, 0, 0}, {0, 0, 1.2f}, glm::vec3(3, 2, 1)});
   return scene;
 }
@@ -266,7 +266,7 @@ TEST_CASE("The environment's density integrates to one and matches its samples")
     const auto& [direction, found] = samples[i];
     REQUIRE(found.pdf > 0);
     REQUIRE(glm::length(direction) == Approx(1).margin(1e-5));
-    // A sample at a pixel border may round into its neighbour.
+    // A sample at a pixel border may round into its neighbor.
     const pt::EmittedLight seen = look_up(sky, direction);
     if (std::abs(seen.pdf - found.pdf) > 1e-3f * found.pdf) ++different;
     CHECK(found.radiance.x == Approx(seen.radiance.x).margin(1e-3));
@@ -276,7 +276,7 @@ TEST_CASE("The environment's density integrates to one and matches its samples")
   CHECK(estimate / kSamples == Approx(power * cell).epsilon(5e-3));
 }
 
-TEST_CASE("The centre of an environment image is +z; rotation is about y") {
+TEST_CASE("The center of an environment image is +z; rotation is about y") {
   pt::EnvironmentImage image{{"", 32, 16, std::vector<glm::vec3>(512, glm::vec3(0))}, 0};
   image.image.pixels[7 * 32 + 15] = image.image.pixels[7 * 32 + 16] = glm::vec3(1);
   image.image.pixels[8 * 32 + 15] = image.image.pixels[8 * 32 + 16] = glm::vec3(1);

@@ -73,12 +73,12 @@ TEST_CASE("Principled: white conserves energy, a coat over white nearly, none ga
         p.coat = 1, p.coat_roughness = 0.3f;
         const double coated = reflected(make(p), out);
         p.color = glm::vec3(0.5f);
-        const double grey = reflected(make(p), out);
-        CAPTURE(metallic, roughness, cosine, bare, coated, grey);
+        const double gray = reflected(make(p), out);
+        CAPTURE(metallic, roughness, cosine, bare, coated, gray);
         CHECK(bare == Approx(1).margin(0.01));
         CHECK(coated < 1.005);
         CHECK(coated > 0.94);
-        CHECK(grey < coated - 0.1);
+        CHECK(gray < coated - 0.1);
       }
     }
   }

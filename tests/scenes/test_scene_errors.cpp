@@ -15,7 +15,7 @@ json good_scene() {
     "render": {"size": [16, 12], "spp": 2},
     "camera": {"position": [0, 2, 6], "look_at": [0, 0, 0], "fov": 40},
     "materials": {
-      "grey": {"type": "diffuse", "color": [0.5, 0.5, 0.5]},
+      "gray": {"type": "diffuse", "color": [0.5, 0.5, 0.5]},
       "noise": {"type": "coated", "color": {"solid": "noise.solidtex", "texels_per_unit": 10},
                 "roughness": 0.3},
       "metal": {"type": "principled", "color": [1, 1, 1], "metallic": 1,
@@ -24,7 +24,7 @@ json good_scene() {
     },
     "objects": [
       {"mesh": "cube.ply", "material": "noise"},
-      {"mesh": "cube.ply", "material": "grey", "transform": [{"translate": [2, 0, 0]}]}
+      {"mesh": "cube.ply", "material": "gray", "transform": [{"translate": [2, 0, 0]}]}
     ],
     "environment": {"color": [1, 1, 1]},
     "lights": [{"position": [0, 5, 0], "look_at": [0, 0, 0], "size": [1, 1], "radiance": [9, 9, 9]}]
@@ -90,28 +90,28 @@ const std::vector<BadScene>& bad_scenes() {
       {"/objects/0/cuts", json::array({{{"subtract", {{"mesh", "none.ply"}}}}}),
        "/objects/0/cuts/0/subtract/mesh", "no such file"},
       {"/materials", json::object(), "/materials", "at least one material"},
-      {"/materials/grey", "grey", "/materials/grey", "found \"grey\", expected an object"},
-      {"/materials/grey/type", "metal", "/materials/grey/type",
+      {"/materials/gray", "gray", "/materials/gray", "found \"gray\", expected an object"},
+      {"/materials/gray/type", "metal", "/materials/gray/type",
        "\"diffuse\", \"coated\", \"principled\" or"},
-      {"/materials/grey/color", "red", "/materials/grey/color", "found \"red\", expected a linear"},
-      {"/materials/grey/color", {1, 0, 2}, "/materials/grey/color/2", "a number from 0 to 1"},
-      {"/materials/grey/color", {{"imag", "a"}}, "/materials/grey/color/imag", "unknown key"},
-      {"/materials/grey/color", {{"seed", 1}}, "/materials/grey/color/seed", "requires \"solid\""},
+      {"/materials/gray/color", "red", "/materials/gray/color", "found \"red\", expected a linear"},
+      {"/materials/gray/color", {1, 0, 2}, "/materials/gray/color/2", "a number from 0 to 1"},
+      {"/materials/gray/color", {{"imag", "a"}}, "/materials/gray/color/imag", "unknown key"},
+      {"/materials/gray/color", {{"seed", 1}}, "/materials/gray/color/seed", "requires \"solid\""},
       {"/materials/noise/color/precision", "half", "/materials/noise/color/precision",
        "found \"half\", expected \"full\" or \"fast\""},
-      {"/materials/grey/color", json::object(), "/materials/grey/color", "either \"solid\" or"},
-      {"/materials/grey/color",
+      {"/materials/gray/color", json::object(), "/materials/gray/color", "either \"solid\" or"},
+      {"/materials/gray/color",
        {{"image", "a.png"}, {"solid", "b"}},
-       "/materials/grey/color",
+       "/materials/gray/color",
        "either \"solid\" or \"image\""},
-      {"/materials/grey/color", {{"image", "a.png"}}, "/materials/grey/color/image", "a.png"},
-      {"/materials/grey/color",
+      {"/materials/gray/color", {{"image", "a.png"}}, "/materials/gray/color/image", "a.png"},
+      {"/materials/gray/color",
        {{"solid", "no-such-model"}},
-       "/materials/grey/color/solid",
+       "/materials/gray/color/solid",
        "no-such-model"},
-      {"/materials/grey/color",
+      {"/materials/gray/color",
        {{"solid", "broken.solidtex"}},
-       "/materials/grey/color/solid",
+       "/materials/gray/color/solid",
        "broken.solidtex"},
       {"/materials/noise/color/texels_per_unit", 0, "/materials/noise/color/texels_per_unit",
        "found 0"},
@@ -122,7 +122,7 @@ const std::vector<BadScene>& bad_scenes() {
       {"/materials/noise/color/space", "uv", "/materials/noise/color/space", "\"object\""},
       {"/materials/noise/roughness", 2, "/materials/noise/roughness",
        "found 2, expected a number from 0 to 1"},
-      {"/materials/grey/roughness", 0.5, "/materials/grey/roughness",
+      {"/materials/gray/roughness", 0.5, "/materials/gray/roughness",
        "a key that does not go with \"type\": \"diffuse\", expected one of bump, channels_of"},
       {"/materials/noise/roughness",
        {{"channel", "wetness"}},
@@ -161,21 +161,21 @@ const std::vector<BadScene>& bad_scenes() {
        {{"channel", "albedo.r"}},
        "/materials/noise/bump",
        "no key \"depth\""},
-      {"/materials/grey/bump",
+      {"/materials/gray/bump",
        {{"channel", "height"}, {"depth", 0.1}},
-       "/materials/grey/bump",
+       "/materials/gray/bump",
        "a channel for a material without a solid texture"},
       {"/materials/glass/ior", 0.5, "/materials/glass/ior",
        "found 0.5, expected a refractive index"},
       {"/materials/glass/roughness", 2, "/materials/glass/roughness", "found 2"},
       {"/materials/glass/emission", {1, 1, 1}, "/materials/glass/emission", "\"dielectric\""},
-      {"/materials/grey/emission", {1, -1, 0}, "/materials/grey/emission/1", "found -1"},
+      {"/materials/gray/emission", {1, -1, 0}, "/materials/gray/emission/1", "found -1"},
       {"/objects", json::object(), "/objects", "expected an array"},
       {"/objects/1/mesh", "missing.obj", "/objects/1/mesh", "missing.obj: found no such file"},
       {"/objects/1/mesh", 7, "/objects/1/mesh", "found 7, expected the name of a mesh file"},
       {"/objects/1/material", "gray", "/objects/1/material",
-       "found \"gray\", expected the name of a material (glass, grey, metal, noise)"},
-      {"/objects/1/colour", 1, "/objects/1/colour", "one of cuts, material, mesh, transform"},
+       "found \"gray\", expected the name of a material (glass, gray, metal, noise)"},
+      {"/objects/1/color", 1, "/objects/1/color", "one of cuts, material, mesh, transform"},
       {"/objects/1/transform/0",
        {{"translate", {1, 2}}},
        "/objects/1/transform/0/translate",
@@ -283,7 +283,7 @@ TEST_CASE("Missing keys are named") {
   const auto file = folder / "scene.json";
   const std::pair<const char*, const char*> cases[] = {
       {"", "version"},        {"", "camera"},          {"", "materials"},
-      {"", "objects"},        {"/camera", "position"}, {"/materials/grey", "color"},
+      {"", "objects"},        {"/camera", "position"}, {"/materials/gray", "color"},
       {"/objects/0", "mesh"}, {"/lights/0", "size"},   {"/objects/1", "material"}};
   for (const auto& [parent, key] : cases) {
     json scene = good_scene();
@@ -318,7 +318,7 @@ TEST_CASE("An image on a mesh without texture coordinates is refused") {
   const TemporaryFolder folder;
   write_good_files(folder);
   json scene = good_scene();
-  scene["materials"]["grey"]["color"] = {{"image", "black.exr"}};
+  scene["materials"]["gray"]["color"] = {{"image", "black.exr"}};
   write_text(folder / "scene.json", scene.dump());
   const std::string message = refusal(folder / "scene.json");
   CAPTURE(message);

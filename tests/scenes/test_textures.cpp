@@ -56,7 +56,7 @@ TEST_CASE("An image is mapped by UV, the first row on top") {
   pt::Scene scene = seen_from_above(pt::ImageColor{0});
   scene.images.push_back(read_image(folder / "colors.exr", pt::ImageEncoding::automatic));
   const pt::Image image = pt::render(scene, small_settings(32, 400));
-  // The image's pixel centres are at a quarter and three quarters of the render.
+  // The image's pixel centers are at a quarter and three quarters of the render.
   const int low = 8, high = 23;
   const bool passed = near(pixel(image, low, low), {0.999f, 0, 0}, 0.1f) &&
                       near(pixel(image, high, low), {0, 0.999f, 0}, 0.1f) &&

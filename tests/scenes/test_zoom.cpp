@@ -65,7 +65,7 @@ void check_zoom(const std::string& model) {
 
 }  // namespace
 
-TEST_CASE("A zoom away from a solid texture neither flickers nor jumps") {
+TEST_CASE("A zoom out of a solid texture neither flickers nor jumps") {
   const TemporaryFolder folder;
   write_noise_model(folder / "noise.solidtex", 0);
   check_zoom((folder / "noise.solidtex").string());

@@ -87,7 +87,7 @@ TEST_CASE("A folder of files is committed as a whole") {
   CHECK(read(folder / "slices" / "0.png") == "x");
 }
 
-TEST_CASE("A folder that holds something is never replaced") {
+TEST_CASE("A folder that is not empty is never replaced") {
   const Folder folder;
   fs::create_directory(folder / "precious");
   write(folder / "precious" / "photo", "x");
@@ -128,12 +128,12 @@ TEST_CASE("Error messages name the target, not the temporary file") {
   CHECK(folder.entry_count() == 0);
 }
 
-TEST_CASE("Extensions are compared in small letters") {
+TEST_CASE("Extensions are compared in lower case") {
   CHECK(lower_extension("a.b/PICTURE.Exr") == ".exr");
   CHECK(lower_extension("folder") == "");
 }
 
-TEST_CASE("Available memory is the least that any limit leaves") {
+TEST_CASE("Available memory is the minimum of all limits") {
   const Folder folder;
   const auto put = [&](const fs::path& file, const std::string& text) {
     fs::create_directories((folder / "x").parent_path() / file.parent_path());
@@ -167,7 +167,7 @@ TEST_CASE("Available memory is the least that any limit leaves") {
   CHECK(available() == 0);
 }
 
-TEST_CASE("Bytes are printed in the unit that suits") {
+TEST_CASE("Bytes are printed in a suitable unit") {
   CHECK(format_bytes(0) == "0 bytes");
   CHECK(format_bytes(1023) == "1023 bytes");
   CHECK(format_bytes(1536) == "1.5 KiB");
@@ -175,7 +175,7 @@ TEST_CASE("Bytes are printed in the unit that suits") {
   CHECK(format_bytes(0x1p80) == "1048576.0 EiB");
 }
 
-TEST_CASE("What needs more than there is is refused with both numbers") {
+TEST_CASE("A need beyond the limit is refused with both numbers") {
   CHECK_NOTHROW(check_memory("a.vdb", 1, ""));
   CHECK_THROWS_WITH(check_memory("a.vdb", 0x1p70, "use .npy"),
                     ContainsSubstring("a.vdb: needs 1024.0 EiB of memory, ") &&
@@ -186,7 +186,7 @@ TEST_CASE("What needs more than there is is refused with both numbers") {
                     ContainsSubstring("a.npy: needs 1024.0 EiB on the disk, "));
 }
 
-TEST_CASE("Durations read like a clock") {
+TEST_CASE("Durations are printed like a clock") {
   CHECK(format_duration(0) == "0:00");
   CHECK(format_duration(59.6) == "1:00");
   CHECK(format_duration(3723) == "1:02:03");
@@ -204,7 +204,7 @@ TEST_CASE("The exit code says how a tool ended") {
   CHECK(run({"-o", "x"}, [] { throw Interrupted(); }) == exit_interrupted);
 }
 
-TEST_CASE("Ctrl-C raises a flag, and the work stops where it looks") {
+TEST_CASE("Ctrl-C sets a flag, and the work stops where it checks it") {
   CHECK_FALSE(interrupted());
   CHECK_NOTHROW(throw_if_interrupted());
   install_interrupt_handler();

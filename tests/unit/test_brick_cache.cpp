@@ -53,7 +53,7 @@ TEST_CASE("brick cache: a brick is computed once and then found", "[cache][tsan]
   CHECK(stats.peak_bytes == kBytes);
 }
 
-TEST_CASE("brick cache: the bound holds and the least recently used brick goes first",
+TEST_CASE("brick cache: the bound holds and the least recently used brick is evicted first",
           "[cache][tsan]") {
   BrickCache cache(kValues, 3 * kBytes + 1, fill);  // three bricks, one shard
   for (int x = 0; x < 3; ++x) cache.get({x, 0, 0});

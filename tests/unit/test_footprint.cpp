@@ -271,7 +271,7 @@ TEST_CASE("texture: a footprint is the mean of its parts", "[texture]") {
   for (std::size_t c = 0; c < 2; ++c) CHECK(found[c] == Approx((parts[c] + parts[2 + c]) / 2));
 }
 
-TEST_CASE("texture: axes approximate a slanted footprint better than a cube does", "[texture]") {
+TEST_CASE("texture: axes approximate an oblique footprint better than a cube does", "[texture]") {
   for (const Model& model : models()) {
     const Texture texture(model, kSeed, kLargeCache);
     for (const double width : {1.0, 2.0}) {

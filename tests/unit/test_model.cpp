@@ -146,7 +146,7 @@ TEST_CASE("A long chain of legal kernels is refused before anything is evaluated
   CHECK_THAT(error_of(bytes), ContainsSubstring("operations for one voxel"));
 }
 
-TEST_CASE("A file that cannot be read says why", "[model]") {
+TEST_CASE("An unreadable file is refused with the reason", "[model]") {
   const auto missing = std::filesystem::temp_directory_path() / "solidtex-no-such-file.solidtex";
   try {
     read_model(missing);

@@ -57,7 +57,7 @@ TEST_CASE("normal noise is symmetric and monotonic", "[noise]") {
   for (std::uint32_t low = 0; low < 0x80000000u - 40499u; low += 40499u) {
     const float value = normal_from_bits(0x80000000u | low);
     CHECK(normal_from_bits(low) == -value);
-    // Neighbours may be equal or differ by rounding. Over 40499 steps the order is clear.
+    // Neighbors may be equal or differ by rounding. Over 40499 steps the order is clear.
     decreases += value > previous;
     previous = value;
   }

@@ -17,11 +17,11 @@ namespace {
 
 constexpr std::uint64_t kSeed = 11;
 
-std::vector<double> random_positions(std::size_t count, double centre) {
+std::vector<double> random_positions(std::size_t count, double center) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> offset(-200, 200);
   std::vector<double> positions(3 * count);
-  for (double& p : positions) p = centre + offset(random);
+  for (double& p : positions) p = center + offset(random);
   return positions;
 }
 
@@ -151,7 +151,7 @@ TEST_CASE("jacobians are the derivatives of equation 2", "[sampler]") {
   }
 }
 
-TEST_CASE("a jacobian's bits depend neither on its neighbours nor on the target", "[sampler]") {
+TEST_CASE("a jacobian's bits depend neither on its neighbors nor on the target", "[sampler]") {
   const std::vector<double> positions = random_positions(150, 1e6);
   for (const SamplerModel& model : odd_models()) {
     const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
@@ -177,15 +177,15 @@ TEST_CASE("a jacobian's bits depend neither on its neighbours nor on the target"
 TEST_CASE("a point's bits do not depend on the target", "[sampler]") {
   for (const SamplerModel& model : odd_models()) {
     const Sampler sampler(model, NoiseScheme::solidtex_1, kSeed);
-    for (const double centre : {0.0, -0x1p30, 0x1p30}) {
-      const std::vector<double> positions = random_positions(301, centre);
+    for (const double center : {0.0, -0x1p30, 0x1p30}) {
+      const std::vector<double> positions = random_positions(301, center);
       const std::vector<float> together = evaluate(sampler, positions);
       testing::on_every_target([&] { CHECK(evaluate(sampler, positions) == together); });
     }
   }
 }
 
-TEST_CASE("a point's bits do not depend on its neighbours, in either precision", "[sampler]") {
+TEST_CASE("a point's bits do not depend on its neighbors, in either precision", "[sampler]") {
   const std::vector<double> positions = random_positions(301, 1e6);
   for (const SamplerModel& model : odd_models())
     for (const Precision precision : {Precision::full, Precision::fast})

@@ -22,8 +22,8 @@ namespace {
 
 constexpr std::int64_t kFar = std::int64_t{1} << 30;
 
-// Returns the offsets of a box's voxel centres from its corner, in the order of its voxels.
-std::vector<float> centres(const Index3& size) {
+// Returns the offsets of a box's voxel centers from its corner, in the order of its voxels.
+std::vector<float> centers(const Index3& size) {
   std::vector<float> points;
   for (std::int64_t x = 0; x < size[0]; ++x) {
     for (std::int64_t y = 0; y < size[1]; ++y) {
@@ -77,7 +77,7 @@ struct FourThreads {
 
 }  // namespace
 
-TEST_CASE("texture: a point at a voxel centre is the voxel, bit for bit", "[texture]") {
+TEST_CASE("texture: a point at a voxel center is the voxel, bit for bit", "[texture]") {
   for (const Model& model : models()) {
     const Texture texture(model, kSeed, kLargeCache);
     const Index3 size{9, 18, 35};
@@ -85,14 +85,14 @@ TEST_CASE("texture: a point at a voxel centre is the voxel, bit for bit", "[text
                                  Index3{-kFar - 9, 3, kFar - 40}}) {
       const Values voxels = box_of(texture, origin, size);
       const std::array<double, 3> corner{double(origin[0]), double(origin[1]), double(origin[2])};
-      CHECK(same(voxels, points_of(texture, corner, centres(size))));
+      CHECK(same(voxels, points_of(texture, corner, centers(size))));
       CHECK(varied(voxels));
     }
   }
 }
 
 TEST_CASE("texture: points of a lattice are cubic convolutions of voxels", "[texture]") {
-  // Keys 1981, equation 6 with a = -3/4, by the distance from a voxel centre.
+  // Keys 1981, equation 6 with a = -3/4, by the distance from a voxel center.
   const auto weight = [](double s) {
     const double a = -0.75;
     s = std::abs(s);
@@ -173,7 +173,7 @@ TEST_CASE("texture: fast precision has the same bits in any threads, points and 
   tbb::task_arena(4).execute([&] {
     CHECK(same(voxels, box_of(texture, origin, size)));
     const std::array<double, 3> corner{double(origin[0]), double(origin[1]), double(origin[2])};
-    CHECK(same(voxels, points_of(texture, corner, centres(size))));
+    CHECK(same(voxels, points_of(texture, corner, centers(size))));
   });
   CHECK(varied(voxels));
 }
@@ -235,7 +235,7 @@ TEST_CASE("texture: the seed changes everything, two textures with one seed noth
   }
 }
 
-TEST_CASE("texture: the host's rounding mode does not matter, and is left alone", "[texture]") {
+TEST_CASE("texture: the host's rounding mode does not matter, and is restored", "[texture]") {
   for (const Model& model : models()) {
     const Texture texture(model, kSeed, 0);
     const auto points = random_points(2000, 30);
@@ -330,8 +330,8 @@ TEST_CASE("texture: a bad point is named and nothing is written", "[texture]") {
 
 TEST_CASE("texture: a bad box is named", "[texture]") {
   const Texture texture(tiny_lattice(), kSeed, 0);
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
-  constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
+  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
   const auto attempt = [&](const Index3& origin, const Index3& size) {
     float untouched = 42.0f;
     const std::string message =
@@ -341,9 +341,9 @@ TEST_CASE("texture: a bad box is named", "[texture]") {
   };
   CHECK(contains(attempt({0, 0, 0}, {4, -1, 4}), "size along y is -1"));
   CHECK(contains(attempt({0, 0, 2 * kFar}, {1, 1, 1}), "along z has origin 2147483648"));
-  CHECK(contains(attempt({kLeast, 0, 0}, {1, 1, 1}), "along x has origin -9223372036854775808"));
-  CHECK(contains(attempt({5, 0, 0}, {kMost, 1, 1}), "size 9223372036854775807"));
-  CHECK(contains(attempt({kMost, 0, 0}, {kMost, 1, 1}), "along x has origin 9223372036854775807"));
+  CHECK(contains(attempt({kMin, 0, 0}, {1, 1, 1}), "along x has origin -9223372036854775808"));
+  CHECK(contains(attempt({5, 0, 0}, {kMax, 1, 1}), "size 9223372036854775807"));
+  CHECK(contains(attempt({kMax, 0, 0}, {kMax, 1, 1}), "along x has origin 9223372036854775807"));
   CHECK(contains(attempt({0, 0, 0}, {kFar, kFar, kFar}), "more than memory can hold"));
   CHECK(attempt({0, 0, 0}, {0, kFar, kFar}) == "no error");
 }
