@@ -71,7 +71,7 @@ def report(rates: dict[str, list[float]], args: argparse.Namespace) -> None:
 def solidtex_runner(args: argparse.Namespace, folder: Path):
     scene = scene_file(folder, {"image": "image.png"})
     options = ["--size", f"{args.size},{args.size}", "--spp", str(args.spp), "--quiet", "--stats"]
-    options += ["--threads", str(args.threads), "--force", "-o", str(folder / "picture.exr")]
+    options += ["--threads", str(args.threads), "--force", "-o", str(folder / "image.exr")]
 
     def run() -> float:
         command = [str(args.render), str(scene), *options]

@@ -88,7 +88,7 @@ def make_settings(args: argparse.Namespace) -> Settings:
 
 
 def shipped(model: Path) -> Path:
-    """A bare name is that of a shipped model, as everywhere."""
+    """Path of a model; a bare name is that of a shipped one."""
     return REPOSITORY / "models" / f"{model}.solidtex" if model.suffix == "" else model.absolute()
 
 

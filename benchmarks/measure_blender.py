@@ -1,11 +1,13 @@
-"""What a solid texture costs in Cycles: lookups a second of processor time through OSL and the
-plugin of OpenImageIO, beside direct calls of the library. Run by a Python with bpy 4.5, on a core:
+"""Measures solid textures in Cycles: lookups per second of processor time.
+
+Lookups go through OSL and the OpenImageIO plugin; direct calls of the library are the reference.
+Run it on one core by a Python with bpy 4.5:
 
     taskset -c 1 bpy/bin/python benchmarks/measure_blender.py granite-grey granite-grey-sampler
 
-An unlit plane fills the picture, so that the material is all that differs from a render with one
-colour. OIIO_LIBRARY_PATH is that of docs/hosts/blender-osl.md, PYTHONPATH the folder of the module
-solidtex (build/python). Tiles are computed before the clock runs.
+An unlit plane fills the image, so a render with a constant color differs in the material alone. Set
+OIIO_LIBRARY_PATH as in docs/hosts/blender-osl.md and PYTHONPATH to build/python, the folder of the
+module. Tiles are computed before timing.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "plugins" / "blende
 import solidtex_osl
 
 SIDE, SAMPLES, ROUNDS = 512, 16, 3
-TEXELS = 256.0  # across the picture: two pixels a texel
+TEXELS = 256.0  # across the image: two pixels a texel
 
 
 def plane_and_camera() -> bpy.types.Object:
@@ -53,7 +55,7 @@ def shine(material: bpy.types.Material, is_textured: bool) -> None:
 
 
 def seconds() -> float:
-    """Processor time of a frame, the least of some."""
+    """Smallest processor time of several frames."""
     found = []
     for _ in range(ROUNDS + 1):  # the first computes the tiles
         start = time.process_time()
@@ -69,7 +71,7 @@ def frame(model: str, is_textured: bool) -> float:
 
 
 def direct(model: str) -> float:
-    """Points a second."""
+    """Points per second of direct calls of the library."""
     texture = solidtex.Texture(model, threads=1)
     at = (np.random.default_rng(0).random((65536, 3)) * (TEXELS, TEXELS, 1)).astype(np.float32)
     texture.eval_points(at)

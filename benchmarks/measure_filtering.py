@@ -36,7 +36,7 @@ def main() -> None:
 
 
 def textures_asked_for(doc: str) -> Iterator[tuple[str, Texture]]:
-    """The models that the command names, opened one after another."""
+    """Open the models of the command line one after another."""
     parser = argparse.ArgumentParser(description=doc.splitlines()[0])
     parser.add_argument("model", nargs="+", help="a file, or the name of a shipped model")
     for name in parser.parse_args().model:
@@ -45,7 +45,7 @@ def textures_asked_for(doc: str) -> Iterator[tuple[str, Texture]]:
 
 
 def deviation_of(texture: Texture, places: np.ndarray) -> float:
-    """Of all the texture, root mean square over the channels."""
+    """Standard deviation of the texture, root mean square over the channels."""
     return np.sqrt(np.var(texture.eval_points(places), axis=0).mean())
 
 
@@ -73,7 +73,7 @@ def model_path(name: str) -> str:
 
 
 def true_mean(texture: Texture, place: np.ndarray, radius: float, rng) -> np.ndarray:
-    """Over the cube; stratified points, or voxels where the cube is large."""
+    """Mean over a cube: of stratified points, or of voxels for large cubes."""
     if radius <= 8:
         side = 12
         cells = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)
@@ -98,7 +98,7 @@ def light_mean(values: np.ndarray) -> np.ndarray:
 
 
 def to_light(encoded: np.ndarray) -> np.ndarray:
-    """sRGB's own curve, not the square root that the library has in its place."""
+    """Exact sRGB decoding, not the library's square root."""
     c = np.clip(encoded.astype(np.float64), 0, None)
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 

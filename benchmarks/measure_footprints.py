@@ -70,7 +70,7 @@ def random_axes(width: float, aspect: int, rng: np.random.Generator) -> np.ndarr
 def true_mean(
     texture: Texture, place: np.ndarray, axes: np.ndarray, rng: np.random.Generator
 ) -> np.ndarray:
-    """From points on a jittered grid, at most two thirds of a texel apart on small footprints."""
+    """Mean over a jittered grid, at most two thirds of a texel apart on small footprints."""
     lengths = np.linalg.norm(axes, axis=1)
     counts = np.clip(np.ceil(3 * lengths), 4, 96).astype(int) * (lengths > 0) + (lengths == 0)
     cells = np.stack(np.meshgrid(*[np.arange(n) for n in counts], indexing="ij"), -1)

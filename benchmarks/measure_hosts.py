@@ -28,7 +28,7 @@ def plane() -> np.ndarray:
 
 
 def rate(count: int, work: Callable[[], object]) -> float:
-    """Millions a second; the first round fills caches and does not count."""
+    """Best rate in millions of points per second; the first round only fills caches."""
     work()
     best = np.inf
     for _ in range(ROUNDS):

@@ -1,8 +1,8 @@
 """What solid textures cost a render: by `solidtex-render --stats`, on the processor's clock.
 
-frame: a mesh of a million triangles with a lattice texture beside the same with a constant colour,
+frame: a mesh of a million triangles with a lattice texture beside the same with a constant color,
 once the bricks exist: the second of two equal frames. Bricks computed, and needed by what is seen.
-points: points a second while the renderer evaluates a texture of the point family, in the second
+points: points a second while the renderer evaluates a texture of the sampler family, in the second
 of two equal frames (the first measures once how octaves fade), beside the batches of the benchmark
 (solidtex-bench sampler.batch and sampler.coherent).
 All take turns, and times are divided by the threads.
@@ -34,7 +34,9 @@ EXAMPLES = f"""  {PROGRAM}
 
 @dataclass
 class Stats:
-    """Of one frame: processor seconds, millions of points, bricks since the scene was loaded."""
+    """Statistics of one frame: processor seconds, millions of points, bricks since loading the
+    scene.
+    """
 
     seconds: dict[str, float]
     points: float
@@ -85,7 +87,7 @@ def measure(args: argparse.Namespace) -> None:
 
 def measure_frame(args: argparse.Namespace, folder: Path) -> None:
     texture = {"solid": args.lattice_model, "texels_per_unit": args.texels}
-    colors = {"lattice texture": texture, "constant colour": CONSTANT}
+    colors = {"lattice texture": texture, "constant color": CONSTANT}
     rounds: dict[str, list[list[Stats]]] = {name: [] for name in colors}
     for _ in range(args.rounds):
         for name, color in colors.items():
@@ -95,7 +97,7 @@ def measure_frame(args: argparse.Namespace, folder: Path) -> None:
         print_parts(name, [frames[-1] for frames in renders], args.threads)
     pairs = zip(*rounds.values(), strict=True)
     ratios = [textured[-1].total / plain[-1].total for textured, plain in pairs]
-    print(f"  the texture takes the time to {spread(ratios)} of that of the colour")
+    print(f"  the texture takes the time to {spread(ratios)} of that of the color")
     first, last = rounds["lattice texture"][-1]
     print(f"  bricks: {last.computed} computed, {last.needed} needed by what is seen")
     print_extra(first, last, args.threads)
@@ -133,7 +135,7 @@ def render(args: argparse.Namespace, folder: Path, color: object, frames: int = 
 
 
 def parse_stats(text: str) -> list[Stats]:
-    """What --stats printed, frame by frame."""
+    """Parse the output of --stats, frame by frame."""
     found = []
     for frame in text.split("rendering: ")[1:]:
         parts = re.findall(r"^  (intersection|textures|shading|other) +(-?[\d.]+) s", frame, re.M)
@@ -147,7 +149,7 @@ def parse_stats(text: str) -> list[Stats]:
 
 
 def benchmark(args: argparse.Namespace, folder: Path, case: str) -> float:
-    """Million points a second, by the median, as a render is a mean of many calls."""
+    """Median rate in millions of points per second, since a render is a mean of many calls."""
     report = folder / "bench.json"
     command = [str(args.bench), case, "--clock", "cpu", "--threads", str(args.threads)]
     command += ["--sampler-model", args.sampler_model, "--seconds", "2"]

@@ -1,4 +1,4 @@
-"""Measures what training costs: peak memory and seconds per step, by preset and slice size."""
+"""Measures the cost of training: peak memory and seconds per step, by preset and slice size."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Cost:
-    """MiB before the first step, MiB at most, and the median step's seconds."""
+    """Memory in MiB before the first step and at most, and the median seconds of a step."""
 
     start: float
     peak: float
@@ -104,7 +104,7 @@ def measure(case: Case) -> Cost:
 
 
 def memory(device: str) -> float:
-    """The most that was held so far, in MiB."""
+    """Peak memory so far, in MiB."""
     if device == "cuda":
         return torch.cuda.max_memory_allocated() / MIB
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

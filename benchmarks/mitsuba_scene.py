@@ -1,4 +1,4 @@
-"""The scene of the renderer's measurements: a million triangles in a studio's light."""
+"""Scene of the renderer's measurements: a million triangles under studio light."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ sys.path.insert(0, str(REPOSITORY / "scenes"))
 
 
 def write_mesh(path: Path, triangles: int) -> int:
-    """A ball with waves of several sizes, with normals and texture coordinates, as PLY."""
+    """Write a ball with waves of several sizes, normals and texture coordinates as PLY."""
     from solids import closed_normals, grid
 
     rows = round(np.sqrt(triangles / 4)) + 1
@@ -53,7 +53,7 @@ def write_mesh(path: Path, triangles: int) -> int:
 
 
 def write_image(path: Path, size: int = 1024) -> None:
-    """Something ordinary: tiles with grain."""
+    """Write an image of tiles with grain."""
     rng = np.random.default_rng(1)
     x, y = np.meshgrid(np.arange(size), np.arange(size))
     tiles = 0.35 + 0.3 * (((x // 64) + (y // 64)) % 2)
@@ -62,7 +62,7 @@ def write_image(path: Path, size: int = 1024) -> None:
 
 
 def scene_file(folder: Path, color: object, kind: str = "diffuse", frames: int = 1) -> Path:
-    """Ours, with any color of the scene format; frames beyond one are all the same."""
+    """Scene for solidtex-render with any color of the scene format; all frames are equal."""
     document: dict[str, object] = {
         "version": 1,
         "render": {"max_depth": MAX_DEPTH},
@@ -79,7 +79,7 @@ def scene_file(folder: Path, color: object, kind: str = "diffuse", frames: int =
 
 
 def mitsuba_scene(mi, folder: Path, size: int, samples: int):
-    """The same for the variant of Mitsuba that is set."""
+    """The same scene for the current variant of Mitsuba."""
     film = {
         "type": "hdrfilm",
         "width": size,

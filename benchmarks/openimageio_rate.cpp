@@ -155,7 +155,7 @@ void compare(const std::string& model, int edge) {
   }
 }
 
-// The voxels of a level in a cube of texels that nobody has read.
+// The voxels of a level in a cube of texels that has not been read.
 double level_seconds(const std::string& model, unsigned seed, int lod, int texels) {
   const std::string name = model + ".solidtex?type=float&size=" + std::to_string(2 * texels) +
                            "&seed=" + std::to_string(seed) + "&lod=" + std::to_string(lod);

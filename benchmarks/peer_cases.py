@@ -20,18 +20,18 @@ from solidtex_export.generators.lattice import Box
 
 @dataclass(frozen=True)
 class Case:
-    """A case of solidtex-bench; peers compute it in whole pieces of a size that they choose."""
+    """A case of solidtex-bench; peers split it into pieces of a size that they choose."""
 
     name: str
     family: str
     edge: int
-    """Of the cube of voxels, or the number of points."""
+    """Edge of the cube of voxels, or number of points."""
     pieces: tuple[int, ...]
     quick_pieces: tuple[int, ...]
     parallel: bool = False
 
     def units(self, edge: int) -> int:
-        """Voxels of a cube, or points."""
+        """Number of voxels or points."""
         return edge**3 if self.family == "lattice" else edge
 
     def piece_name(self, piece: int) -> str:
@@ -52,7 +52,7 @@ CASES = {
 class Settings:
     bench: Path
     models: dict[str, ModelFile]
-    """By family."""
+    """Models by family."""
     bench_options: list[str]
     threads: int
     rounds: int
@@ -68,13 +68,13 @@ class Candidate:
     peer: Peer
     piece: int
     pieces: float
-    """How many make the case."""
+    """Number of pieces in the case."""
     work: Work
     piece_seconds: list[float] = field(default_factory=list)
 
     @property
     def seconds(self) -> float:
-        """For the whole case."""
+        """Seconds for the whole case."""
         return min(self.piece_seconds) * self.pieces
 
 
@@ -87,7 +87,7 @@ class CaseResult:
 
     @property
     def seconds(self) -> float:
-        """Of solidtex."""
+        """Seconds of solidtex."""
         units = self.case.units(self.case.edge)
         return min(result.seconds_per_unit for result in self.solidtex) * units
 
@@ -97,12 +97,12 @@ class CaseResult:
 
     @property
     def flops(self) -> float:
-        """Floating-point operations of the direct method, for the whole case."""
+        """Floating-point operations of direct convolution for the whole case."""
         units = self.case.units(self.case.edge)
         return 2 * self.solidtex[0].multiply_adds_per_unit * units
 
     def best(self) -> list[Candidate]:
-        """Of each peer the size that suits it best."""
+        """The fastest size of pieces of each peer."""
         names = dict.fromkeys(candidate.peer.name for candidate in self.candidates)
         return [
             min((c for c in self.candidates if c.peer.name == name), key=lambda c: c.seconds)
@@ -126,7 +126,7 @@ def measure_case(case: Case, settings: Settings) -> CaseResult:
 
 
 def candidates(case: Case, settings: Settings, threads: int) -> Iterator[Candidate]:
-    """Of all peers that are installed, each warmed up by a call."""
+    """Candidates of all installed peers, each warmed up by a call."""
     for piece in case.quick_pieces if settings.quick else case.pieces:
         box = Box((0,) * 3, (piece,) * 3) if case.family == "lattice" else None
         model = onnx_model(settings.models[case.family], box)
@@ -140,7 +140,7 @@ def candidates(case: Case, settings: Settings, threads: int) -> Iterator[Candida
 
 
 def random_inputs(model: ModelProto, points: int) -> Inputs:
-    """Noise of the right kind for the peers, who get it for free; free sizes are `points`."""
+    """Noise inputs of the peers, which are not timed; dynamic dimensions are `points`."""
     rng = np.random.default_rng(0)
     inputs = {}
     for value in model.graph.input:

@@ -51,7 +51,7 @@ def show_seconds(seconds: float) -> str:
 
 
 def document(results: Sequence[CaseResult], settings: Settings) -> dict[str, Any]:
-    """What the table says, and the time in each size of pieces."""
+    """The table's results, and the time for each size of pieces."""
     return {
         "clock": settings.clock,
         "rounds": settings.rounds,

@@ -1,4 +1,4 @@
-"""What solidtex is compared with: each peer makes a callable of an exported graph and its noise."""
+"""Runtimes to compare with: each peer makes a callable from an exported graph and its noise."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class Peer:
     name: str
     package: str
     load: Callable[[ModelProto, Inputs, int], Work]
-    """Of a graph, its noise and a number of threads."""
+    """Makes a callable from a graph, its noise and a number of threads."""
     families: tuple[str, ...] = ("lattice", "sampler")
 
     @property
     def version(self) -> str | None:
-        """None where it is not installed."""
+        """Version of the installed runtime, or None."""
         try:
             return importlib.metadata.version(self.package)
         except importlib.metadata.PackageNotFoundError:

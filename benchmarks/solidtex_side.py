@@ -1,4 +1,4 @@
-"""solidtex's own times: one run of solidtex-bench."""
+"""Times of solidtex: one run of solidtex-bench."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class BenchResult:
     seconds_per_unit: float
     multiply_adds_per_unit: float
     peak_flops: float
-    """Of as many threads, measured by the same run."""
+    """Peak of the machine with the same number of threads, from the same run."""
     target: str
 
 

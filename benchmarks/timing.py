@@ -1,4 +1,4 @@
-"""Seconds of a call, by the wall's clock or the processor's."""
+"""Times of a call on the wall clock or the processor's clock."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections.abc import Callable
 
 CLOCKS: dict[str, Callable[[], float]] = {"wall": time.perf_counter, "cpu": time.process_time}
 SETTLE_SECONDS = 0.05
-"""Idle workers of the runtime before look for work for a few milliseconds."""
+"""Pause before timing: idle workers of the previous runtime spin for a few milliseconds."""
 
 
 def seconds_of_calls(
     work: Callable[[], object], budget: float, clock: str, threads: int
 ) -> list[float]:
-    """One value for each call, at least one; calls begin until `budget` seconds are over.
+    """Seconds of each call; at least one call, and calls start until `budget` seconds have passed.
 
-    The processor's time is divided by the threads, as solidtex-bench does.
+    Processor time is divided by the number of threads, as in solidtex-bench.
     """
     now, parts = CLOCKS[clock], threads if clock == "cpu" else 1
     time.sleep(SETTLE_SECONDS)

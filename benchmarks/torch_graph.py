@@ -15,7 +15,7 @@ Attributes = dict[str, Any]
 
 
 class TorchGraph:
-    """Call it with the inputs by name."""
+    """Callable with the inputs by name."""
 
     def __init__(self, model: ModelProto, layout: torch.memory_format) -> None:
         self._nodes = [(node, _attributes(node)) for node in model.graph.node]
@@ -45,7 +45,7 @@ class TorchGraph:
 
 
 def in_layout(array: np.ndarray, layout: torch.memory_format) -> Tensor:
-    """Only tensors of a volume have a layout to choose."""
+    """Convert a tensor of a volume to the chosen memory layout."""
     tensor = torch.from_numpy(array.copy())
     return tensor.to(memory_format=layout) if tensor.ndim == 5 else tensor
 

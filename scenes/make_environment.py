@@ -1,6 +1,6 @@
 """Makes scenes/studio.exr, the light of the demo scene: a photographer's studio.
 
-A dim grey room with a large soft box on the left, a narrow one on the right behind, and a bright
+A dim gray room with a large soft box on the left, a narrow one on the right behind, and a bright
 ceiling. Needs the program oiiotool. Run it from anywhere: python scenes/make_environment.py
 """
 
@@ -18,7 +18,7 @@ Array = np.ndarray
 
 
 def directions() -> Array:
-    """Unit vectors of the pixels, y up, the image's centre along +z (docs/scene-format.md)."""
+    """Unit vectors of the pixels, y up, the image's center along +z (docs/scene-format.md)."""
     u = (np.arange(WIDTH) + 0.5) / WIDTH
     v = (np.arange(HEIGHT) + 0.5) / HEIGHT
     longitude, polar = np.meshgrid(2 * np.pi * (0.5 - u), np.pi * v)
@@ -33,7 +33,7 @@ def smooth_step(x: Array, edge: float, width: float) -> Array:
 
 
 def soft_box(d: Array, toward: list[float], half_size: tuple[float, float]) -> Array:
-    """1 inside a rectangle on the plane at distance 1 in the given direction, with soft edges."""
+    """1 inside a rectangle with soft edges on the plane at distance 1 in the given direction."""
     z = np.array(toward) / np.linalg.norm(toward)
     x = np.cross([0.0, 1.0, 0.0], z)
     x /= np.linalg.norm(x)
@@ -57,7 +57,7 @@ def studio() -> Array:
 
 
 def write_exr(path: Path, pixels: Array) -> None:
-    """Through a PFM file, which is plain floats, bottom row first."""
+    """Write an EXR by way of a PFM file, which is plain floats, bottom row first."""
     with tempfile.TemporaryDirectory() as folder:
         pfm = Path(folder) / "image.pfm"
         header = f"PF\n{WIDTH} {HEIGHT}\n-1.0\n".encode()

@@ -80,7 +80,7 @@ def vase(rows: int, columns: int, flutes: int) -> Mesh:
     positions = surface(u, v)
     positions[[0, -1], :, 0] = positions[[0, -1], :, 2] = 0
     positions[:, -1] = positions[:, 0]
-    # Normals from the finished grid, so that neighbours along the profile are averaged.
+    # Normals from the finished grid, so that neighbors along the profile are averaged.
     along_u = np.gradient(positions, axis=0)
     closed = np.concatenate([positions[:, -2:-1], positions, positions[:, 1:2]], axis=1)
     along_v = (closed[:, 2:] - closed[:, :-2]) / 2

@@ -26,7 +26,7 @@ class Mesh:
 
 
 def write_ply(path: Path, mesh: Mesh, maker: str) -> None:
-    """Binary; `maker` is the script that wrote it, for a comment."""
+    """Write a binary PLY; `maker` is the script's name, for a comment."""
     vertices = np.concatenate([mesh.positions, mesh.normals], axis=1).astype("<f4")
     faces = np.empty(len(mesh.triangles), dtype=[("count", "u1"), ("index", "<u4", 3)])
     faces["count"] = 3

@@ -32,7 +32,7 @@ Profile = list[tuple[float, float]]
 
 
 def arc(center: tuple[float, float], radius: float, start: float, end: float, n: int) -> Profile:
-    """Points of a circle, angles in degrees from the direction of the radius towards the top."""
+    """Points of an arc; angles in degrees from the radius direction towards the top."""
     angles = np.radians(np.linspace(start, end, n))
     x, y = center
     return [(max(0.0, x + radius * np.cos(a)), y + radius * np.sin(a)) for a in angles]
@@ -43,7 +43,7 @@ def ball() -> Mesh:
 
 
 def rounded_box(size: tuple[float, float, float], radius: float) -> Mesh:
-    """Around the origin."""
+    """A box with rounded edges around the origin."""
     half = np.array(size) / 2
     axes = [axis_with_details([-h, h], radius) for h in half]
     return carve(lambda p: box_distance(p, -half, half, radius), *axes)
@@ -58,7 +58,7 @@ FOOT: Profile = [
 
 
 def collar(radius: float, height: float, neck: float) -> Profile:
-    """A ring around a neck."""
+    """A ring around the neck of a piece."""
     return [
         *[(neck, height - 0.03), (0.6 * neck + 0.4 * radius, height - 0.02)],
         *[(radius, height + 0.005), (radius, height + 0.03)],
@@ -84,7 +84,7 @@ def bishop() -> Mesh:
 
 
 def rook() -> Mesh:
-    """With a hollow top; the scene cuts its battlements."""
+    """A rook with a hollow top; the scene cuts its battlements."""
     body: Profile = [(0.28, 0.34), (0.245, 0.48), (0.225, 0.65), (0.22, 0.80)]
     head: Profile = [
         *[(0.235, 0.92), (0.29, 0.97), (0.315, 1.0), (0.32, 1.03), (0.32, 1.15), (0.32, 1.25)],
@@ -111,7 +111,7 @@ def moved(mesh: Mesh, offset: tuple[float, float, float]) -> Mesh:
 
 
 def squares(color: int) -> Mesh:
-    """The squares of one colour of a board of 8 x 8, each 1 wide, their top at y = 0."""
+    """The squares of one color of a board of 8 x 8, each 1 wide, their top at y = 0."""
     edge = 0.012 * np.array([-1.3, -0.4, 0.5, 1.4])  # few triangles: there are 32 of them
     half = np.array([0.4925, 0.1, 0.4925])
     axes = [np.concatenate([-h - edge[::-1], h + edge]) for h in half]
@@ -124,7 +124,7 @@ def squares(color: int) -> Mesh:
 
 
 def shaft(height: float, bottom: float, top: float, flutes: int) -> Mesh:
-    """Fluted, with fillets between the flutes, which end in a round below both ends."""
+    """A fluted shaft with fillets; the flutes end in a round below both ends."""
     within = np.concatenate([[0, 0.07], 0.16 + 0.42 * (1 - np.cos(np.linspace(0, np.pi, 9)))])[:-1]
     angle = 2 * np.pi / flutes * (np.arange(flutes)[:, None] + within[None, :]).ravel()
     groove = np.tile(np.sqrt(np.clip(1 - ((within - 0.58) / 0.42) ** 2, 0, 1)), flutes)
@@ -165,7 +165,7 @@ def attic_base() -> Mesh:
 
 
 def fracture(seed: int, half_width: float, height: float, cells: int) -> Mesh:
-    """A block whose underside, around y = 0, is as stone breaks: noise of all scales."""
+    """A block with a fractured underside around y = 0: noise of all scales."""
     rng = np.random.default_rng(seed)
     frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(cells), np.fft.rfftfreq(cells), indexing="ij"))
     spectrum = np.fft.rfft2(rng.standard_normal((cells, cells)))
@@ -186,7 +186,7 @@ def fracture(seed: int, half_width: float, height: float, cells: int) -> Mesh:
 
 
 def sheet(positions: Array, up: int) -> Mesh:
-    """One side of the block: its normals up, down, or away from the y axis."""
+    """One side of the block, with normals up, down, or away from the y axis."""
     normals = np.cross(np.gradient(positions, axis=0), np.gradient(positions, axis=1))
     away = positions * (1, 0, 1) if up == 0 else np.broadcast_to((0, up, 0), positions.shape)
     turned = np.sign(np.sum(normals * away))

@@ -26,7 +26,7 @@ def bezier(points: Array, count: int) -> Array:
 
 
 def turned_distance(p: Array, profile: Array) -> Array:
-    """To the solid that a closed profile sweeps about the y axis; negative inside."""
+    """Distance to the solid of revolution of a closed profile about the y axis; negative inside."""
     q = np.stack([np.hypot(p[..., 0], p[..., 2]), p[..., 1]], axis=-1)
     nearest = np.full(q.shape[:-1], np.inf)
     inside = np.zeros(q.shape[:-1], dtype=bool)
@@ -41,7 +41,9 @@ def turned_distance(p: Array, profile: Array) -> Array:
 
 
 def swept_distance(p: Array, curve: Array, radii: Array, flat: float = 1.0) -> Array:
-    """To a tube of changing radius along a curve in the plane z = 0, `flat` times as wide in z."""
+    """Distance to a tube of varying radius along a curve in the plane z = 0, `flat` times as wide
+    in z.
+    """
     q = p / (1, 1, flat)
     nearest = np.full(q.shape[:-1], np.inf)
     for a, b, ra, rb in zip(curve[:-1], curve[1:], radii[:-1], radii[1:], strict=True):
@@ -78,7 +80,7 @@ def lines(*pieces: tuple[float, float, float]) -> Array:
 
 
 def teapot() -> Mesh:
-    """Solid, 1.75 high, its spout towards +x."""
+    """A solid teapot, 1.75 high, with its spout towards +x."""
     x = lines((-1.65, -1.0, 0.032), (-1.0, 1.2, 0.05), (1.2, 1.7, 0.028))
     y = lines((-0.02, 0.15, 0.022), (0.15, 1.0, 0.045), (1.0, 1.8, 0.022))
     side = lines((0.0, 0.2, 0.024), (0.2, 1.05, 0.05))

@@ -43,15 +43,15 @@ struct BrickGrid {
 };
 
 // Cell of a coordinate on one axis: its brick, its first voxel, and the position between the middle
-// two voxel centres.
+// two voxel centers.
 struct AxisCell {
   std::int32_t brick, voxel;  // the voxel is relative to the brick
   float fraction;
 
   AxisCell(double coordinate, const BrickGrid& grid) {
-    const double from_centre = coordinate * grid.voxels_per_texel - 0.5;
-    const double cell = std::floor(from_centre);
-    fraction = static_cast<float>(from_centre - cell);
+    const double from_center = coordinate * grid.voxels_per_texel - 0.5;
+    const double cell = std::floor(from_center);
+    fraction = static_cast<float>(from_center - cell);
     const auto index = static_cast<std::int64_t>(cell) - (grid.taps() / 2 - 1);
     brick = static_cast<std::int32_t>(index >> grid.log_edge);
     voxel = static_cast<std::int32_t>(index & (grid.edge() - 1));

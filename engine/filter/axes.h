@@ -6,7 +6,7 @@
 
 namespace solidtex::engine {
 
-// The points u a + v b + w c around a centre, with u, v, w in [-1, 1]: a parallelepiped, a
+// The points u a + v b + w c around a center, with u, v, w in [-1, 1]: a parallelepiped, a
 // parallelogram if one axis is zero, a line if two are.
 struct Axes {
   using Axis = std::array<double, 3>;
@@ -39,7 +39,7 @@ struct Parts {
 // whole.
 Parts cut(const Axes& axes, int max_parts, double min_reach);
 
-// Calls use(step) for the centre of each part, relative to the centre of the footprint.
+// Calls use(step) for the center of each part, relative to the center of the footprint.
 template <class Use>
 void for_each_middle(const Parts& parts, const Use& use) {
   const auto& [a, b, c] = parts.axes.axis;

@@ -1,4 +1,4 @@
-// Reconstruction of a lattice between voxel centres: cubic convolution or linear.
+// Reconstruction of a lattice between voxel centers: cubic convolution or linear.
 #pragma once
 
 #include <cmath>
@@ -6,7 +6,7 @@
 
 namespace solidtex::engine {
 
-// Weights of the four voxels around a point at `t` after the second voxel. At a voxel centre the
+// Weights of the four voxels around a point at `t` after the second voxel. At a voxel center the
 // result is the voxel.
 //
 // Keys, "Cubic convolution interpolation for digital image processing" (1981), equation 8, with the
@@ -50,7 +50,7 @@ template <std::size_t kTaps>
   return sum;
 }
 
-// kChannels neighbouring channels of the voxels around a point. If these are all channels, voxels
+// kChannels neighboring channels of the voxels around a point. If these are all channels, voxels
 // along z form one contiguous row.
 template <class Kernel, std::size_t kChannels>
 struct Cell {

@@ -40,7 +40,7 @@ std::vector<float> means(const Sampler& sampler, const LightChannels& light, flo
   return result;
 }
 
-// Returns the values at the centres of the cubes with faded octaves.
+// Returns the values at the centers of the cubes with faded octaves.
 std::vector<float> faded_values(const Sampler& sampler, const LightChannels& light, float edge) {
   std::vector<double> positions;
   for (std::size_t cube = 0; cube < kCubes; ++cube)

@@ -15,7 +15,7 @@ namespace solidtex::engine {
 
 // Returns fade steps for points without a footprint and for cubes with edges of 1, 2, 4 ...
 // 2^kCoarsest texels. A step predicts the mean over a cube, in linear light, from the value at its
-// centre with faded octaves. It is fitted to distant cubes, whose means come from random points.
+// center with faded octaves. It is fitted to distant cubes, whose means come from random points.
 std::vector<FadeStep> fade_steps_of(const Sampler& sampler, const LightChannels& light);
 
 // Finds the cube that fades octaves as much as a footprint does. Its edge selects the fade step.

@@ -25,7 +25,7 @@ HWY_INLINE Floats Activate(Floats sum, Floats negative_slope) {
 
 HWY_INLINE bool IsUsual(float negative_slope) { return 0 < negative_slope && negative_slope <= 1; }
 
-// Vectors hold neighbouring points; weights are broadcast. Whole vectors are stored directly from
+// Vectors hold neighboring points; weights are broadcast. Whole vectors are stored directly from
 // registers.
 struct PointBlock {
   const LinearLayer& layer;
@@ -99,7 +99,7 @@ void Dense(const LinearLayer& layer, const float* in, int count, std::ptrdiff_t 
   }
 }
 
-// Vectors hold neighbouring outputs; inputs are broadcast. The sums are those of Dense.
+// Vectors hold neighboring outputs; inputs are broadcast. The sums are those of Dense.
 template <bool kUsualSlope, int kVectors>
 HWY_INLINE void PointTile(const PointLayer& layer, int first, const float* in, float* out) {
   const Float d;

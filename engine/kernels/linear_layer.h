@@ -42,7 +42,7 @@ struct LinearLayer {
   float activate(float v) const { return v > 0 ? v : negative_slope * v; }
 };
 
-// The layer for one point: neighbouring outputs are contiguous.
+// The layer for one point: neighboring outputs are contiguous.
 struct PointLayer {
   static constexpr std::ptrdiff_t kStep = 16;  // whole vectors on every target
 

@@ -1,6 +1,6 @@
 // Views of planes along x, which Winograd convolutions read and write.
 //
-// Within a channel a plane is split by the parities of y and z. A vector holds neighbouring tiles
+// Within a channel a plane is split by the parities of y and z. A vector holds neighboring tiles
 // of 2 x 2 voxels and continues from one row of tiles to the next.
 #pragma once
 

@@ -97,7 +97,7 @@ namespace kernels {
 // Returns the floats of scratch memory that winograd_conv3d needs.
 std::size_t winograd_scratch(const ConvChain& chain);
 
-// Writes planes of `out`. Sources are the inputs in order. A tile reads its neighbours on every
+// Writes planes of `out`. Sources are the inputs in order. A tile reads its neighbors on every
 // side: these must be readable (see PlaneRing), and their values matter only where a result depends
 // on them. In tiles of four every input along x affects every output: such tiles must be whole.
 // scratch is aligned to HWY_ALIGNMENT. Sources with equal row pitches are the fastest.

@@ -27,7 +27,7 @@ class Family {
 std::unique_ptr<Family> make_lattice_family(Lattice lattice, LightChannels light,
                                             std::uint64_t cache_limit_bytes);
 
-// Makes a sampler family: evaluates every point, and a voxel as the point at its centre.
+// Makes a sampler family: evaluates every point, and a voxel as the point at its center.
 std::unique_ptr<Family> make_sampler_family(Sampler sampler, LightChannels light);
 
 }  // namespace solidtex::engine

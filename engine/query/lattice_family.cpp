@@ -206,7 +206,7 @@ class LatticeFamily : public Family {
     }
   }
 
-  // Returns the weight of a level in a footprint's value. At most two neighbouring levels share it.
+  // Returns the weight of a level in a footprint's value. At most two neighboring levels share it.
   static float share_of(int level, float radius) {
     const FootprintScale scale(kFinerEdge * radius);
     if (scale.level < 0) return level == 0 ? 1.0f : 0.0f;

@@ -22,7 +22,7 @@ struct Lookup {
 
 // Planar buffers. An activation buffer has the rows of a layer's input: units of the previous
 // layer, then octaves. Each row has three derivatives: for a block in the same row, for one point
-// in three buffers of their own, so that neighbouring units are contiguous.
+// in three buffers of their own, so that neighboring units are contiguous.
 struct PartBuffers {
   PartBuffers(std::size_t rows, std::size_t count, bool with_derivatives_)
       : is_point(count == 1),

@@ -24,7 +24,7 @@ SIZE, SAMPLES = 320, 48
 
 
 def load(path: str) -> bpy.types.Object:
-    """The mesh as it is in the file: no axes are changed, so that points keep their texels."""
+    """Load the mesh as stored: axes are not changed, so points keep their texels."""
     if path.endswith(".ply"):
         bpy.ops.wm.ply_import(filepath=path, forward_axis="Y", up_axis="Z")
     else:
@@ -33,7 +33,7 @@ def load(path: str) -> bpy.types.Object:
 
 
 def textured(name: str) -> tuple[bpy.types.Material, bpy.types.NodeSocket]:
-    """A material, and where its color goes."""
+    """A material and its color input."""
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     nodes = material.node_tree.nodes
@@ -68,7 +68,7 @@ def unwrap(target: bpy.types.Object, out: str) -> None:
 
 
 def render(target: bpy.types.Object, out: str) -> None:
-    """From a little above, by a sun and a bright sky, on the processor."""
+    """Render from slightly above with a sun and a bright sky, on the CPU."""
     target.rotation_euler = (1.5708, 0, 0)  # its y becomes up
     scene = bpy.context.scene
     bpy.ops.object.light_add(type="SUN", rotation=(0.7, 0.3, 0.4))

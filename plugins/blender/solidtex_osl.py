@@ -80,7 +80,7 @@ def apply(
 
 
 def _find_modules_of_blender() -> None:
-    """Script nodes need oslquery, which bpy as a module of another Python does not look for."""
+    """Add Blender's modules to the path: script nodes need oslquery, which bpy alone does not find."""
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     bundled = Path(bpy.utils.resource_path("LOCAL")) / "python/lib" / version / "site-packages"
     if str(bundled) not in sys.path:
@@ -94,7 +94,7 @@ def _query(
     origin: tuple[float, float, float],
     seed: int,
 ) -> str:
-    """What the plugin opens: a volume around the object, whole voxels of its coarsest level."""
+    """Query of the plugin for a volume around the object, whole voxels of its coarsest level."""
     voxel = 2 ** (LEVELS - 1)
     low, size = [], []
     for axis in range(3):
@@ -109,7 +109,7 @@ def _query(
 
 
 def _found(query: str) -> tuple[list[str], bool]:
-    """The channels of the model, and whether its colors are sRGB-encoded; asks the plugin."""
+    """Channels of the model, and whether its colors are sRGB-encoded, as the plugin reports them."""
     import OpenImageIO  # Blender's own
 
     picture = OpenImageIO.ImageInput.open(query)
@@ -139,7 +139,7 @@ def _script_node(tree: bpy.types.NodeTree) -> bpy.types.Node:
 
 
 def main(arguments: list[str]) -> None:
-    """The command line of the file's first lines; saves the .blend file that is open."""
+    """Run the command line described above; saves the open .blend file."""
     parser = argparse.ArgumentParser(prog="solidtex_osl.py", description=__doc__.splitlines()[0])
     parser.add_argument("model")
     parser.add_argument("object", help="name of a mesh in the .blend file")

@@ -111,7 +111,7 @@ def _sampled(tree: bpy.types.NodeTree, volume: Socket, name: str, kind: str, at:
 
 
 def _decoded(tree: bpy.types.NodeTree, color: Socket) -> Socket:
-    """sRGB's own curve, for each of the three; no light is less than none."""
+    """Decode three sRGB channels; negative light becomes 0."""
     parts = tree.nodes.new("ShaderNodeSeparateXYZ")
     joined = tree.nodes.new("ShaderNodeCombineXYZ")
     tree.links.new(color, parts.inputs[0])
@@ -155,7 +155,7 @@ def _material(channels: tuple[str, ...]) -> bpy.types.Material:
 
 
 def main(arguments: list[str]) -> None:
-    """The command line of the file's first lines; saves the .blend file that is open."""
+    """Run the command line described above; saves the open .blend file."""
     parser = argparse.ArgumentParser(prog="solidtex_vdb.py", description=__doc__.splitlines()[0])
     parser.add_argument("vdb", type=Path)
     parser.add_argument("object", help="name of a mesh in the .blend file")

@@ -78,17 +78,17 @@ void VolumeLevel::evaluate_means(const texture& texture, const Region& region,
   for (std::size_t axis = 0; axis < 3; ++axis) {
     corner[axis] = static_cast<double>(origin_[axis] + (std::int64_t{region.low[axis]} << lod_));
   }
-  std::vector<float> centres;
-  centres.reserve(3 * region.voxel_count());
-  const auto centre = [edge](int voxel) { return (static_cast<float>(voxel) + 0.5f) * edge; };
+  std::vector<float> centers;
+  centers.reserve(3 * region.voxel_count());
+  const auto center = [edge](int voxel) { return (static_cast<float>(voxel) + 0.5f) * edge; };
   for (int z = 0; z < region.size(2); ++z)
     for (int y = 0; y < region.size(1); ++y)
       for (int x = 0; x < region.size(0); ++x) {
-        centres.insert(centres.end(), {centre(x), centre(y), centre(z)});
+        centers.insert(centers.end(), {center(x), center(y), center(z)});
       }
   const std::vector<float> radii(region.voxel_count(), radius_of(texture.family(), lod_));
   const std::span found(values, region.voxel_count() * texture.channel_count());
-  texture.eval_filtered(corner, centres, radii, found);
+  texture.eval_filtered(corner, centers, radii, found);
 }
 
 }  // namespace solidtex::openimageio

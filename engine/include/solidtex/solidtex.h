@@ -141,11 +141,11 @@ typedef int (*solidtex_progress_callback)(void* user, double done);
 
 /* Sets the progress callback of a texture that is not open yet. NULL, the default, means none.
  *
- * A query calls it on the calling thread: when the query begins, then about every 50 ms. The pause
- * of a thread lasts from one query to the next. A query that is one block, brick or batch never
- * calls it, and no query calls it at its end.
+ * A query calls it on the calling thread: when the query begins, then about every 50 ms. Calls are
+ * 50 ms apart across the queries of a thread, too: short queries in a row share them. A query that
+ * is one block, brick or batch never calls it, and no query calls it at its end.
  *
- * A cancelled query returns SOLIDTEX_CANCELLED. Some of its values have been written. Completed
+ * A cancelled query returns SOLIDTEX_CANCELLED. It may have written some of its values. Completed
  * bricks stay in the cache. */
 SOLIDTEX_API solidtex_status solidtex_set_progress_callback(solidtex_texture* texture,
                                                             solidtex_progress_callback callback,

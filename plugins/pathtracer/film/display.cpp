@@ -42,7 +42,7 @@ glm::vec3 aces(const glm::vec3& x) {
   return (x * (2.51f * x + 0.03f)) / (x * (2.43f * x + 0.59f) + 0.14f);
 }
 
-// Six stops up and down from middle grey.
+// Six stops up and down from middle gray.
 glm::vec3 false_color(const glm::vec3& light) {
   const float stops = std::log2(std::max(luminance(light), 1e-6f) / 0.18f);
   return color_ramp(0.5f + stops / 12);

@@ -21,8 +21,8 @@ class EmbreeScene {
   Hit intersect(const Ray& ray) const;
   bool occluded(const ShadowRay& ray) const;
 
-  // Queries in packets of neighbouring rays. The bits are those of single queries
-  // (tests/scenes/test_packets.cpp). `coherent`: neighbours are similar, as the rays of a pixel
+  // Queries in packets of neighboring rays. The bits are those of single queries
+  // (tests/scenes/test_packets.cpp). `coherent`: neighbors are similar, as the rays of a pixel
   // are. docs/benchmarks.md has the gain.
   void intersect(std::span<const Ray> rays, bool coherent, std::span<Hit> hits) const;
   void occluded(std::span<const ShadowRay> rays, std::span<std::uint8_t> results) const;

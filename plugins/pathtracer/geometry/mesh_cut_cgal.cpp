@@ -144,7 +144,7 @@ class Assembler {
   }
 
   void add(const std::array<glm::vec3, 3>& corners, const Source& source) {
-    // Skips faces that single precision makes degenerate: their neighbours then meet.
+    // Skips faces that single precision makes degenerate: their neighbors then meet.
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) return;
     glm::uvec3 triangle;
     for (int i = 0; i < 3; ++i) triangle[i] = vertex(corners[i], source);

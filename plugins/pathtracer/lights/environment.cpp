@@ -27,7 +27,7 @@ SOLIDTEX_VECTORIZED void find_uv(int count, const float* x, const float* y, cons
   }
 }
 
-// One axis of bilinear look-ups. `from`: 0 to 1. `beyond`: the pixel whose centre is the next after
+// One axis of bilinear look-ups. `from`: 0 to 1. `beyond`: the pixel whose center is the next after
 // the position, 0 to size; `t`: its weight.
 SOLIDTEX_VECTORIZED void find_pixels(int count, const float* from, float size, int* beyond,
                                      float* t) {
@@ -95,10 +95,10 @@ struct Environment::Directions {
   alignas(64) float x[kBatchSize]{}, y[kBatchSize]{}, z[kBatchSize]{};
 };
 
-// Positions of a batch in the image: u and v from 0 to 1, and the neighbouring pixels.
+// Positions of a batch in the image: u and v from 0 to 1, and the neighboring pixels.
 struct Environment::Places {
   alignas(64) float u[kBatchSize]{}, v[kBatchSize]{};
-  alignas(64) int right[kBatchSize], bottom[kBatchSize];  // of the four neighbouring pixels
+  alignas(64) int right[kBatchSize], bottom[kBatchSize];  // of the four neighboring pixels
   alignas(64) float tx[kBatchSize], ty[kBatchSize];       // their weights
 };
 
@@ -215,7 +215,7 @@ void Environment::sample_batch(int count, const glm::vec2* u, Sample* samples) c
   for (int i = 0; i < count; ++i) {
     const auto index = static_cast<std::size_t>(i);
     samples[i] = {{directions.x[i], directions.y[i], directions.z[i]},
-                  // The weight of the sampled pixel: rounding may move the look-up to a neighbour.
+                  // The weight of the sampled pixel: rounding may move the look-up to a neighbor.
                   {lights[index].radiance, chosen[index]->w * density_per_weight_}};
   }
 }

@@ -52,7 +52,7 @@ struct EmittedLight {
   float pdf = 0;
 };
 
-// Latitude-longitude image in OpenEXR's convention: +y is up, the centre is +z, +x is towards the
+// Latitude-longitude image in OpenEXR's convention: +y is up, the center is +z, +x is towards the
 // left edge. Bilinear in the image.
 class Environment {
  public:

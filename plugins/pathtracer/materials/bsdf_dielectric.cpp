@@ -118,7 +118,7 @@ BsdfSample DielectricBsdf::sample(const glm::vec3& out, float lobe, const glm::v
     const bool reflected =
         (lobe - multiple) / (1 - multiple) < fresnel_dielectric(glm::dot(out, h), ior_);
     direction = reflected ? glm::reflect(-out, h) : glm::refract(-out, h, 1 / ior_);
-    if (reflected != (direction.z > 0)) return {};  // blocked by a neighbouring facet
+    if (reflected != (direction.z > 0)) return {};  // blocked by a neighboring facet
   }
   BsdfSample result = weighed_sample(*this, out, direction, alpha);
   if (direction.z < 0) result.ior = ior_;

@@ -5,7 +5,7 @@
 namespace solidtex::pathtracer {
 namespace {
 
-constexpr int kSteps = 32;  // of a coat table; neighbours differ little in albedo
+constexpr int kSteps = 32;  // of a coat table; neighbors differ little in albedo
 
 float roughness_of(int index) {
   const float t = static_cast<float>(index) / kSteps;

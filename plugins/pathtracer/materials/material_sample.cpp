@@ -12,7 +12,7 @@ namespace solidtex::pathtracer {
 namespace {
 
 constexpr float kMinRadius = 0.25f, kMinAxis = 0.5f;  // texels
-constexpr float kMinStep = 0.5f;  // texels to a bump's neighbours; voxels are one texel wide
+constexpr float kMinStep = 0.5f;  // texels to a bump's neighbors; voxels are one texel wide
 
 constexpr float MaterialSample::*kOutputs[] = {
     &MaterialSample::roughness, &MaterialSample::metallic, &MaterialSample::specular,
@@ -148,12 +148,12 @@ void MaterialEvaluator::place_points(const Source& source,
     if (filter_ == TextureFilter::stochastic) point.offset += radius * interaction.jitter;
     points_.insert(points_.end(), {point.offset.x, point.offset.y, point.offset.z});
     radii_.push_back(radius);
-    if (source.bump) place_neighbours(interaction, point.offset, radius);
+    if (source.bump) place_neighbors(interaction, point.offset, radius);
     if (filter_ == TextureFilter::anisotropic) append_axes(source, interaction);
   }
 }
 
-// Appends the axes of a point and of its bump's neighbours.
+// Appends the axes of a point and of its bump's neighbors.
 void MaterialEvaluator::append_axes(const Source& source, const SurfaceInteraction& interaction) {
   auto [a, b] = footprint_axes(interaction, world_to_texels_[interaction.object]);
   if (glm::length(a) < kMinAxis) a = b = glm::vec3(0);
@@ -163,8 +163,8 @@ void MaterialEvaluator::append_axes(const Source& source, const SurfaceInteracti
 
 // Central differences along x and y of the normal's frame, a footprint apart. Differences along the
 // normal do not change the gradient.
-void MaterialEvaluator::place_neighbours(const SurfaceInteraction& interaction,
-                                         const glm::vec3& texels, float radius) {
+void MaterialEvaluator::place_neighbors(const SurfaceInteraction& interaction,
+                                        const glm::vec3& texels, float radius) {
   const glm::mat3& to_texels = world_to_texels_[interaction.object];
   const Frame frame(interaction.normal);
   for (const glm::vec3& axis : {frame.x, frame.y}) {

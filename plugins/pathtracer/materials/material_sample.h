@@ -64,8 +64,8 @@ class MaterialEvaluator {
   void query(const Source& source, std::span<const SurfaceInteraction> interactions,
              std::span<MaterialSample> samples);
   void place_points(const Source& source, std::span<const SurfaceInteraction> interactions);
-  void place_neighbours(const SurfaceInteraction& interaction, const glm::vec3& texels,
-                        float radius);
+  void place_neighbors(const SurfaceInteraction& interaction, const glm::vec3& texels,
+                       float radius);
   void append_axes(const Source& source, const SurfaceInteraction& interaction);
   float filter_radius(float footprint) const;
 
@@ -78,7 +78,7 @@ class MaterialEvaluator {
   // Arguments and result of a query, kept to save allocations.
   std::vector<float> points_, radii_, values_;
   std::vector<float> axes_;   // of anisotropic footprints
-  std::vector<float> steps_;  // to a bump's neighbours, in world units
+  std::vector<float> steps_;  // to a bump's neighbors, in world units
   // Per object: maps directions from world space to texels, for bumps and footprint axes. Empty if
   // no object needs it.
   std::vector<glm::mat3> world_to_texels_;

@@ -57,7 +57,7 @@ json weighted_sum(const std::vector<std::pair<double, const json*>>& terms) {
 }
 
 // Catmull-Rom interpolation of non-uniform keys (Catmull and Rom, "A class of local interpolating
-// splines", 1974): at each key the derivative is that of the neighbours' chord, at the ends of the
+// splines", 1974): at each key the derivative is that of the neighbors' chord, at the ends of the
 // track that of the segment. The value is constant before the first and after the last key.
 json value_at(const Keys& keys, double frame) {
   const auto after = keys.lower_bound(static_cast<int>(std::ceil(frame)));

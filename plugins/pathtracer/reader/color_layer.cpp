@@ -42,7 +42,7 @@ std::vector<std::string> words_of(const std::string& name) {
 
 Rank rank_of(const std::string& name) {
   static const std::set<std::string> colors = {"beauty", "combined",  "rgb",   "rgba", "color",
-                                               "colour", "composite", "final", "image"};
+                                               "color",  "composite", "final", "image"};
   static const std::set<std::string> data = {"ao",       "occlusion", "ambientocclusion",
                                              "normal",   "normals",   "n",
                                              "depth",    "z",         "position",
@@ -183,7 +183,7 @@ ColorLayer find_largest_page(const std::vector<ColorLayer>& parts,
     notes.push_back(file.filename().string() + ": the color is page " +
                     std::to_string(page.part + 1) + " of " + std::to_string(parts.size()));
   }
-  if (page.spec.nchannels >= 3) page.channels = {0, 1, 2};  // else grey, with or without alpha
+  if (page.spec.nchannels >= 3) page.channels = {0, 1, 2};  // else gray, with or without alpha
   return page;
 }
 

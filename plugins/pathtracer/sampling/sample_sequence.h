@@ -77,7 +77,7 @@ class SampleSequence {
 // SampleSequence::get_2d of a batch of paths, vectorized.
 class SamplePairs {
  public:
-  // Draws from sequence_of(i), i < count <= kBatchSize. Fast if most neighbours share a pixel.
+  // Draws from sequence_of(i), i < count <= kBatchSize. Fast if most neighbors share a pixel.
   template <class SequenceOf>
   void draw(int count, std::uint32_t dimension, const SequenceOf& sequence_of) {
     SampleSequence::PairSeeds seeds{};

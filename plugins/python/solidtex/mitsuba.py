@@ -30,7 +30,7 @@ LUMINANCE = np.array([0.212671, 0.715160, 0.072169])  # of linear sRGB
 
 
 class Lookup:
-    """What one texture of a scene looks up, in NumPy: free of variants and their types."""
+    """Lookup of one texture of a scene in NumPy, independent of variants and their types."""
 
     def __init__(self, props: Any) -> None:
         self.model: str = props["model"]
@@ -59,12 +59,12 @@ class Lookup:
         return [there.index(name) for name in names]
 
     def at(self, points: np.ndarray[Any, Any]) -> Floats:
-        """Of points [n, 3] of the world: [n, 3] linear colors, or [n, 1] plain numbers."""
+        """Evaluate points [n, 3] in world space: linear colors [n, 3] or plain numbers [n, 1]."""
         places = (points @ self._linear + self._offset).astype(np.float32)
         return self._shown(self.texture.eval_points(places))
 
     def mean(self) -> Floats:
-        """The same of the whole material."""
+        """Mean of the material, in the same form."""
         (mean,) = self._shown(self.texture.mean()[None])
         found: Floats = mean
         return found
@@ -80,14 +80,14 @@ class Lookup:
 
 
 def decoded(values: Floats) -> Floats:
-    """Light of values that are encoded as sRGB."""
+    """Decode sRGB values to linear light."""
     low = np.clip(values, 0, None)
     light: Floats = np.where(low <= 0.04045, low / 12.92, ((low + 0.055) / 1.055) ** 2.4)
     return light.astype(np.float32)
 
 
 def _lanes(lookup: Lookup, si: Any, active: Any) -> Any:
-    """[n, channels] for the lanes of an interaction, zero where there is no point to look up."""
+    """Values [n, channels] for the lanes of an interaction, zero for inactive lanes."""
     if dr.flag(dr.JitFlag.SymbolicScope):
         raise RuntimeError(
             "solidtex: found a symbolic loop or call, expected evaluated ones: switch"
@@ -106,7 +106,7 @@ def _one(lookup: Lookup, si: Any, active: Any) -> Any:
 
 
 def _texture_class() -> type:
-    """The texture of the variant that is set now."""
+    """Texture class of the current variant."""
     scalar = not dr.is_jit_v(mi.Float)
     values = _one if scalar else _lanes
 
@@ -160,10 +160,10 @@ def _texture_class() -> type:
 
 
 def register(*_: Any) -> None:
-    """Makes the texture known to the variant that is set; importing this module sees to it.
+    """Register the texture with the current variant; importing this module calls it.
 
-    Where the variant compiles, loops and calls of this thread are evaluated from now on: symbolic
-    ones have no values to look up. (Flags belong to threads, and scenes are loaded by many.)
+    In compiled variants, loops and calls of this thread are evaluated eagerly from now on: symbolic
+    ones have no values to look up. (Flags belong to threads, and many threads load scenes.)
     """
     if dr.is_jit_v(mi.Float):
         dr.set_flag(dr.JitFlag.SymbolicLoops, False)

@@ -239,7 +239,7 @@ class Texture:
     def eval_box(self, origin: Sequence[int], size: Sequence[int], *, out: Out) -> Out: ...
 
     def eval_box(self, origin: Sequence[int], size: Sequence[int], *, out: Any = None) -> Any:
-        """Evaluate the voxels [origin, origin + size) at their centres.
+        """Evaluate the voxels [origin, origin + size) at their centers.
 
         origin: Three integers in texels.
         size: Three integers, 0 or more.

@@ -27,7 +27,7 @@ OUTLINES, LINES, VEINS = 3.3, 9.0, 15.0
 # Of a photograph for either family.
 LONG_LINES, SHORT_LINES = 9.0, 5.5
 MIN_SHORT_SCORE = 0.6  # structure score that short lines need for a lattice
-LONG_GRAIN = 4.5  # structures that are so many times as long along z as across are fibers
+LONG_GRAIN = 4.5  # ratio of length to width from which structures are fibers
 MIN_SCORE = {"xyz": 1.2, "xy": 7.0}
 """Smallest structure score that needs a lattice, by the directions of the photograph. A sampler
 draws the straight outlines of wood, but not those of a brick wall, which score 8.

@@ -52,8 +52,8 @@ def block_scales(values: Tensor, channels: Sequence[str]) -> Tensor:
 
 def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
     """Inverse of the color affine, for an image [channel, row, column]."""
-    centred = (image - mean[:, None, None]).flatten(1).double()
-    return torch.linalg.solve(basis.double(), centred).float().view_as(image)
+    centered = (image - mean[:, None, None]).flatten(1).double()
+    return torch.linalg.solve(basis.double(), centered).float().view_as(image)
 
 
 def grain_ratio(exemplar: Exemplar) -> float:

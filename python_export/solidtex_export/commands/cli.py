@@ -54,7 +54,7 @@ def add_reading_arguments(p: argparse.ArgumentParser) -> None:
                    help="scale the values LOW,HIGH of the photograph, or of the map NAME, to"
                    " 0 ... 1; full: the whole range of the file's type, floats as they are; auto:"
                    " the range of the bits that are used; labels: the values of a labelled"
-                   " picture as evenly spaced greys (default: full, with a warning or an error"
+                   " image as evenly spaced grays (default: full, with a warning or an error"
                    " where that gives nearly black or white)")  # fmt: skip
     p.add_argument("--layer", metavar="NAME",
                    help="the layer or part of an EXR file whose color is the albedo (default: the"

@@ -33,13 +33,13 @@ EXAMPLES = f"""  {PROGRAM} granite.solidtex granite.jpg -o report.html
   {PROGRAM} --slices x=front.png --slices z=top.png granite.jpg
 
 A model's own training configuration says how its photograph is cropped, reduced and compared.
-Pictures have the scale of the exemplar after --resolution. The figures: docs/evaluation.md."""
+Images have the scale of the exemplar after --resolution. The figures: docs/evaluation.md."""
 
 
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
-        "Compare slices of a model, or pictures of slices, with the photograph that it learned"
+        "Compare slices of a model, or images of slices, with the photograph that it learned"
         " from. Distances are relative to self-distance, that of the photograph's halves.",
         EXAMPLES,
     )
@@ -48,7 +48,7 @@ def make_parser() -> argparse.ArgumentParser:
                    help="a model, then its photograph; several where it was trained on one for each"
                    " direction")  # fmt: skip
     p.add_argument("--slices", metavar="[NAME=]PATH", action="append", type=view, default=[],
-                   help="compare a picture, or all in a folder, instead of a model; NAME groups"
+                   help="compare an image, or all in a folder, instead of a model; NAME groups"
                    " them in the report; may be repeated")  # fmt: skip
     p.add_argument("--map", dest="maps", metavar="NAME=FILE", action="append", default=[],
                    type=named_file,
@@ -57,7 +57,7 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("-o", dest="output", metavar="HTML", type=Path, help="write a report")
     p.add_argument("--json", metavar="JSON", type=Path, help="write all figures")
     p.add_argument("--pictures", metavar="FOLDER", type=Path,
-                   help="write the pictures of the report, as PNG files")  # fmt: skip
+                   help="write the images of the report, as PNG files")  # fmt: skip
     p.add_argument("--sheet", metavar="PNG", type=Path,
                    help="write the exemplar beside a slice of each kind, as a training's"
                    " preview.png does; a row for each map")  # fmt: skip

@@ -33,9 +33,9 @@ def main(arguments: list[str] | None = None) -> int:
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
-        "Export a model as ONNX. A model of the lattice family becomes a graph from noise to the"
-        " voxels of one block, with fixed sizes; one of the point family becomes the bare network,"
-        " from the octaves' noise to colours, for any number of points.",
+        "Export a model as ONNX. A lattice becomes a graph from noise to the voxels of one block,"
+        " with fixed sizes. A sampler becomes the bare network from octave noise to colors, for any"
+        " number of points.",
         EXAMPLES,
     )
     p.add_argument("model", metavar="SOLIDTEX", type=Path, help="the .solidtex file to read")
@@ -72,7 +72,7 @@ def block(args: argparse.Namespace, model: ModelFile) -> Box | None:
         if getattr(args, option) is not None:
             raise OutputError(
                 f"--{option}: found it with {args.model}, expected a model of the lattice family;"
-                " the point family takes any number of points"
+                " the sampler family takes any number of points"
             )
     return None
 

@@ -31,7 +31,7 @@ def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
         "Train every method of a plan on each of its exemplars, compare the results with the"
-        " exemplars, and write a table with pictures.",
+        " exemplars, and write a table with images.",
         EXAMPLES,
     )
     p.add_argument("plan", metavar="PLAN", type=Path, help="a TOML file")
@@ -40,7 +40,7 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("--photos", metavar="FOLDER", type=Path,
                    help="where the photographs are (default: beside PLAN)")  # fmt: skip
     p.add_argument("--table", metavar="MARKDOWN", type=Path,
-                   help="the table, replaced if it exists; its pictures go to images/ beside it"
+                   help="the table, replaced if it exists; its images go to images/ beside it"
                    " (default: FOLDER/fidelity.md)")  # fmt: skip
     p.add_argument("--only", metavar="EXEMPLAR", action="append",
                    help="train on this exemplar only; may be repeated")  # fmt: skip

@@ -36,7 +36,7 @@ def parser() -> argparse.ArgumentParser:
     p = cli.parser(
         "solidtex-train", "Learn a solid texture from one, two or three photographs.", EXAMPLES
     )
-    p.add_argument("photos", metavar="PHOTO", nargs="+", type=Path, help="one to three pictures")
+    p.add_argument("photos", metavar="PHOTO", nargs="+", type=Path, help="one to three images")
     p.add_argument("-o", dest="result", metavar="RESULT", required=True, type=Path,
                    help="result folder, new or of the same training")  # fmt: skip
     p.add_argument("--map", dest="maps", metavar="NAME=FILE", action="append", default=[],

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-NEIGHBOURHOOD = 4  # pixels, as in the figure
-CHUNK = 1024  # neighbourhoods compared at a time: bounds the memory
+NEIGHBORHOOD = 4  # pixels, as in the figure
+CHUNK = 1024  # neighborhoods compared at a time: bounds the memory
 
 
 def correspondence(picture: np.ndarray, exemplar: np.ndarray) -> np.ndarray:
@@ -13,11 +13,11 @@ def correspondence(picture: np.ndarray, exemplar: np.ndarray) -> np.ndarray:
 
     Neighborhoods of `picture` are 4 x 4 pixels, with all channels, compared by squared differences.
     """
-    ours, theirs = _neighbourhoods(picture), _neighbourhoods(exemplar)
+    ours, theirs = _neighborhoods(picture), _neighborhoods(exemplar)
     flat, candidates = ours.reshape(-1, ours.shape[-1]), theirs.reshape(-1, theirs.shape[-1])
     # |a - b|^2 = |a|^2 - 2 a.b + |b|^2, and |a|^2 does not change the order.
-    centre = candidates.mean(0)
-    flat, candidates = flat - centre, candidates - centre
+    center = candidates.mean(0)
+    flat, candidates = flat - center, candidates - center
     half_norms = 0.5 * np.square(candidates).sum(1)
     best = [
         np.argmin(half_norms - flat[i : i + CHUNK] @ candidates.T, axis=1)
@@ -39,12 +39,12 @@ def coherence(places: np.ndarray) -> float:
 
 def as_colors(places: np.ndarray, exemplar_shape: tuple[int, ...]) -> np.ndarray:
     """The map as an image [row, column, 3], row as red, column as green; copies are smooth."""
-    extent = np.maximum(np.array(exemplar_shape[:2]) - NEIGHBOURHOOD, 1)
+    extent = np.maximum(np.array(exemplar_shape[:2]) - NEIGHBORHOOD, 1)
     red, green = np.moveaxis(places / extent, -1, 0)
     return np.stack([red, green, 1 - (red + green) / 2], axis=-1).astype(np.float32)
 
 
-def _neighbourhoods(picture: np.ndarray) -> np.ndarray:
-    window = (NEIGHBOURHOOD, NEIGHBOURHOOD)
+def _neighborhoods(picture: np.ndarray) -> np.ndarray:
+    window = (NEIGHBORHOOD, NEIGHBORHOOD)
     windows = np.lib.stride_tricks.sliding_window_view(picture, window, axis=(0, 1))
     return windows.reshape(*windows.shape[:2], -1)

@@ -67,7 +67,7 @@ def half_length(rho: np.ndarray) -> float | None:
     if not len(below):
         return None
     lag = int(below[0])
-    if lag == 0:  # a constant picture
+    if lag == 0:  # a constant image
         return 0.0
     return float(lag - 1 + (rho[lag - 1] - 0.5) / (rho[lag - 1] - rho[lag]))
 

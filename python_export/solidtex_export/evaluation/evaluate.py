@@ -29,7 +29,7 @@ from solidtex_export.images.sheet import sheet_of
 VERSION = 1
 CUBE_PIXELS = 380
 COPY_SIDE = 64  # pixels of a slice that the exemplar is searched for
-SHOWN = 256  # pixels: pictures in the report are cut to that
+SHOWN = 256  # pixels: images in the report are cut to that
 
 
 @dataclass

@@ -15,7 +15,7 @@ ORIENTATIONS = {"all": 8, "flips": 4, "none": 1}
 
 CUBE_RIGHT = np.array([-1.0, 1.0, 0.0]) / np.sqrt(2)  # seen from (1, 1, 1), with z up
 CUBE_UP = np.array([-1.0, -1.0, 2.0]) / np.sqrt(6)
-CUBE_EXTENT = 1.66  # of the picture, in sides of the cube: its hexagon is 1.63 high
+CUBE_EXTENT = 1.66  # of the image, in sides of the cube: its hexagon is 1.63 high
 BRIGHTNESS = (0.82, 0.92, 1.0)  # of faces normal to x, y and z
 
 
@@ -25,7 +25,7 @@ def to_8_bit(values: np.ndarray) -> np.ndarray:
 
 
 def luminance(pictures: np.ndarray) -> np.ndarray:
-    """[..., channel] -> [...]: luma of three colour channels, otherwise the channels' mean."""
+    """[..., channel] -> [...]: luma of three color channels, otherwise the channels' mean."""
     if pictures.shape[-1] == 3:
         return pictures @ LUMA
     return pictures.mean(-1)

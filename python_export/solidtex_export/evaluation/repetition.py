@@ -68,16 +68,16 @@ def repetition(values: np.ndarray, other: np.ndarray | None = None) -> Repetitio
 
 
 def _normalized(values: np.ndarray) -> np.ndarray:
-    centred = values.astype(np.float64) - values.mean()
-    return centred / max(float(centred.std()), 1e-12)
+    centered = values.astype(np.float64) - values.mean()
+    return centered / max(float(centered.std()), 1e-12)
 
 
 def _near(rho: np.ndarray) -> np.ndarray:
     """Mask of the ellipsoid of small lags around lag 0."""
     inside = np.zeros(rho.shape)
-    centre = tuple(n // 2 for n in rho.shape)
-    for axis, middle in enumerate(centre):
-        along = np.abs(np.moveaxis(rho, axis, -1)[(*np.delete(centre, axis), slice(middle, None))])
+    center = tuple(n // 2 for n in rho.shape)
+    for axis, middle in enumerate(center):
+        along = np.abs(np.moveaxis(rho, axis, -1)[(*np.delete(center, axis), slice(middle, None))])
         below = np.flatnonzero(along < NEAR)
         radius = MARGIN * max(int(below[0]), 1) if len(below) else np.inf
         lags = np.abs(np.arange(rho.shape[axis]) - middle) / radius

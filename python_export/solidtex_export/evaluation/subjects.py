@@ -25,7 +25,7 @@ FAR = 1 << 20  # texels: slices lie within this distance of the origin
 FAR_BLOCK = (1 << 16, 0, 0)  # where the second block of the repetition test begins
 SMALLEST_PICTURE = 32  # pixels: what the LBP distance and pyramids need
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".exr")
-UNLIMITED = 1 << 30  # a resolution that leaves pictures as they are
+UNLIMITED = 1 << 30  # a resolution that leaves images as they are
 
 
 class SubjectError(ValueError):
@@ -157,5 +157,5 @@ def values(picture: Exemplar) -> np.ndarray:
 def _pictures_in(folder: Path) -> list[Path]:
     files = sorted(f for f in folder.iterdir() if f.suffix.lower() in PICTURE_SUFFIXES)
     if not files:
-        raise SubjectError(f"{folder}: found no pictures, expected {', '.join(PICTURE_SUFFIXES)}")
+        raise SubjectError(f"{folder}: found no images, expected {', '.join(PICTURE_SUFFIXES)}")
     return files

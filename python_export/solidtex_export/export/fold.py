@@ -61,7 +61,7 @@ class _Folder:
         return self.node(f"z{level}", "noise", **fields)
 
     def block(self, name: str, source: str, norm_before: str | None = None) -> str:
-        """Three convolutions, each with a batch normalisation after it."""
+        """Three convolutions, each with a batch normalization after it."""
         for i in (1, 2, 3):
             weight, bias = self.parameters(f"{name}.conv{i}")
             if i == 1 and norm_before:
@@ -82,7 +82,7 @@ class _Folder:
         return self.state[f"{name}.weight"], self.state[f"{name}.bias"]
 
     def norm(self, name: str) -> tuple[Tensor, Tensor]:
-        """A batch normalisation as (scale, shift)."""
+        """A batch normalization as (scale, shift)."""
         gamma, beta = self.parameters(name)
         mean, variance = self.state[f"{name}.running_mean"], self.state[f"{name}.running_var"]
         scale = gamma / torch.sqrt(variance + BATCH_NORM_EPSILON)

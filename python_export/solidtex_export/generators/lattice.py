@@ -96,7 +96,7 @@ class ConvBlock(nn.Module):
 
 
 class Upsampling(nn.Module):
-    """Nearest-neighbour upsampling of the region `source`, cropped to the finer region `target`."""
+    """Nearest-neighbor upsampling of the region `source`, cropped to the finer region `target`."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()

@@ -33,7 +33,7 @@ class ObliqueSlices:
         angle = math.pi * float(torch.rand(()))
         offset = torch.rand(2).tolist()
         lo = [int(v) for v in torch.randint(self.period, (3,))]
-        # Positions along the other two axes, in voxels from the first voxel's centre.
+        # Positions along the other two axes, in voxels from the first voxel's center.
         steps = torch.arange(size, dtype=torch.float64)
         u, v = math.cos(angle) * steps, math.sin(angle) * steps
         u, v = u - u.min() + BEFORE + offset[0], v - v.min() + BEFORE + offset[1]

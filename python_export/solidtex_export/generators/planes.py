@@ -46,12 +46,12 @@ class PlaneConvolution(nn.Conv3d):
             norm = None
         plane, row, column = (a + 2 for a in axes)
         weight = weight.permute(0, plane, 1, row, column)  # [out, tap, in, row, column]
-        y = F.conv2d(_beside_neighbours(x, weight.shape[1]), weight.flatten(1, 2), bias)
+        y = F.conv2d(_beside_neighbors(x, weight.shape[1]), weight.flatten(1, 2), bias)
         y = y.permute(0, 2, 3, 1).unflatten(0, (x.shape[0], -1))
         return y if norm is None else norm(y)
 
 
-def _beside_neighbours(x: Tensor, taps: int) -> Tensor:
+def _beside_neighbors(x: Tensor, taps: int) -> Tensor:
     """Each plane stacked with the next `taps` - 1 planes: [batch * plane, tap * channel, row,
     column].
     """
@@ -62,7 +62,7 @@ def _beside_neighbours(x: Tensor, taps: int) -> Tensor:
 
 
 class PlaneNorm(nn.BatchNorm3d):
-    """Batch normalisation of a volume of planes."""
+    """Batch normalization of a volume of planes."""
 
     def scale_and_shift(self) -> tuple[Tensor, Tensor]:
         """Scale and shift [channel] from the running statistics."""

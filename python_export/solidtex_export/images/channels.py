@@ -31,7 +31,7 @@ NOT_COLOR = {"n", "normal", "normals", "p", "position", "motion", "velocity", "v
 DEPTH = ("z", "zback", "depth", "depth.z")
 
 MAP_NAME = "[A-Za-z][A-Za-z0-9_.-]*"
-GREY_TOLERANCE = 2 / 255  # between channels of a grey map that was stored as colour
+GRAY_TOLERANCE = 2 / 255  # between channels of a gray map that was stored as color
 
 Channels = dict[str, np.ndarray]
 """Name -> values [row, column], float32, in the order of the model's channels."""
@@ -112,7 +112,7 @@ def photo_channels(photo: Picture, color_space: str, reading: Reading = AS_IS) -
     if 0 < len(missing) < len(COLOR):
         raise refuse(photo.path, found, f"also {', '.join(missing)}")
     if photo.format != "openexr" and (missing or len(given) > len(COLOR)):
-        raise refuse(photo.path, found, "grey or R, G, B")
+        raise refuse(photo.path, found, "gray or R, G, B")
     if missing:
         notes.append(f"found no color in {found}: the model will have no albedo")
     result = {c: photo.channel(name) for name, channels in sources.items() for c in channels}
@@ -180,7 +180,7 @@ def map_channels(name: str, picture: Picture, asked: Range | None = None) -> Rea
     values = read.values
     if len(picture.names) == 1:
         return Read({name: values[:, :, 0]}, read.notes)
-    if np.ptp(values, axis=2).max() <= GREY_TOLERANCE:
+    if np.ptp(values, axis=2).max() <= GRAY_TOLERANCE:
         return Read({name: values.mean(axis=2)}, read.notes)
     return Read({f"{name}.{c.lower()}": values[:, :, i] for i, c in enumerate(RGB)}, read.notes)
 

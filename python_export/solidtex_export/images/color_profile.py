@@ -14,7 +14,7 @@ from solidtex_export.images.file_kinds import refuse
 SRGB = "srgb_rec709_scene"
 LIKE_SRGB = ("", SRGB, "g22_rec709_scene", "sRGB", "Gamma2.2")
 """Names that are read as sRGB. Many programs write a gamma of 2.2 for sRGB."""
-TOLERANCE = 6  # of 255: profiles of sRGB by other makers, and grey of gamma 2.2, are this near
+TOLERANCE = 6  # of 255: profiles of sRGB by other makers, and gray of gamma 2.2, are this near
 RELATIVE = ImageCms.Intent.RELATIVE_COLORIMETRIC
 
 Converted = tuple[np.ndarray, list[str]]

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import OpenImageIO as oiio
 
-PICTURE = "a picture (PNG, JPEG, TIFF, EXR ...)"
+PICTURE = "an image (PNG, JPEG, TIFF, EXR ...)"
 MAX_VALUES = 1 << 29  # 2 GiB as float: 178 megapixels of color
 
 RAW_SUFFIX = re.compile(
     "[.](3fr|arw|cr[23w]|dcr|dng|erf|fff|iiq|kdc|mef|mos|mrw|nef|nrw|orf|pef|raf|raw|rw[2l]|sr[2fw]|x3f)"
 )
 RAW_STARTS = (b"FUJIFILMCCD-RAW", b"IIRO", b"IIRS", b"MMOR", b"IIU\0", b"\0MRM", b"FOVb")
-DEVELOP = "a developed picture (for example darktable-cli {} {}.tif, then train on the .tif)"
+DEVELOP = "a developed image (for example darktable-cli {} {}.tif, then train on the .tif)"
 
 DOWNLOAD = "download the file itself, not its page"
 UNPACK = "unpack it first"
@@ -54,9 +54,9 @@ def check_file(path: Path) -> None:
             raise refuse(path, found, f"{PICTURE}: {remedy}")
     brand = start[8:12] if start[4:8] == b"ftyp" else b""
     if brand == b"avif":
-        raise refuse(path, "an AVIF picture", "PNG or TIFF (for example avifdec a.avif a.png)")
+        raise refuse(path, "an AVIF image", "PNG or TIFF (for example avifdec a.avif a.png)")
     if brand in (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"):
-        raise refuse(path, "a HEIC picture", "PNG or TIFF (for example heif-convert a.heic a.png)")
+        raise refuse(path, "a HEIC image", "PNG or TIFF (for example heif-convert a.heic a.png)")
     is_canon = start[8:10] == b"CR" and start[:2] in (b"II", b"MM")
     if RAW_SUFFIX.fullmatch(path.suffix.lower()) or start.startswith(RAW_STARTS) or is_canon:
         raise refuse_raw(path, "a camera's raw file, of which only its thumbnail could be read")
@@ -73,16 +73,16 @@ def check_header(path: Path, spec: oiio.ImageSpec) -> None:
         limit = f"at most {MAX_VALUES // 10**6} million values in all; reduce it first"
         raise refuse(path, size, limit)
     if spec.depth > 1:
-        raise refuse(path, f"a volume of {spec.depth} layers", "a flat picture")
+        raise refuse(path, f"a volume of {spec.depth} layers", "a flat image")
     if spec.deep:
-        raise refuse(path, "a deep picture (several samples a pixel)", "a flattened one")
+        raise refuse(path, "a deep image (several samples a pixel)", "a flattened one")
     photometric = spec.get_int_attribute("tiff:PhotometricInterpretation", -1)
     if photometric in PHOTOMETRIC_RAW:
         raise refuse_raw(path, "a camera's raw data")
     if spec.get_int_attribute("tiff:subfiletype", 0) & REDUCED_COPY:
         raise refuse_raw(path, f"a thumbnail of {size}, marked as a reduced copy of another image")
     if photometric == PHOTOMETRIC_MASK:
-        raise refuse(path, "a transparency mask", "a picture")
+        raise refuse(path, "a transparency mask", "an image")
     if photometric in PHOTOMETRIC_LAB:
         raise refuse(path, "CIE L*a*b* values", "RGB; convert it to sRGB first")
     if any(a.name.endswith(":ColorSpace") and a.value == "CMYK" for a in spec.extra_attribs):

@@ -73,7 +73,7 @@ def read_picture(path: Path, layer: str | None = None) -> Picture:
     check_file(path)
     file = oiio.ImageInput.open(str(path))
     if file is None:
-        raise refuse(path, f"no readable picture ({_reason(oiio.geterror())})", PICTURE)
+        raise refuse(path, f"no readable image ({_reason(oiio.geterror())})", PICTURE)
     try:
         part, notes = _part_with_color(path, layer)
         if part:
@@ -83,7 +83,7 @@ def read_picture(path: Path, layer: str | None = None) -> Picture:
         pixels = file.read_image(part, 0, 0, spec.nchannels, oiio.UNKNOWN)
         if pixels is None or file.has_error:
             reason = _reason(file.geterror())
-            raise refuse(path, f"a damaged or unfinished picture ({reason})", "a whole one")
+            raise refuse(path, f"a damaged or unfinished image ({reason})", "a whole one")
         format = file.format_name()
     finally:
         file.close()
@@ -119,12 +119,12 @@ def _part_with_color(path: Path, layer: str | None) -> tuple[int, list[str]]:
     """
     file = oiio.ImageInput.open(str(path))
     if file is None:
-        raise refuse(path, f"no readable picture ({_reason(oiio.geterror())})", PICTURE)
+        raise refuse(path, f"no readable image ({_reason(oiio.geterror())})", PICTURE)
     if not file.seek_subimage(1, 0):
         file.geterror()  # that there is no second one
         return 0, []
     if file.format_name() != "openexr":
-        found = "several pictures (frames, pages or parts)"
+        found = "several images (frames, pages or parts)"
         raise refuse(path, found, f"a file with one (for example magick {path.name}[0] one.png)")
     parts: list[tuple[str, Sequence[str]]] = []
     while file.seek_subimage(len(parts), 0):
@@ -187,7 +187,7 @@ def _opaque_channels(path: Path, names: tuple[str, ...], pixels: np.ndarray) -> 
             raise refuse(
                 path,
                 f"pixels that are not opaque ({share:.3g} % of them)",
-                "an opaque picture; crop it, or put it on a background of the same material",
+                "an opaque image; crop it, or put it on a background of the same material",
             )
     return kept
 

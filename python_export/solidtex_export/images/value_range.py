@@ -22,8 +22,8 @@ Range = str | tuple[float, float]
 KINDS = ("full", "auto", "labels")
 FEW = 8  # distinct values: more are tones, not labels
 MOST_LABELS = 64
-DARK = 1 / 4  # of the full range: a picture that stays below is probably stored with fewer bits
-BLACK = 1.01 / 256  # of the full range: less than one step of a picture of 8 bits
+DARK = 1 / 4  # of the full range: an image that stays below is probably stored with fewer bits
+BLACK = 1.01 / 256  # of the full range: less than one step of an image of 8 bits
 OVERSHOOT = 0.05  # below 0, as resampling leaves it
 FLOAT_WHITES = (1.0, 255.0, 65535.0)
 SCENE_LINEAR = ("openexr", "hdr")  # formats whose values are linear by convention, at any scale
@@ -155,7 +155,7 @@ def _labels_as_tones(found: FoundRange) -> Scaled:
     values = np.searchsorted(labels, found.pixels).astype(np.float32) / np.float32(len(labels) - 1)
     if found.picture.white_is_zero:
         values = 1 - values
-    note = f"learns the {_listed(labels)} as evenly spaced greys, not as phases with sharp borders"
+    note = f"learns the {_listed(labels)} as evenly spaced grays, not as phases with sharp borders"
     return Scaled(values, False, [note])
 
 
@@ -171,7 +171,7 @@ def _warnings(found: FoundRange, option: str, is_map: bool) -> list[str]:
     if is_map and (picture.is_float or found.is_constant):
         return []
     if found.is_constant:
-        raise refuse(picture.path, "the same color everywhere", "a picture that shows structure")
+        raise refuse(picture.path, "the same color everywhere", "an image that shows structure")
     if found.are_few:
         return _labels_warnings(found, option)
     if (colors := found.color_count) <= FEW:
@@ -191,7 +191,7 @@ def _labels_warnings(found: FoundRange, option: str) -> list[str]:
         raise refuse(
             found.picture.path,
             f"{text}, not tones",
-            f"tones; {option}labels learns them as evenly spaced greys (there is no training of"
+            f"tones; {option}labels learns them as evenly spaced grays (there is no training of"
             f" phases yet), {option}full as they are",
         )
     return [

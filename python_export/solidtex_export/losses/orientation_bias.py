@@ -13,7 +13,7 @@ from torch import Tensor
 
 WEIGHT = 0.2
 MEMORY = 32.0  # slices that the average goes back
-CERTAINTY = 2.0  # variances of such an average that a slant's square must exceed to be certain
+CERTAINTY = 2.0  # variances of the average that its square must exceed to be significant
 
 
 def orientation_bias(energies: Tensor, symmetry: str) -> Tensor:

@@ -19,7 +19,7 @@ from solidtex_export.losses.wavelets import orientations, squares
 
 BANDS = 8  # up to half a wave per texel, of rows and of columns
 LEAST_SIDE = 128  # smaller slices are padded to it, or bands would have no waves
-FLOOR = 0.02  # deviation of noise in a whitened channel that nobody sees: half of rounding's
+FLOOR = 0.02  # deviation of invisible noise in a whitened channel: half of rounding's
 TILES = 5  # of the photograph, each way, at most
 
 

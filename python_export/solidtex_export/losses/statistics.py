@@ -23,7 +23,7 @@ class LayerError(ValueError):
     """A preset names layers that its descriptor does not have."""
 
 
-NEIGHBOURS = 1  # pixels around one that equation 10 sums over
+NEIGHBORS = 1  # pixels around one that equation 10 sums over
 
 
 def gram(features: Tensor) -> Tensor:
@@ -72,14 +72,14 @@ def feature_distance(fakes: Tensor, reals: Tensor) -> Tensor:
 
 
 def smoothness(features: Tensor, sigma: float) -> Tensor:
-    """S of equation 10, over the eight neighbours of every pixel that has them."""
+    """S of equation 10, over the eight neighbors of every pixel that has them."""
     features = features.float()
     rows, columns = features.shape[2:]
-    n = NEIGHBOURS
-    centre = features[:, :, n : rows - n, n : columns - n]
+    n = NEIGHBORS
+    center = features[:, :, n : rows - n, n : columns - n]
     lags = [(i, j) for i in range(2 * n + 1) for j in range(2 * n + 1) if (i, j) != (n, n)]
     terms = [
-        -sigma * (centre - features[:, :, i : i + rows - 2 * n, j : j + columns - 2 * n]).square()
+        -sigma * (center - features[:, :, i : i + rows - 2 * n, j : j + columns - 2 * n]).square()
         for i, j in lags
     ]
     return torch.logsumexp(torch.stack(terms), dim=0) / (2 * sigma)

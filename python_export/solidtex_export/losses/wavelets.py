@@ -28,7 +28,7 @@ SIDE = 7  # of a filter, in pixels
 WAVELENGTH = 4.0
 SPREAD = 1.6  # of the envelope across the wave; along it, 1 / 0.7 of that
 FLATNESS = 0.7
-SMALLEST = SIDE + 3  # side of the smallest picture that is filtered
+SMALLEST = SIDE + 3  # side of the smallest image that is filtered
 SD_FLOOR = 0.05
 PARTS = 12  # of the photograph, whose differences are the unit
 PART_SIDE = 0.75  # of the photograph's shorter side, at most
@@ -169,9 +169,9 @@ class WaveletLoss:
             maps = [F.avg_pool2d(m, 2) for m in maps]
             maps.append(torch.cat([F.relu(response), F.relu(-response)], dim=1))
             if len(maps) == 1:
-                maps[0] = torch.cat([maps[0], _centre(image, *response.shape[2:])], dim=1)
+                maps[0] = torch.cat([maps[0], _center(image, *response.shape[2:])], dim=1)
             rows, columns = (min(m.shape[axis] for m in maps) for axis in (2, 3))
-            joint = torch.cat([_centre(m, rows, columns) for m in maps], dim=1)
+            joint = torch.cat([_center(m, rows, columns) for m in maps], dim=1)
             flat = joint.transpose(0, 1).flatten(1)
             statistics.append((flat @ flat.T / flat.shape[1], flat.mean(1)))
         return statistics
@@ -180,11 +180,11 @@ class WaveletLoss:
         """Mean squared differences of covariances and of means, in units of the exemplar's
         deviations.
         """
-        (second, mean), (target, centre) = found, self._target[octave]
+        (second, mean), (target, center) = found, self._target[octave]
         deviation = self._scale[octave][1]
-        shift = torch.outer(mean - centre, centre)
+        shift = torch.outer(mean - center, center)
         covariance = second - target - shift - shift.T
-        means = (mean - centre) / deviation
+        means = (mean - center) / deviation
         return (
             covariance / torch.outer(deviation, deviation)
         ).square().mean(), means.square().mean()
@@ -258,7 +258,7 @@ def _halved(image: Tensor) -> Tensor:
     return F.conv2d(image, kernel, stride=2, groups=image.shape[1])
 
 
-def _centre(image: Tensor, rows: int, columns: int) -> Tensor:
+def _center(image: Tensor, rows: int, columns: int) -> Tensor:
     top, left = (image.shape[2] - rows) // 2, (image.shape[3] - columns) // 2
     return image[:, :, top : top + rows, left : left + columns]
 

@@ -13,7 +13,7 @@ from typing import Any
 import torch
 import torch.distributed as dist
 
-# Before there is a group: default arguments of its functions keep one that they find. Optimisers
+# Before there is a group: default arguments of its functions keep one that they find. Optimizers
 # import it later, so Gloo's threads outlived Python, which sometimes aborted a finished training.
 import torch.distributed.nn.functional
 from torch import Tensor, nn

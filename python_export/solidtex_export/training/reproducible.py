@@ -14,5 +14,5 @@ def make_reproducible(seed: int, device: torch.device) -> None:
     """
     torch.manual_seed(seed)
     torch.use_deterministic_algorithms(device.type == "cpu")
-    # Nothing reads uninitialised memory, and filling it takes 2% more. torch's stubs lack the name.
+    # Nothing reads uninitialized memory, and filling it takes 2% more. torch's stubs lack the name.
     torch.utils.deterministic.fill_uninitialized_memory = False  # type: ignore[attr-defined]

@@ -94,7 +94,7 @@ enum class ViewTransform {
   srgb,        // clamps to [0, 1], applies the sRGB curve
   filmic,      // Hable's curve; radiance 5.6 is white
   aces,        // Narkowicz's fit of the ACES reference rendering transform
-  false_color  // color ramp of the stops above and below middle grey, 0.18
+  false_color  // color ramp of the stops above and below middle gray, 0.18
 };
 
 const std::map<std::string, ViewTransform>& view_transforms();  // by name

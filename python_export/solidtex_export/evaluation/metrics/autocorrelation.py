@@ -33,11 +33,11 @@ def correlation(crops: np.ndarray, largest: int) -> np.ndarray:
 
     Mean and variance are those of all crops together. A constant channel has coefficient 0.
     """
-    centred = (crops - crops.mean((0, 1, 2))).astype(np.float64)
+    centered = (crops - crops.mean((0, 1, 2))).astype(np.float64)
     maps = []
     for channel in range(crops.shape[3]):
-        variance = np.square(centred[..., channel]).mean()
-        total = sum(covariance_by_lag(c, c, (largest, largest))[0] for c in centred[..., channel])
+        variance = np.square(centered[..., channel]).mean()
+        total = sum(covariance_by_lag(c, c, (largest, largest))[0] for c in centered[..., channel])
         maps.append(total / (len(crops) * max(variance, 1e-12)))
     return np.stack(maps, axis=-1)
 

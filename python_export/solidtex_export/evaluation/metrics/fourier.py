@@ -13,7 +13,7 @@ class FourierMagnitudes:
     discrete Fourier transform. The paper says only "calculate the magnitude based on the image
     frequency domain, and then proceed with the calculation of mean squared error". Averaging over
     crops, removing the mean and orthonormal scaling are ours: of a single crop, magnitudes are
-    mostly chance, and the mean colour would outweigh all else. So the values cannot be compared
+    mostly chance, and the mean color would outweigh all else. So the values cannot be compared
     with those of the paper's table 1.
     """
 
@@ -22,8 +22,8 @@ class FourierMagnitudes:
 
     def features(self, crops: np.ndarray) -> np.ndarray:
         """M [row frequency, column frequency, channel]."""
-        centred = crops - crops.mean((1, 2), keepdims=True)
-        return np.abs(scipy.fft.fft2(centred, axes=(1, 2), norm="ortho")).mean(0)
+        centered = crops - crops.mean((1, 2), keepdims=True)
+        return np.abs(scipy.fft.fft2(centered, axes=(1, 2), norm="ortho")).mean(0)
 
     def distance(self, first: np.ndarray, second: np.ndarray) -> float:
         return float(np.square(first - second).mean())

@@ -20,7 +20,7 @@ LAYERS = (
     ("Conv2d_3b_1x1", 80, 64, 1, 1, 0, False),
     ("Conv2d_4a_3x3", 192, 80, 3, 1, 0, False),
 )
-EPSILON = 1e-3  # of inception_v3's batch normalisation
+EPSILON = 1e-3  # of inception_v3's batch normalization
 STATISTICS = ("weight", "bias", "running_mean", "running_var")
 
 
@@ -71,7 +71,7 @@ def frechet_distance(
 
 
 def read_layers(path: Path) -> tuple[list[Tensor], list[Tensor]]:
-    """Weights and biases of LAYERS, with batch normalisation folded in."""
+    """Weights and biases of LAYERS, with batch normalization folded in."""
     try:
         state = torch.load(path, map_location="cpu", weights_only=True)
     except (OSError, RuntimeError, EOFError, pickle.UnpicklingError) as error:

@@ -8,8 +8,8 @@ from skimage.feature import local_binary_pattern
 from solidtex_export.evaluation.pictures import LUMA
 
 RADII = range(1, 9)  # pixels
-NEIGHBOURS = 8
-PATTERNS = 59  # of 8 neighbours: 58 with at most two changes around the circle, and all others
+NEIGHBORS = 8
+PATTERNS = 59  # of 8 neighbors: 58 with at most two changes around the circle, and all others
 
 
 class LbpDistance:
@@ -42,7 +42,7 @@ def _histograms(crops: np.ndarray) -> np.ndarray:
     histograms = np.zeros((len(RADII), PATTERNS))
     for index, radius in enumerate(RADII):
         for crop in crops:
-            patterns = local_binary_pattern(crop, NEIGHBOURS, radius, "nri_uniform")
+            patterns = local_binary_pattern(crop, NEIGHBORS, radius, "nri_uniform")
             inner = patterns[radius:-radius, radius:-radius].astype(int)
             histograms[index] += np.bincount(inner.ravel(), minlength=PATTERNS)
     return histograms / histograms.sum(-1, keepdims=True)

@@ -29,13 +29,13 @@ Positions = np.ndarray
 def evaluate_box(
     model: ModelFile, origin: Sequence[int], size: Sequence[int], seed: int = 0
 ) -> np.ndarray:
-    """The voxels [origin, origin + size) at their centres: float64 [x, y, z, channel]."""
+    """The voxels [origin, origin + size) at their centers: float64 [x, y, z, channel]."""
     lo, hi = tuple(origin), tuple(o + s for o, s in zip(origin, size, strict=True))
     if model.document["family"] == "field":
         return _Lattice(model, seed).output((lo, hi)).permute(1, 2, 3, 0).numpy()
     axes = [np.arange(l, h, dtype=np.float64) + 0.5 for l, h in zip(lo, hi, strict=True)]
-    centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    return _sampler(model, centres.reshape(-1, 3), seed).reshape(*size, -1)
+    centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    return _sampler(model, centers.reshape(-1, 3), seed).reshape(*size, -1)
 
 
 def evaluate_points(model: ModelFile, positions: Positions, seed: int = 0) -> np.ndarray:
@@ -51,15 +51,15 @@ def evaluate_points(model: ModelFile, positions: Positions, seed: int = 0) -> np
 
 
 def _between_voxels(lattice: _Lattice, positions: Positions) -> np.ndarray:
-    """Cubic convolution of the 4^3 voxel centres around each position."""
-    centred = positions - 0.5
-    cells = np.floor(centred)
+    """Cubic convolution of the 4^3 voxel centers around each position."""
+    centered = positions - 0.5
+    cells = np.floor(centered)
     lo, hi = cells.min(axis=0).astype(int) - 1, cells.max(axis=0).astype(int) + 3
     if np.prod(hi - lo) > MAX_VOXELS:
         raise ValueError(f"positions: found them in {hi - lo} voxels, expected {MAX_VOXELS} in all")
     box = lattice.output((tuple(lo.tolist()), tuple(hi.tolist()))).numpy()
     colors = []
-    for first, t in zip(cells.astype(int) - 1 - lo, centred - cells, strict=True):
+    for first, t in zip(cells.astype(int) - 1 - lo, centered - cells, strict=True):
         i, j, k = (slice(start, start + 4) for start in first)
         weights = [cubic_convolution(np.arange(-1, 3) - part) for part in t]
         colors.append(np.einsum("cijk,i,j,k->c", box[:, i, j, k], *weights))

@@ -29,8 +29,8 @@ def _ramp(draw: Draw, t: Tensor) -> Tensor:
     """Random color gradient from dark to light with curvature."""
     n = draw.count
     ends = draw.unit(n, 2, 3) * 0.8 + 0.1
-    grey = ends.mean(2, keepdim=True)
-    ends = torch.lerp(grey, ends, draw.uniform(0, 1) * draw.chance(0.7))
+    gray = ends.mean(2, keepdim=True)
+    ends = torch.lerp(gray, ends, draw.uniform(0, 1) * draw.chance(0.7))
     stops = torch.linspace(0, 1, RAMP_STOPS).view(1, -1, 1)
     table = torch.lerp(ends[:, :1], ends[:, 1:], stops)
     bends = draw.normal(n, RAMP_STOPS, 3) * draw.uniform(0, 0.25) * draw.chance(0.6)

@@ -16,7 +16,7 @@ from solidtex_export.research.procedural.noises import Fields
 FAMILIES: tuple[Callable[[Draw], Fields], ...] = (
     noises.clouds,
     cells.minerals,
-    grains.fibres,
+    grains.fibers,
     packings.leaves,
     noises.blobs,
     cells.cracks,

@@ -1,4 +1,4 @@
-"""Textures with a direction: fibres, growth rings, ripples; two fields in 0 ... 1 each."""
+"""Textures with a direction: fibers, growth rings, ripples; two fields in 0 ... 1 each."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _streaks(draw: Draw, v: Tensor, width: Tensor) -> Tensor:
     return torch.lerp(a, b, t * t * (3 - 2 * t)) * 1.15
 
 
-def fibres(draw: Draw) -> Fields:
+def fibers(draw: Draw) -> Fields:
     """Streaks of finite length, of two widths."""
     long = noise(draw, draw.log_uniform(3, 20), draw.uniform(1.5, 3), stretch=30)
     _, v = frame(draw, warp=0.3)
@@ -38,7 +38,7 @@ def fibres(draw: Draw) -> Fields:
 
 
 def rings(draw: Draw) -> Fields:
-    """Wood: growth rings around a far or near centre, crossed by pores."""
+    """Wood: growth rings around a far or near center, crossed by pores."""
     u, v = frame(draw, stretch=6, warp=0.5)
     distance = draw.log_uniform(40, 800)
     radius = torch.hypot(u - u.mean((1, 2), keepdim=True), v - v[:, :1, :1] + distance)

@@ -89,7 +89,7 @@ def chips(draw: Draw) -> Fields:
 
 
 def strokes(draw: Draw) -> Fields:
-    """Short fibres, in one or in all directions."""
+    """Short fibers, in one or in all directions."""
     shapes = _ground(draw)
     for _ in range(2):
         side, aspect = draw.log_uniform(10, 40), draw.log_uniform(0.04, 0.2)

@@ -27,7 +27,7 @@ def bricks(draw: Draw) -> Fields:
 
 
 def hexagons(draw: Draw) -> Fields:
-    """Honeycomb: of two rectangular lattices of centres, the nearer one."""
+    """Honeycomb: of two rectangular lattices of centers, the nearer one."""
     u, v = frame(draw, stretch=2, warp=0.3)
     side = draw.log_uniform(7, 30)
     u, v = u / side, v / side / ROW
@@ -36,10 +36,10 @@ def hexagons(draw: Draw) -> Fields:
     point = torch.stack((u, v))
     step = torch.tensor([1.0, ROW]).view(2, 1, 1, 1)
     nearer = ((point - even) * step).square().sum(0) < ((point - odd) * step).square().sum(0)
-    centre = torch.where(nearer, even, odd)
-    du, dv = ((point - centre) * step).abs()
+    center = torch.where(nearer, even, odd)
+    du, dv = ((point - center) * step).abs()
     edge = 0.5 - torch.maximum(du, 0.5 * du + 0.5 * ROW * dv)
-    tile = cell_index(2 * centre[0], 2 * centre[1])
+    tile = cell_index(2 * center[0], 2 * center[1])
     return _joined(draw, edge * side, tile)
 
 

@@ -51,8 +51,8 @@ class FiredBrick:
         values = values.copy()
         for indices, kind, mark in zip(inside, kinds, marks[:, 2], strict=True):
             weight = (0.55 + 0.35 * mark) * np.ones(len(indices))
-            colour = self.crumbs[kind] * (1 + 0.06 * sand[indices, None])
-            values[indices] = mixed(weight, values[indices], colour)
+            color = self.crumbs[kind] * (1 + 0.06 * sand[indices, None])
+            values[indices] = mixed(weight, values[indices], color)
         return values
 
 

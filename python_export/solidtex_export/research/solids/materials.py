@@ -32,7 +32,7 @@ class Spheres:
     median, deviation, largest = 7.0, 0.3, 14.0
 
     def __init__(self, seed: int = 0) -> None:
-        self._centres = PoissonPoints(self.density, 2 * self.largest, seed)
+        self._centers = PoissonPoints(self.density, 2 * self.largest, seed)
 
     def radii(self, uniform: np.ndarray) -> np.ndarray:
         """Radii of the distribution at probabilities 0 ... 1."""
@@ -40,7 +40,7 @@ class Spheres:
         return self.median * np.exp(self.deviation * truncnorm.ppf(uniform, -np.inf, top))
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        positions, marks = self._centres.near(points, self.largest)
+        positions, marks = self._centers.near(points, self.largest)
         radii = self.radii(marks[:, 0])
         tones = np.full(len(points), -1.0)
         inside = cKDTree(points).query_ball_point(positions, radii)
@@ -68,7 +68,7 @@ class PorousRock:
 
 
 class LayeredWood:
-    """Growth rings across x and y, slightly wavy, with fibres along z."""
+    """Growth rings across x and y, slightly wavy, with fibers along z."""
 
     channels = COLOR
     threshold = 0.45
@@ -78,14 +78,14 @@ class LayeredWood:
 
     def __init__(self, seed: int = 0) -> None:
         self._wave = GaussianField((60.0, 60.0, 400.0), seed)
-        self._fibres = GaussianField((1.6, 1.6, 60.0), seed + 1)
+        self._fibers = GaussianField((1.6, 1.6, 60.0), seed + 1)
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         # Along the diagonal of x and y, so that slices normal to both show the same rings.
         across = (points[:, 0] + points[:, 1]) / (np.sqrt(2) * self.ring)
         age = (across + 0.7 * self._wave(points)) % 1
         dark = np.where(age < 0.9, age**3, (1 - age) * 7.29)  # slowly dark, then suddenly light
-        return mixed((dark + 0.07 * self._fibres(points)).clip(0, 1), self.early, self.late)
+        return mixed((dark + 0.07 * self._fibers(points)).clip(0, 1), self.early, self.late)
 
 
 class VeinedMarble:
@@ -122,14 +122,14 @@ class Grains:
     density = 1 / 16.0**3  # grains of 16^3 texels on average
     joint = 1.6  # texels: width
     cell = 32.0
-    reach = 64.0  # far enough that no nearest centre is missed
+    reach = 64.0  # far enough that no nearest center is missed
     light, brown, mortar = (np.array(c) for c in ((0.8, 0.76, 0.7), (0.55, 0.4, 0.3), (0.12,) * 3))
 
     def __init__(self, seed: int = 0) -> None:
-        self._centres = PoissonPoints(self.density, self.cell, seed)
+        self._centers = PoissonPoints(self.density, self.cell, seed)
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        positions, marks = self._centres.near(points, self.reach)
+        positions, marks = self._centers.near(points, self.reach)
         distances, indices = cKDTree(positions).query(points, 2)
         own = marks[indices[:, 0]]
         between = np.linalg.norm(positions[indices[:, 0]] - positions[indices[:, 1]], axis=1)

@@ -33,7 +33,7 @@ class Solid(Protocol):
 
 
 def box(solid: Solid, origin: tuple[int, int, int], size: tuple[int, int, int]) -> np.ndarray:
-    """Values at voxel centres: float32 [x, y, z, channel]."""
+    """Values at voxel centers: float32 [x, y, z, channel]."""
     axes = [start + np.arange(extent) + 0.5 for start, extent in zip(origin, size, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     parts = [solid(points[i : i + CHUNK]) for i in range(0, len(points), CHUNK)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from solidtex_export.evaluation.metrics.autocorrelation import covariance_by_lag
 
-# Directions to the 26 neighbours and the share of all directions that are nearest to each: Ohser
+# Directions to the 26 neighbors and the share of all directions that are nearest to each: Ohser
 # and Muecklich, Statistical Analysis of Microstructures in Materials Science, 2000, section 4.2.
 WEIGHTS = {1: 0.0457779, 2: 0.0369806, 3: 0.0351956}
 
