@@ -80,7 +80,7 @@ def apply(
 
 
 def _find_modules_of_blender() -> None:
-    """Add Blender's modules to the path: script nodes need oslquery, which bpy alone does not find."""
+    """Add Blender's modules to the path: script nodes need oslquery, which bpy does not find."""
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     bundled = Path(bpy.utils.resource_path("LOCAL")) / "python/lib" / version / "site-packages"
     if str(bundled) not in sys.path:
@@ -109,7 +109,7 @@ def _query(
 
 
 def _found(query: str) -> tuple[list[str], bool]:
-    """Channels of the model, and whether its colors are sRGB-encoded, as the plugin reports them."""
+    """Channels of the model, and whether its colors are sRGB-encoded, by the plugin."""
     import OpenImageIO  # Blender's own
 
     picture = OpenImageIO.ImageInput.open(query)
