@@ -52,13 +52,13 @@ def add_reading_arguments(p: argparse.ArgumentParser) -> None:
     p.add_argument("--range", dest="ranges", metavar="[NAME=]RANGE", action="append", default=[],
                    type=named_range,
                    help="scale the values LOW,HIGH of the photograph, or of the map NAME, to"
-                   " 0 ... 1; full: the whole range of the file's type, floats as they are; auto:"
-                   " the range of the bits that are used; labels: the values of a labelled"
-                   " image as evenly spaced grays (default: full, with a warning or an error"
-                   " where that gives nearly black or white)")  # fmt: skip
+                   " 0 ... 1; full: the whole range of the file's type, floats unchanged; auto:"
+                   " the range of the used bits; labels: the values of a labeled image as evenly"
+                   " spaced grays (default: full, with a warning or an error if the image is then"
+                   " nearly black or white)")  # fmt: skip
     p.add_argument("--layer", metavar="NAME",
-                   help="the layer or part of an EXR file whose color is the albedo (default: the"
-                   " only one with color)")  # fmt: skip
+                   help="layer or part of an EXR file with the albedo (default: the only one with"
+                   " color)")  # fmt: skip
 
 
 def named_range(text: str) -> tuple[str, Range]:

@@ -39,32 +39,32 @@ Images have the scale of the exemplar after --resolution. The figures: docs/eval
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
-        "Compare slices of a model, or images of slices, with the photograph that it learned"
-        " from. Distances are relative to self-distance, that of the photograph's halves.",
+        "Compare slices of a model, or images of slices, with the photograph of the training."
+        " Distances are relative to self-distance, the distance between the photograph's halves.",
         EXAMPLES,
     )
     p.usage = f"{PROGRAM} [options] (MODEL.solidtex | --slices PATH) EXEMPLAR [EXEMPLAR ...]"
     p.add_argument("paths", metavar="MODEL EXEMPLAR", nargs="+", type=Path,
-                   help="a model, then its photograph; several where it was trained on one for each"
+                   help="a model, then its photograph, or photographs if it was trained on one per"
                    " direction")  # fmt: skip
     p.add_argument("--slices", metavar="[NAME=]PATH", action="append", type=view, default=[],
                    help="compare an image, or all in a folder, instead of a model; NAME groups"
                    " them in the report; may be repeated")  # fmt: skip
     p.add_argument("--map", dest="maps", metavar="NAME=FILE", action="append", default=[],
                    type=named_file,
-                   help="a further channel of the exemplar, as in solidtex-train")  # fmt: skip
+                   help="further channel of the exemplar, as in solidtex-train")  # fmt: skip
     cli.add_reading_arguments(p)
     p.add_argument("-o", dest="output", metavar="HTML", type=Path, help="write a report")
     p.add_argument("--json", metavar="JSON", type=Path, help="write all figures")
     p.add_argument("--pictures", metavar="FOLDER", type=Path,
                    help="write the images of the report, as PNG files")  # fmt: skip
     p.add_argument("--sheet", metavar="PNG", type=Path,
-                   help="write the exemplar beside a slice of each kind, as a training's"
-                   " preview.png does; a row for each map")  # fmt: skip
+                   help="write the exemplar beside a slice of each kind, like the preview.png of a"
+                   " training; one row per map")  # fmt: skip
     p.add_argument("--force", action="store_true", help="replace files that exist")
     p.add_argument("--size", type=int, metavar="N",
-                   help="side of the compared crops in pixels, at most; smaller where the"
-                   " photograph holds no two of them (default: the model's, else 96)")  # fmt: skip
+                   help="largest side of the compared crops in pixels; smaller if two of them do"
+                   " not fit into the photograph (default: the model's, else 96)")  # fmt: skip
     p.add_argument("--crops", type=int, default=16, metavar="N",
                    help="crops in each compared set (default: 16)")  # fmt: skip
     p.add_argument("--resolution", type=int, metavar="N",
@@ -72,7 +72,7 @@ def make_parser() -> argparse.ArgumentParser:
                    " model's training)")  # fmt: skip
     p.add_argument("--crop", type=rectangle, metavar="X,Y,W,H",
                    help="use this rectangle of the photograph (default: as for training, if it"
-                   " was on this very file)"
+                   " used the same file)"
                    )  # fmt: skip
     p.add_argument("--symmetry", choices=tuple(ORIENTATIONS),
                    help="orientations that count as the same (default: as for training, else"
@@ -81,7 +81,7 @@ def make_parser() -> argparse.ArgumentParser:
                    help="weights of torchvision's inception_v3 (a state dict): adds SIFID"
                    )  # fmt: skip
     p.add_argument("--seed", type=int, default=0, metavar="S",
-                   help="of the model and of all random choices (default: 0)")  # fmt: skip
+                   help="random seed of the model and of all choices (default: 0)")  # fmt: skip
     return p
 
 

@@ -23,7 +23,7 @@ Triple = tuple[int, int, int]
 EXAMPLES = f"""  {PROGRAM} granite.solidtex --size 64 -o granite.onnx
   {PROGRAM} granite.solidtex --size 128,128,32 --origin=-5,0,7 -o slab.onnx
   {PROGRAM} wood.solidtex -o wood.onnx
-How to feed it: docs/onnx.md."""
+docs/onnx.md describes the inputs."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -42,8 +42,8 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("--size", metavar="N|X,Y,Z", type=size,
                    help="lattice family: voxels along each axis (default 64)")  # fmt: skip
     p.add_argument("--origin", metavar="X,Y,Z", type=triple,
-                   help="lattice family: first voxel (default 0,0,0); the graph also fits where"
-                   " that differs by multiples of the coarsest voxel, usually 32")  # fmt: skip
+                   help="lattice family: first voxel (default 0,0,0); the graph also serves origins"
+                   " that differ by multiples of the coarsest voxel, usually 32")  # fmt: skip
     cli.add_output_arguments(p, "ONNX", ".onnx")
     return p
 

@@ -22,34 +22,34 @@ EXAMPLES = f"""  {PROGRAM} docs/fidelity.toml --photos photographs -o results/fi
   {PROGRAM} docs/fidelity.toml --photos photographs -o results/fidelity --only granite-grey
   {PROGRAM} docs/fidelity.toml -o results/fidelity --no-training --table docs/fidelity.md
 
-The same command again does what is missing: Ctrl-C is safe at any time. What failed is not tried
-again without --retry. Beside the table stands a JSON file with its figures, so that a part of the
-table can be made in another FOLDER. The plan: docs/evaluation.md."""
+The same command again resumes, so Ctrl-C is safe at any time. Failed steps are repeated only with
+--retry. A JSON file beside the table records its figures, so that parts of the table can be made in
+different folders. docs/evaluation.md describes plans."""
 
 
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
-        "Train every method of a plan on each of its exemplars, compare the results with the"
+        "Train every preset of a plan on each of its exemplars, compare the results with the"
         " exemplars, and write a table with images.",
         EXAMPLES,
     )
     p.add_argument("plan", metavar="PLAN", type=Path, help="a TOML file")
     p.add_argument("-o", dest="folder", metavar="FOLDER", type=Path, required=True,
-                   help="where models, reports and figures go")  # fmt: skip
+                   help="folder for models, reports and figures")  # fmt: skip
     p.add_argument("--photos", metavar="FOLDER", type=Path,
-                   help="where the photographs are (default: beside PLAN)")  # fmt: skip
+                   help="folder of the photographs (default: that of PLAN)")  # fmt: skip
     p.add_argument("--table", metavar="MARKDOWN", type=Path,
-                   help="the table, replaced if it exists; its images go to images/ beside it"
+                   help="table to write or replace; its images go to images/ beside it"
                    " (default: FOLDER/fidelity.md)")  # fmt: skip
     p.add_argument("--only", metavar="EXEMPLAR", action="append",
                    help="train on this exemplar only; may be repeated")  # fmt: skip
     p.add_argument("--preset", "--method", dest="method", metavar="PRESET", action="append",
                    help="train this preset of the plan only; may be repeated")  # fmt: skip
     p.add_argument("--again", action="store_true",
-                   help="train what the table has already but FOLDER lacks")  # fmt: skip
+                   help="train pairs that are in the table but not in FOLDER")  # fmt: skip
     p.add_argument("--no-training", action="store_true", help="only write the table")
-    p.add_argument("--retry", action="store_true", help="try again what failed before")
+    p.add_argument("--retry", action="store_true", help="repeat failed steps")
     p.add_argument("--threads", type=int, default=1, metavar="T",
                    help="CPU threads of each training (default: 1)")  # fmt: skip
     return p
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> None:
         from solidtex_export.research.fidelity.table import write_table
     plan = read_plan(args.plan)
     for method in plan.methods:
-        load_recipe(method)  # refuses what is none
+        load_recipe(method)  # refuses unknown presets
     exemplars = [entry.name for entry in plan.exemplars]
     for option, names, known in (
         ("--only", args.only, exemplars),

@@ -19,9 +19,8 @@ EXAMPLES = """  solidtex-pretrain-descriptor -o results/descriptor
   solidtex-pretrain-descriptor --steps 200 --threads 2 -o results/short
 
 The same command again resumes an interrupted training. Ctrl-C saves before it stops.
-RESULT/weights.safetensors is what solidtex-train --descriptor takes; the weights that are shipped
-were made by the first example. The same steps, seed and
-threads give the same weights on the same machine."""
+solidtex-train --descriptor reads RESULT/weights.safetensors. The first example makes the shipped
+weights. The same steps, seed and threads give the same weights on the same machine."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -32,8 +31,10 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("-o", dest="result", metavar="RESULT", required=True, type=Path,
                    help="result folder, new or of the same training")  # fmt: skip
-    p.add_argument("--steps", type=int, default=800, metavar="N", help="(default: 800)")
-    p.add_argument("--seed", type=int, default=0, metavar="S", help="(default: 0)")
+    p.add_argument(
+        "--steps", type=int, default=800, metavar="N", help="number of steps (default: 800)"
+    )
+    p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed (default: 0)")
     p.add_argument("--threads", type=int, default=1, metavar="T", help="CPU threads (default: 1)")
     return p
 

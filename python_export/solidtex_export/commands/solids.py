@@ -15,17 +15,18 @@ PROGRAM = "solidtex-solids"
 EXAMPLES = f"""  {PROGRAM} marble -o exemplars
   {PROGRAM} all --size 320,240 --seed 3 -o exemplars
 
-A solid with maps gives an image for each: grains.png, grains-roughness.png, grains-height.png.
+A solid with maps gives one image per map: grains.png, grains-roughness.png, grains-height.png.
 solidtex-train exemplars/grains.png --map roughness=exemplars/grains-roughness.png ..."""
 
 
 def main(arguments: list[str] | None = None) -> int:
     p = cli.parser(PROGRAM, "Cut exemplars from analytic solids.", EXAMPLES)
     p.add_argument("solid", choices=[*SOLIDS, "all"])
-    p.add_argument("-o", dest="folder", metavar="FOLDER", type=Path, required=True)
+    p.add_argument("-o", dest="folder", metavar="FOLDER", type=Path, required=True,
+                   help="folder for the exemplars")  # fmt: skip
     p.add_argument("--size", type=size, default=(256, 256), metavar="N|WIDTH,HEIGHT",
-                   help="pixels, one for each texel (default: 256)")  # fmt: skip
-    p.add_argument("--seed", type=int, default=0, metavar="S", help="(default: 0)")
+                   help="size in pixels; one pixel is one texel (default: 256)")  # fmt: skip
+    p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed (default: 0)")
     p.add_argument("--force", action="store_true", help="replace images that exist")
     return cli.run(p, arguments, cut)
 

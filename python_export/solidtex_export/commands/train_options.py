@@ -41,55 +41,55 @@ def parser() -> argparse.ArgumentParser:
                    help="result folder, new or of the same training")  # fmt: skip
     p.add_argument("--map", dest="maps", metavar="NAME=FILE", action="append", default=[],
                    type=named_file,
-                   help="a further channel of the photograph, of as many pixels: roughness, height"
-                   " ...; with several photographs once for each, in order")  # fmt: skip
+                   help="further channel of the photograph with the same number of pixels:"
+                   " roughness, height ...; one per photograph, in order")  # fmt: skip
     cli.add_reading_arguments(p)
     p.add_argument("--color-space", choices=("srgb", "linear"), default="srgb",
-                   help="encoding of the colors that are learned and stored; files are converted,"
-                   " EXR and float TIFF from linear, others from sRGB (default: srgb, whose"
-                   " differences are closer to the eye's)")  # fmt: skip
+                   help="encoding of the learned and stored colors; EXR and float TIFF are read as"
+                   " linear, others as sRGB (default: srgb, whose differences are closer to"
+                   " perception)")  # fmt: skip
     p.add_argument("--preset", "--method", metavar="NAME",
-                   help=f"one of {', '.join(shipped())}, or a TOML file. {LATTICE} stands for the"
+                   help=f"one of {', '.join(shipped())}, or a TOML file. {LATTICE} chooses the"
                    f" {LATTICE}-* preset that suits the photograph (default: {LATTICE} or"
-                   f" {SAMPLER}, as the photograph suits; {LATTICE} with --set)")  # fmt: skip
+                   f" {SAMPLER}, chosen by the photograph; {LATTICE} with --set)")  # fmt: skip
     p.add_argument("--set", dest="settings", metavar="KEY=VALUE", action="append", default=[],
                    help="change one key of the preset, for example optimizer.learning_rate=0.01 or"
                    " losses.wavelets.weight=2")  # fmt: skip
     p.add_argument("--vgg", type=Path, metavar="FILE",
                    help="weights of VGG-19, torchvision's or those of Gatys et al., for presets"
-                   " that use it (default: our own descriptor takes its place)")  # fmt: skip
+                   " that use it (default: the built-in descriptor instead)")  # fmt: skip
     p.add_argument("--descriptor", type=Path, metavar="FILE",
                    help="weights.safetensors of solidtex-pretrain-descriptor, for presets that"
-                   ' say descriptor = "learned", or "vgg" without --vgg (default: the shipped'
+                   ' use descriptor = "learned", or "vgg" without --vgg (default: the shipped'
                    " weights)")  # fmt: skip
     p.add_argument("--size", type=int, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
-                   f" (default: {DEFAULT_SIZE}, of smaller photographs all)")  # fmt: skip
+                   f" (default: {DEFAULT_SIZE}, or the side of a smaller photograph)")  # fmt: skip
     p.add_argument("--resolution", type=int, metavar="N",
                    help="reduce photographs whose shorter side is longer than N pixels; one pixel"
                    " is then one texel (default: 2 times --size)")  # fmt: skip
     p.add_argument("--crop", type=rectangle, metavar="X,Y,W,H",
-                   help="use only this rectangle of each photograph, in its pixels")  # fmt: skip
+                   help="use only this rectangle of each photograph, in pixels")  # fmt: skip
     p.add_argument("--directions", choices=("xyz", "xy", "xz", "yz", "x", "y", "z"),
-                   help="normals of the slices that must look like a photograph"
+                   help="normals of the slices that are compared with a photograph"
                    " (default: xyz, with two photographs xy)")  # fmt: skip
     p.add_argument("--symmetry", choices=("all", "flips", "none"),
-                   help="orientations in which a photograph looks just as right (default: measured"
-                   " for a lattice; else all for one photograph in three directions, flips for"
-                   " others)")  # fmt: skip
+                   help="orientations in which a photograph looks equally right (default: measured"
+                   " for a lattice; otherwise all for one photograph in three directions, flips"
+                   " for others)")  # fmt: skip
     p.add_argument("--minutes", type=float, metavar="M",
                    help="training time (default: 15)")  # fmt: skip
     p.add_argument("--steps", type=int, metavar="N", help="train N steps instead of --minutes")
     p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed (default: 0)")
     p.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto",
-                   help="auto: CUDA where there is a device (default: auto)")  # fmt: skip
+                   help="auto: CUDA if there is a device (default: auto)")  # fmt: skip
     p.add_argument("--compile", action="store_true",
-                   help="compile the generator with torch.compile: slower to start")  # fmt: skip
+                   help="compile the generator with torch.compile; starts more slowly")  # fmt: skip
     p.add_argument("--threads", type=int, metavar="T", help="CPU threads (default: torch's)")
     p.add_argument("--license", default="", metavar="TEXT",
                    help="license of the photographs, stored with the model")  # fmt: skip
     p.add_argument("--source", default="", metavar="TEXT",
-                   help="where the photographs come from, stored with the model")  # fmt: skip
+                   help="source of the photographs, stored with the model")  # fmt: skip
     return p
 
 

@@ -30,7 +30,7 @@ SPREAD = 1.6  # of the envelope across the wave; along it, 1 / 0.7 of that
 FLATNESS = 0.7
 SMALLEST = SIDE + 3  # side of the smallest image that is filtered
 SD_FLOOR = 0.05
-PARTS = 12  # of the photograph, whose differences are the unit
+PARTS = 12  # of the photograph; their mean distance is the unit
 PART_SIDE = 0.75  # of the photograph's shorter side, at most
 UNIT_FLOOR = 1e-4
 MEMORY = 4.0  # slices of a view that the average of the finest octave goes back
@@ -72,9 +72,8 @@ class WaveletLoss:
         self._filters = filter_bank().to(exemplar.device)
         self._symmetry = symmetry
         self._deviations: list[Tensor] = []
-        # Of a gray exemplar two channels are empty: relative to nothing, all that a slice has in
-        # them would be infinitely far. Nor is rounding to be learned: with its octaves beside those
-        # of the veins, marble was ten units away after 300 steps and had strokes for veins.
+        # Two channels of a gray exemplar are empty, and any value is infinitely far from them.
+        # Rounding errors must not be learned either (docs/experiments/wavelets.md).
         self._filled = filled_channels(exemplar)
         exemplar = exemplar[self._filled]
         self._measure_deviations(exemplar[None])

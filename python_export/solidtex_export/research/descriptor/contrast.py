@@ -10,7 +10,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-PROJECTED = 24  # channels whose Gram matrix is taken
+PROJECTED = 24  # channels of the Gram matrix
 EMBEDDING = 96
 TEMPERATURE = 0.1
 

@@ -31,7 +31,7 @@ from solidtex_export.whole_file import write_whole
 
 INTERRUPTED = 130
 CHOSEN = "default"  # leaves the method to solidtex-train
-BLOCK = 128  # voxels: side of the blocks whose 3D statistics are compared
+BLOCK = 128  # voxels: side of the blocks for 3D statistics
 TRUE_PLACES = ((1000, 1000, 1000), (3000, 1000, 1000))
 
 
