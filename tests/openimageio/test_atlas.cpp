@@ -137,7 +137,7 @@ TEST_CASE("Hostile queries for an atlas are refused with a message") {
       {"mesh=", "mesh is \"\", expected an OBJ or PLY file"},
       {"mesh=a\nb.obj", "mesh is \"a?b.obj\""},
       {"mesh=" + (files / "none.obj"), "none.obj: found no such file"},
-      {"mesh=" + files.folder.string(), "found no such file"},
+      {"mesh=" + files.folder.string(), "found a folder, expected a mesh"},
       {"mesh=/etc/passwd", "found a file named *, expected *.ply, *.obj, "},
       {"mesh=" + (files / "broken.ply"), "broken.ply: found a header without an end"},
       {"mesh=" + (files / "bare.obj"), "found no texture coordinates"},

@@ -37,7 +37,7 @@ TEST_CASE("Invalid meshes are refused by name") {
   write_text(folder / "mesh.fbx", "solid");
   check_refused(folder / "mesh.fbx", "*.ply, *.obj, *.gltf, *.glb, *.stl or *.off");
   write_text(folder / "empty.ply", "");
-  check_refused(folder / "empty.ply", "header without an end");
+  check_refused(folder / "empty.ply", "an empty file");
   write_text(folder / "words.obj", "this is no mesh\n");
   check_refused(folder / "words.obj", "expected");
   write_text(folder / "points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
