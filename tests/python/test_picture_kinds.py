@@ -1,6 +1,6 @@
-"""Pictures as people have them: each gives the right values, or a refusal that says what to do.
+"""Images as people have them: each gives the right values, or a refusal that says what to do.
 
-Every picture shows the same tones, stored in another way.
+Every image shows the same tones, stored in another way.
 """
 
 from __future__ import annotations
@@ -27,14 +27,12 @@ UNIT = TONES / np.float32(255)
 LABELS = np.random.default_rng(8).integers(0, 3, (SIDE, SIDE)).astype(np.uint8)
 
 
-def load(
-    path: Path, asked: Range | None = None, layer: str | None = None, **more
-) -> Exemplar:
+def load(path: Path, asked: Range | None = None, layer: str | None = None, **more) -> Exemplar:
     ranges = {} if asked is None else {"": asked}
     return load_exemplar(path, 1000, 8, reading=Reading(ranges, layer), **more)
 
 
-def grey(exemplar: Exemplar) -> np.ndarray:
+def gray(exemplar: Exemplar) -> np.ndarray:
     assert exemplar.channels[:3] == ("albedo.r", "albedo.g", "albedo.b")
     assert (exemplar.image[0] == exemplar.image[2]).all()
     return exemplar.image[0].numpy()
@@ -44,11 +42,7 @@ def refusal(path: Path, *args, **more) -> str:
     with pytest.raises(ExemplarError) as error:
         load(path, *args, **more)
     message = str(error.value)
-    assert (
-        message.startswith(str(path))
-        and ": found " in message
-        and ", expected " in message
-    )
+    assert message.startswith(str(path)) and ": found " in message and ", expected " in message
     assert "\n" not in message
     return message
 
@@ -58,9 +52,7 @@ def write_tiff(path: Path, values: np.ndarray, **options: object) -> Path:
     return path
 
 
-def write(
-    path: Path, values: np.ndarray, names: list[str], **attributes: object
-) -> Path:
+def write(path: Path, values: np.ndarray, names: list[str], **attributes: object) -> Path:
     """A float EXR; attributes of the specification go by their names."""
     spec = oiio.ImageSpec(values.shape[1], values.shape[0], len(names), oiio.HALF)
     spec.channelnames = tuple(names)
@@ -92,45 +84,38 @@ def color(values: np.ndarray = UNIT, count: int = 3) -> np.ndarray:
         (np.uint8, 4, False),
     ],
 )
-def test_fewer_bits_than_the_type(
-    dtype: type, bits: int, is_refused: bool, tmp_path: Path
-) -> None:
+def test_fewer_bits_than_the_type(dtype: type, bits: int, is_refused: bool, tmp_path: Path) -> None:
     white = 2**bits - 1
     values = np.rint(UNIT.astype(np.float64) * white).astype(dtype)
     values[0, 0], values[0, 1] = 0, white
     path = write_tiff(tmp_path / "a.TIF", values)
     if is_refused:
         message = refusal(path)
-        assert (
-            f"found values 0 ... {white} of 0 ... {np.iinfo(dtype).max}, all black"
-            in message
-        )
+        assert f"found values 0 ... {white} of 0 ... {np.iinfo(dtype).max}, all black" in message
     else:
         exemplar = load(path)
         (message,) = exemplar.notes
-        assert message.startswith(
-            f"{path}: warning: found values 0 ... {white} of 0 ..."
-        )
+        assert message.startswith(f"{path}: warning: found values 0 ... {white} of 0 ...")
         scale = np.float32(1 / np.iinfo(dtype).max)
-        assert (grey(exemplar) == values.astype(np.float32) * scale).all()
+        assert (gray(exemplar) == values.astype(np.float32) * scale).all()
     assert f"--range auto (0,{white})" in message
     for asked in ("auto", (0.0, float(white))):
         exemplar = load(path, asked)
-        assert np.abs(grey(exemplar) - values / white).max() < 1e-6
+        assert np.abs(gray(exemplar) - values / white).max() < 1e-6
         assert exemplar.notes == (
             f"{path}: scales 0 ... {white} to 0 ... 1 (found values 0 ... {white})",
         )
     assert load(path, "full").notes == ()
 
 
-def test_the_whole_range_says_nothing(tmp_path: Path) -> None:
+def test_the_whole_range_gives_no_note(tmp_path: Path) -> None:
     for values in (
         TONES,
         TONES.astype(np.uint16) * 257,
         TONES.astype(np.uint32) * 16843009,
     ):
         exemplar = load(write_tiff(tmp_path / "a.tif", values))
-        assert np.abs(grey(exemplar) - UNIT).max() < 1e-6 and exemplar.notes == ()
+        assert np.abs(gray(exemplar) - UNIT).max() < 1e-6 and exemplar.notes == ()
 
 
 @pytest.mark.parametrize("dtype", [np.int16, np.int32])
@@ -140,13 +125,13 @@ def test_signed_values_below_0(dtype: type, tmp_path: Path) -> None:
     low, high = int(TONES.min()) * 8 - 1000, int(TONES.max()) * 8 - 1000
     assert f"found values {low} ... {high}, some below 0" in message
     assert f"--range auto ({low},{high})" in message
-    assert np.abs(grey(load(path, (-1000.0, 1040.0))) - UNIT).max() < 1e-6
+    assert np.abs(gray(load(path, (-1000.0, 1040.0))) - UNIT).max() < 1e-6
 
 
 def test_values_outside_the_range_are_clipped_and_counted(tmp_path: Path) -> None:
     path = write_tiff(tmp_path / "a.tif", TONES)
     exemplar = load(path, (100.0, 200.0))
-    assert np.abs(grey(exemplar) - np.clip((TONES - 100.0) / 100, 0, 1)).max() < 1e-6
+    assert np.abs(gray(exemplar) - np.clip((TONES - 100.0) / 100, 0, 1)).max() < 1e-6
     share = 100 * ((TONES < 100) | (TONES > 200)).mean()
     assert f"{share:.2g} % lie outside and are clipped" in exemplar.notes[0]
 
@@ -154,16 +139,14 @@ def test_values_outside_the_range_are_clipped_and_counted(tmp_path: Path) -> Non
 # --- white is zero
 
 
-@pytest.mark.parametrize(
-    "dtype", [np.uint8, np.uint16, np.uint32, np.float32, np.float64]
-)
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.uint32, np.float32, np.float64])
 def test_white_is_zero_at_any_depth(dtype: type, tmp_path: Path) -> None:
     white = 1 if np.dtype(dtype).kind == "f" else np.iinfo(dtype).max
     values = (white - np.rint(UNIT.astype(np.float64) * white)).astype(dtype)
     if white == 1:
         values = (1 - UNIT).astype(dtype)
     exemplar = load(write_tiff(tmp_path / "a.tif", values, photometric="miniswhite"))
-    found = grey(exemplar) if white != 1 else srgb_decode(grey(exemplar))
+    found = gray(exemplar) if white != 1 else srgb_decode(gray(exemplar))
     assert np.abs(found - UNIT).max() < 1e-5
     assert "white is zero in this file: inverted" in exemplar.notes[0]
 
@@ -172,7 +155,7 @@ def test_white_is_zero_of_12_bits(tmp_path: Path) -> None:
     values = np.rint((1 - UNIT.astype(np.float64)) * 4095).astype(np.uint16)
     path = write_tiff(tmp_path / "a.tif", values, photometric="miniswhite")
     assert "learned as they are: bright" in load(path).notes[1]
-    assert np.abs(grey(load(path, "auto")) - UNIT).max() < 1 / 4095
+    assert np.abs(gray(load(path, "auto")) - UNIT).max() < 1 / 4095
 
 
 @pytest.mark.parametrize("photometric", ["minisblack", "miniswhite"])
@@ -180,7 +163,7 @@ def test_one_bit(photometric: str, tmp_path: Path) -> None:
     bits = TONES > 128
     path = write_tiff(tmp_path / "a.tif", bits, photometric=photometric)
     exemplar = load(path)
-    assert (grey(exemplar) == (bits != (photometric == "miniswhite"))).all()
+    assert (gray(exemplar) == (bits != (photometric == "miniswhite"))).all()
     assert (
         "found only the 2 labels 0, 255 of 0 ... 255, learned as these tones"
         in (exemplar.notes[-1])
@@ -192,31 +175,26 @@ def test_one_bit(photometric: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("values", [(0, 1), (0, 1, 2), (1, 2, 3), (3, 17, 40)])
 @pytest.mark.parametrize("suffix", ["tif", "png"])
-def test_labels_are_recognised(
-    values: tuple[int, ...], suffix: str, tmp_path: Path
-) -> None:
+def test_labels_are_recognized(values: tuple[int, ...], suffix: str, tmp_path: Path) -> None:
     labels = np.array(values, np.uint8)[LABELS % len(values)]
     path = tmp_path / f"a.{suffix}"
     Image.fromarray(labels).save(path)
     listed = ", ".join(map(str, values))
     message = refusal(path)
     assert f"found {len(values)} labels {listed} of 0 ... 255, not tones" in message
-    assert "--range labels learns them as evenly spaced greys" in message
+    assert "--range labels learns them as evenly spaced grays" in message
     exemplar = load(path, "labels")
-    assert np.allclose(grey(exemplar), (LABELS % len(values)) / (len(values) - 1))
-    assert (
-        f"learns the {len(values)} labels {listed} as evenly spaced greys"
-        in exemplar.notes[0]
-    )
-    assert np.allclose(grey(load(path, "full")), labels / 255)
+    assert np.allclose(gray(exemplar), (LABELS % len(values)) / (len(values) - 1))
+    assert f"learns the {len(values)} labels {listed} as evenly spaced grays" in exemplar.notes[0]
+    assert np.allclose(gray(load(path, "full")), labels / 255)
 
 
 def test_labels_that_could_be_tones_are_learned_with_a_warning(tmp_path: Path) -> None:
     path = write_tiff(tmp_path / "a.tif", np.array([10, 90, 250], np.uint8)[LABELS])
     exemplar = load(path)
     assert "found only the 3 labels 10, 90, 250" in exemplar.notes[0]
-    assert np.allclose(grey(exemplar), np.array([10, 90, 250])[LABELS] / 255)
-    assert np.allclose(grey(load(path, "labels")), LABELS / 2)
+    assert np.allclose(gray(exemplar), np.array([10, 90, 250])[LABELS] / 255)
+    assert np.allclose(gray(load(path, "labels")), LABELS / 2)
 
 
 def test_labels_in_color_are_learned_with_a_warning(tmp_path: Path) -> None:
@@ -226,17 +204,17 @@ def test_labels_in_color_are_learned_with_a_warning(tmp_path: Path) -> None:
     image.save(path)
     exemplar = load(path)
     assert "found only 3 colors, learned as these colors" in exemplar.notes[0]
-    assert "save the labels as grey values and use --range labels" in exemplar.notes[0]
+    assert "save the labels as gray values and use --range labels" in exemplar.notes[0]
 
 
 def test_float_labels(tmp_path: Path) -> None:
     path = write_tiff(tmp_path / "a.tif", (LABELS > 0).astype(np.float32))
     exemplar = load(path)
-    assert np.abs(grey(exemplar) - (LABELS > 0)).max() < 1e-6
+    assert np.abs(gray(exemplar) - (LABELS > 0)).max() < 1e-6
     assert "found only the 2 labels 0, 1" in exemplar.notes[0]
     path = write_tiff(tmp_path / "b.tif", LABELS.astype(np.float64))
     assert "found 3 labels 0, 1, 2 of 0 ... 1, not tones" in refusal(path)
-    assert np.allclose(grey(load(path, "labels")), LABELS / 2)
+    assert np.allclose(gray(load(path, "labels")), LABELS / 2)
 
 
 def test_many_values_and_colors_are_no_labels(tmp_path: Path) -> None:
@@ -254,9 +232,7 @@ def test_labels_in_a_map(tmp_path: Path) -> None:
     reading = Reading({"metalness": "labels"})
     exemplar = load_exemplar(photo, 1000, 8, maps={"metalness": mask}, reading=reading)
     assert (exemplar.image[3].numpy() == (LABELS > 0)).all()
-    with pytest.raises(
-        ExemplarError, match="--range: found a range for gloss, expected one of"
-    ):
+    with pytest.raises(ExemplarError, match="--range: found a range for gloss, expected one of"):
         load_exemplar(photo, 1000, 8, reading=Reading({"gloss": "auto"}))
 
 
@@ -270,7 +246,7 @@ def test_floats_of_0_to_255(dtype: type, tmp_path: Path) -> None:
     assert f"found float values {TONES.min()} ... {TONES.max()}" in message
     assert "--range auto (0,255)" in message
     exemplar = load(path, "auto")
-    assert np.abs(grey(exemplar) - UNIT).max() < 1e-6
+    assert np.abs(gray(exemplar) - UNIT).max() < 1e-6
     assert "scales 0 ... 255 to 0 ... 1" in exemplar.notes[0]
     assert exemplar.notes[0].endswith("taken as sRGB")
 
@@ -278,17 +254,17 @@ def test_floats_of_0_to_255(dtype: type, tmp_path: Path) -> None:
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
 def test_floats_of_0_to_1_are_linear(dtype: type, tmp_path: Path) -> None:
     exemplar = load(write_tiff(tmp_path / "a.tif", srgb_decode(UNIT).astype(dtype)))
-    assert np.abs(grey(exemplar) - UNIT).max() < 1e-3 and exemplar.notes == ()
+    assert np.abs(gray(exemplar) - UNIT).max() < 1e-3 and exemplar.notes == ()
 
 
 def test_floats_below_0(tmp_path: Path) -> None:
     values = 4 * UNIT - 2
     path = write_tiff(tmp_path / "a.tif", values)
     assert "found float values" in refusal(path)
-    assert np.abs(grey(load(path, (-2.0, 2.0))) - UNIT).max() < 1e-6
+    assert np.abs(gray(load(path, (-2.0, 2.0))) - UNIT).max() < 1e-6
 
 
-def test_highlights_of_an_exr_are_kept_and_said(tmp_path: Path) -> None:
+def test_highlights_of_an_exr_are_kept_and_noted(tmp_path: Path) -> None:
     values = color()
     values[:3] *= 8
     exemplar = load(write(tmp_path / "a.exr", values, ["R", "G", "B"]))
@@ -297,13 +273,13 @@ def test_highlights_of_an_exr_are_kept_and_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_values_that_are_no_numbers(value: float, tmp_path: Path) -> None:
+def test_values_that_are_not_finite(value: float, tmp_path: Path) -> None:
     values = UNIT.copy()
     values[4, 7] = value
     assert "at column 7, row 4" in refusal(write_tiff(tmp_path / "a.tif", values))
 
 
-def test_pictures_without_structure_or_width(tmp_path: Path) -> None:
+def test_images_without_structure_or_width(tmp_path: Path) -> None:
     flat = write_tiff(tmp_path / "flat.tif", np.full_like(TONES, 99))
     assert "found the same color everywhere" in refusal(flat)
     thin = write_tiff(tmp_path / "thin.tif", TONES[:, :1])
@@ -313,9 +289,7 @@ def test_pictures_without_structure_or_width(tmp_path: Path) -> None:
 # --- layers, parts and windows of EXR files
 
 
-@pytest.mark.parametrize(
-    "names", ["Beauty.{R,G,B}", "a.b.{r,g,b}", "beauty.{red,green,blue}"]
-)
+@pytest.mark.parametrize("names", ["Beauty.{R,G,B}", "a.b.{r,g,b}", "beauty.{red,green,blue}"])
 def test_the_only_layer_with_color_is_the_albedo(names: str, tmp_path: Path) -> None:
     layer, _, letters = names.rpartition(".")
     channels = [f"{layer}.{letter}" for letter in letters[1:-1].split(",")]
@@ -323,7 +297,7 @@ def test_the_only_layer_with_color_is_the_albedo(names: str, tmp_path: Path) -> 
     path = write(tmp_path / "a.EXR", planes, [*channels, "depth.Z", "normal.X"])
     exemplar = load(path)
     assert exemplar.channels == ("albedo.r", "albedo.g", "albedo.b")
-    assert np.abs(grey(exemplar) - UNIT).max() < 2e-3
+    assert np.abs(gray(exemplar) - UNIT).max() < 2e-3
     assert f"takes {', '.join(channels)} as the albedo, ignores " in exemplar.notes[0]
     assert "depth.Z" in exemplar.notes[0]
 
@@ -334,13 +308,10 @@ def test_several_layers_need_a_choice(tmp_path: Path) -> None:
     path = write(tmp_path / "a.exr", planes, names)
     message = refusal(path)
     assert (
-        "several layers with color: diffuse, gloss, expected one; choose it by --layer"
-        in message
+        "several layers with color: diffuse, gloss, expected one; choose it by --layer" in message
     )
-    assert np.abs(grey(load(path, layer="gloss")) - UNIT[::-1]).max() < 2e-3
-    assert "expected a layer with color: diffuse, gloss" in refusal(
-        path, layer="emission"
-    )
+    assert np.abs(gray(load(path, layer="gloss")) - UNIT[::-1]).max() < 2e-3
+    assert "expected a layer with color: diffuse, gloss" in refusal(path, layer="emission")
 
 
 def test_the_part_with_color_is_read(tmp_path: Path) -> None:
@@ -362,13 +333,11 @@ def test_the_part_with_color_is_read(tmp_path: Path) -> None:
     depth = ("depth", ["Z"], color(count=1))
     beauty = ("beauty", ["R", "G", "B"], color())
     exemplar = load(parts(depth, beauty))
-    assert np.abs(grey(exemplar) - UNIT).max() < 2e-3
+    assert np.abs(gray(exemplar) - UNIT).max() < 2e-3
     assert "reads the part beauty (R, G, B), 1 of 2" in exemplar.notes[0]
     path = parts(beauty, ("gloss", ["R", "G", "B"], color(UNIT[::-1])))
-    assert "found the parts beauty (R, G, B); gloss (R, G, B), expected one" in refusal(
-        path
-    )
-    assert np.abs(grey(load(path, layer="gloss")) - UNIT[::-1]).max() < 2e-3
+    assert "found the parts beauty (R, G, B); gloss (R, G, B), expected one" in refusal(path)
+    assert np.abs(gray(load(path, layer="gloss")) - UNIT[::-1]).max() < 2e-3
     assert "found the parts" in refusal(parts(depth, ("ao", ["Z"], color(count=1))))
 
 
@@ -380,15 +349,15 @@ def test_depth_is_no_property_of_a_solid(tmp_path: Path) -> None:
     assert "ignores Z: distance from the camera" in exemplar.notes[0]
 
 
-def test_an_exr_of_properties_alone_is_said_to_have_no_albedo(tmp_path: Path) -> None:
+def test_an_exr_of_properties_alone_has_no_albedo(tmp_path: Path) -> None:
     exemplar = load(write(tmp_path / "a.exr", color(count=1), ["height"]))
     assert exemplar.channels == ("height",)
     assert "the model will have no albedo" in exemplar.notes[0]
 
 
-def test_luminance_alone_is_grey_and_with_chroma_is_refused(tmp_path: Path) -> None:
+def test_luminance_alone_is_gray_and_with_chroma_is_refused(tmp_path: Path) -> None:
     exemplar = load(write(tmp_path / "a.exr", color(count=1), ["Y"]))
-    assert np.abs(grey(exemplar) - UNIT).max() < 2e-3
+    assert np.abs(gray(exemplar) - UNIT).max() < 2e-3
     path = write(tmp_path / "b.exr", color(), ["BY", "RY", "Y"])
     assert "luminance and chroma" in refusal(path)
 
@@ -397,17 +366,15 @@ def test_data_windows(tmp_path: Path) -> None:
     larger = {"x": -4, "y": -3, "full_width": 12, "full_height": 16}
     path = write(tmp_path / "a.exr", color(), ["R", "G", "B"], **larger)
     exemplar = load(path)
-    assert np.abs(grey(exemplar) - UNIT[3:19, 4:16]).max() < 2e-3
+    assert np.abs(gray(exemplar) - UNIT[3:19, 4:16]).max() < 2e-3
     assert "reads the 12 x 16 that both have" in exemplar.notes[0]
     smaller = {"x": 5, "y": 6, "full_width": 64, "full_height": 64}
     path = write(tmp_path / "b.exr", color(), ["R", "G", "B"], **smaller)
     exemplar = load(path)
-    assert np.abs(grey(exemplar) - UNIT).max() < 2e-3
+    assert np.abs(gray(exemplar) - UNIT).max() < 2e-3
     assert "the display window 64 x 64" in exemplar.notes[0]
     photo = write_tiff(tmp_path / "c.tif", TONES)
-    with pytest.raises(
-        ExemplarError, match=r"b.exr: found a data window that begins at 5, 6"
-    ):
+    with pytest.raises(ExemplarError, match=r"b.exr: found a data window that begins at 5, 6"):
         load_exemplar(photo, 1000, 8, maps={"wear": path})
 
 
@@ -417,23 +384,17 @@ def test_data_windows(tmp_path: Path) -> None:
 def test_tiles_planes_and_pages(tmp_path: Path) -> None:
     deep = TONES.astype(np.uint16) * 257
     path = write_tiff(tmp_path / "tiled.tif", deep, tile=(16, 16))
-    assert np.abs(grey(load(path)) - UNIT).max() < 1e-6
+    assert np.abs(gray(load(path)) - UNIT).max() < 1e-6
     planes = np.stack([TONES] * 3)
-    path = write_tiff(
-        tmp_path / "p.tif", planes, photometric="rgb", planarconfig="separate"
-    )
-    assert np.abs(grey(load(path)) - UNIT).max() < 1e-6
+    path = write_tiff(tmp_path / "p.tif", planes, photometric="rgb", planarconfig="separate")
+    assert np.abs(gray(load(path)) - UNIT).max() < 1e-6
     path = write_tiff(tmp_path / "pages.tif", np.stack([TONES, TONES]))
-    assert "found several pictures (frames, pages or parts)" in refusal(path)
+    assert "found several images (frames, pages or parts)" in refusal(path)
 
 
 def test_lab_is_refused(tmp_path: Path) -> None:
-    path = write_tiff(
-        tmp_path / "a.tif", np.stack([TONES] * 3, axis=2), photometric="cielab"
-    )
-    assert "found CIE L*a*b* values, expected RGB; convert it to sRGB first" in refusal(
-        path
-    )
+    path = write_tiff(tmp_path / "a.tif", np.stack([TONES] * 3, axis=2), photometric="cielab")
+    assert "found CIE L*a*b* values, expected RGB; convert it to sRGB first" in refusal(path)
 
 
 # --- raw files and others whose content is not the photograph
@@ -457,13 +418,11 @@ def test_thumbnails_of_raw_files_are_refused(suffix: str, tmp_path: Path) -> Non
     [
         (b"FUJIFILMCCD-RAW 0201", "a camera's raw file"),
         (b"II*\0\x10\0\0\0CR\2\0", "a camera's raw file"),
-        (struct.pack(">I", 24) + b"ftypheic", "a HEIC picture"),
-        (struct.pack(">I", 24) + b"ftypavif", "an AVIF picture"),
+        (struct.pack(">I", 24) + b"ftypheic", "a HEIC image"),
+        (struct.pack(">I", 24) + b"ftypavif", "an AVIF image"),
     ],
 )
-def test_files_known_by_their_first_bytes(
-    start: bytes, found: str, tmp_path: Path
-) -> None:
+def test_files_known_by_their_first_bytes(start: bytes, found: str, tmp_path: Path) -> None:
     path = tmp_path / "photo.jpg"
     path.write_bytes(start + bytes(200))
     assert f"found {found}" in refusal(path)
@@ -502,9 +461,7 @@ def test_a_wide_gamut_is_converted_to_srgb(tmp_path: Path) -> None:
     )
     assert np.abs(load(grey_path).image[1].numpy() - srgb_encode(UNIT)).max() < 2 / 255
     deep = tmp_path / "deep.tif"
-    tifffile.imwrite(
-        deep, colors.astype(np.uint16) * 257, photometric="rgb", iccprofile=wide
-    )
+    tifffile.imwrite(deep, colors.astype(np.uint16) * 257, photometric="rgb", iccprofile=wide)
     assert "and more than 8 bits, expected sRGB; convert it first" in refusal(deep)
 
 
@@ -515,9 +472,7 @@ def test_profiles_of_srgb_change_nothing(tmp_path: Path) -> None:
         Image.fromarray(colors).save(tmp_path / f"a.{suffix}", icc_profile=srgb)
         exemplar = load(tmp_path / f"a.{suffix}")
         assert exemplar.notes == ()
-        assert (
-            np.abs(exemplar.image.permute(1, 2, 0).numpy() - colors / 255).max() < 1e-6
-        )
+        assert np.abs(exemplar.image.permute(1, 2, 0).numpy() - colors / 255).max() < 1e-6
 
 
 def test_a_linear_png_is_encoded(tmp_path: Path) -> None:
@@ -529,10 +484,10 @@ def test_a_linear_png_is_encoded(tmp_path: Path) -> None:
     assert file.open(str(path), spec) and file.write_image(pixels) and file.close()
     exemplar = load(path)
     assert "converted from lin_rec709_scene to sRGB" in exemplar.notes[0]
-    assert np.abs(grey(exemplar) - UNIT).max() < 1e-3
+    assert np.abs(gray(exemplar) - UNIT).max() < 1e-3
 
 
-def test_grey_with_alpha_of_16_bits(tmp_path: Path) -> None:
+def test_gray_with_alpha_of_16_bits(tmp_path: Path) -> None:
     spec = oiio.ImageSpec(SIDE, SIDE, 2, oiio.UINT16)
     spec.channelnames = ("Y", "A")
     spec.alpha_channel = 1
@@ -544,7 +499,7 @@ def test_grey_with_alpha_of_16_bits(tmp_path: Path) -> None:
         path = tmp_path / f"{alpha}.png"
         file = oiio.ImageOutput.create(str(path))
         assert file.open(str(path), spec) and file.write_image(pixels) and file.close()
-    assert np.abs(grey(load(tmp_path / "65535.png")) - UNIT).max() < 1e-6
+    assert np.abs(gray(load(tmp_path / "65535.png")) - UNIT).max() < 1e-6
     assert "not opaque (100 % of them)" in refusal(tmp_path / "65534.png")
 
 
@@ -561,9 +516,7 @@ def test_ranges_are_parsed(text: str, value: Range) -> None:
     assert Reading.of_record(record) == Reading({"": value}, "beauty")
 
 
-@pytest.mark.parametrize(
-    "text", ["", "4095", "5,5", "9,1", "nan,1", "0,inf", "0,1,2", "most"]
-)
+@pytest.mark.parametrize("text", ["", "4095", "5,5", "9,1", "nan,1", "0,inf", "0,1,2", "most"])
 def test_ranges_that_cannot_work(text: str) -> None:
     with pytest.raises(ExemplarError, match="expected LOW,HIGH"):
         parse_range(text)

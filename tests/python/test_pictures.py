@@ -1,4 +1,4 @@
-"""Odd pictures: each is understood at its full depth, or refused in a sentence."""
+"""Odd images: each is understood at its full depth, or refused in a sentence."""
 
 from __future__ import annotations
 
@@ -19,15 +19,13 @@ from solidtex_export.images.photographs import read_picture, write_exr
 SHAPE = (12, 10)  # rows, columns
 random = np.random.default_rng(4)
 COLORS = random.integers(0, 256, (*SHAPE, 3)).astype(np.uint8)
-GREY = COLORS[:, :, 0]
+GRAY = COLORS[:, :, 0]
 DEEP = random.integers(0, 65536, (*SHAPE, 3)).astype(np.uint16)
 
 
 def write_deep(path: Path, values: np.ndarray) -> None:
-    """16 bits a channel, which Pillow cannot write in colour."""
-    spec = oiio.ImageSpec(
-        values.shape[1], values.shape[0], values.shape[2], oiio.UINT16
-    )
+    """16 bits a channel, which Pillow cannot write in color."""
+    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], oiio.UINT16)
     file = oiio.ImageOutput.create(str(path))
     assert file.open(str(path), spec) and file.write_image(values) and file.close()
 
@@ -42,9 +40,7 @@ def read_colors(path: Path) -> np.ndarray:
 @pytest.mark.parametrize("suffix", ["png", "tif", "bmp", "webp"])
 def test_colors_of_8_bits(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"a.{suffix}"
-    Image.fromarray(COLORS).save(
-        path, **({"lossless": True} if suffix == "webp" else {})
-    )
+    Image.fromarray(COLORS).save(path, **({"lossless": True} if suffix == "webp" else {}))
     assert np.abs(read_colors(path) - COLORS / np.float32(255)).max() < 1e-6
 
 
@@ -55,9 +51,9 @@ def test_colors_of_16_bits_keep_them(suffix: str, tmp_path: Path) -> None:
     assert np.abs(read_colors(path) - DEEP / np.float32(65535)).max() < 1e-7
 
 
-def test_grey_of_8_16_and_32_bits(tmp_path: Path) -> None:
+def test_gray_of_8_16_and_32_bits(tmp_path: Path) -> None:
     floats = random.normal(size=SHAPE).astype(np.float32)
-    for values, scale in ((GREY, 255), (DEEP[:, :, 0], 65535), (floats, 1)):
+    for values, scale in ((GRAY, 255), (DEEP[:, :, 0], 65535), (floats, 1)):
         Image.fromarray(values).save(tmp_path / "a.tif")
         picture = read_picture(tmp_path / "a.tif")
         assert picture.names == ("Y",) and picture.is_float == (scale == 1)
@@ -69,28 +65,22 @@ def test_palettes_and_bits_are_expanded(tmp_path: Path) -> None:
     palette.save(tmp_path / "palette.png")
     expected = np.asarray(palette.convert("RGB")) / np.float32(255)
     assert np.abs(read_colors(tmp_path / "palette.png") - expected).max() < 1e-6
-    Image.fromarray(GREY > 127).save(tmp_path / "bits.png")
-    assert np.array_equal(
-        read_picture(tmp_path / "bits.png").values[:, :, 0], GREY > 127
-    )
+    Image.fromarray(GRAY > 127).save(tmp_path / "bits.png")
+    assert np.array_equal(read_picture(tmp_path / "bits.png").values[:, :, 0], GRAY > 127)
 
 
 def test_opaque_alpha_is_dropped(tmp_path: Path) -> None:
     Image.fromarray(COLORS).convert("RGBA").save(tmp_path / "a.png")
-    assert (
-        np.abs(read_colors(tmp_path / "a.png") - COLORS / np.float32(255)).max() < 1e-6
-    )
-    Image.fromarray(GREY).convert("LA").save(tmp_path / "grey.png")
-    assert read_picture(tmp_path / "grey.png").names == ("Y",)
+    assert np.abs(read_colors(tmp_path / "a.png") - COLORS / np.float32(255)).max() < 1e-6
+    Image.fromarray(GRAY).convert("LA").save(tmp_path / "gray.png")
+    assert read_picture(tmp_path / "gray.png").names == ("Y",)
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
-def test_pictures_stand_upright(orientation: int, tmp_path: Path) -> None:
+def test_images_are_upright(orientation: int, tmp_path: Path) -> None:
     exif = Image.Exif()
     exif[0x112] = orientation
-    Image.fromarray(COLORS).save(
-        tmp_path / "a.jpg", exif=exif, quality=100, subsampling=0
-    )
+    Image.fromarray(COLORS).save(tmp_path / "a.jpg", exif=exif, quality=100, subsampling=0)
     with Image.open(tmp_path / "a.jpg") as opened:
         expected = np.asarray(ImageOps.exif_transpose(opened)) / np.float32(255)
     assert np.abs(read_picture(tmp_path / "a.jpg").values - expected).max() < 2.5 / 255
@@ -100,9 +90,7 @@ def test_exr_keeps_names_and_values(tmp_path: Path) -> None:
     values = random.normal(size=(*SHAPE, 5)).astype(np.float32)
     write_exr(tmp_path / "a.exr", ["R", "G", "B", "height", "rust.amount"], values)
     picture = read_picture(tmp_path / "a.exr")
-    assert (
-        picture.names == ("R", "G", "B", "height", "rust.amount") and picture.is_float
-    )
+    assert picture.names == ("R", "G", "B", "height", "rust.amount") and picture.is_float
     assert np.array_equal(picture.values, values)
 
 
@@ -111,13 +99,11 @@ def empty(path: Path) -> None:
 
 
 def text(path: Path) -> None:
-    path.write_text("not a picture")
+    path.write_text("not an image")
 
 
 def lfs_pointer(path: Path) -> None:
-    path.write_text(
-        "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 3\n"
-    )
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 3\n")
 
 
 def web_page(path: Path) -> None:
@@ -185,7 +171,7 @@ def nan(path: Path) -> None:
 
 
 def bomb(path: Path) -> None:
-    """A kilobyte that claims to be 30 000 x 30 000 colours."""
+    """A kilobyte that claims to be 30 000 x 30 000 colors."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         body = kind + data
@@ -201,18 +187,18 @@ def bomb(path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "found"),
     [
-        (empty, "found an empty file, expected a picture"),
-        (text, "found no readable picture"),
-        (folder, "found a folder, expected a picture"),
+        (empty, "found an empty file, expected an image"),
+        (text, "found no readable image"),
+        (folder, "found a folder, expected an image"),
         (
             lfs_pointer,
-            "found a Git LFS pointer, expected a picture (PNG, JPEG, TIFF, EXR ...): run",
+            "found a Git LFS pointer, expected an image (PNG, JPEG, TIFF, EXR ...): run",
         ),
-        (web_page, "found an HTML page, expected a picture"),
-        (half_a_jpeg, "found a damaged or unfinished picture"),
-        (half_a_png, "found a damaged or unfinished picture"),
-        (flipped_byte, "found a damaged or unfinished picture"),
-        (half_an_exr, "found a damaged or unfinished picture"),
+        (web_page, "found an HTML page, expected an image"),
+        (half_a_jpeg, "found a damaged or unfinished image"),
+        (half_a_png, "found a damaged or unfinished image"),
+        (flipped_byte, "found a damaged or unfinished image"),
+        (half_an_exr, "found a damaged or unfinished image"),
         (
             see_through,
             "found pixels that are not opaque (0.833 % of them), expected an opaque",
@@ -221,19 +207,19 @@ def bomb(path: Path) -> None:
         (inks_tiff, "found CMYK inks"),
         (
             film,
-            "found several pictures (frames, pages or parts), expected a file with one",
+            "found several images (frames, pages or parts), expected a file with one",
         ),
-        (film_webp, "found several pictures"),
-        (pages, "found several pictures"),
+        (film_webp, "found several images"),
+        (pages, "found several images"),
         (nan, "found nan at column 7, row 4 of channel G, expected finite values"),
-        (bomb, "found no readable picture"),
+        (bomb, "found no readable image"),
     ],
     ids=lambda value: getattr(value, "__name__", ""),
 )
 def test_refusals_name_file_found_and_expected(
     make: Callable[[Path], None], found: str, tmp_path: Path
 ) -> None:
-    path = tmp_path / "odd picture"
+    path = tmp_path / "odd image"
     make(path)
     with pytest.raises(ExemplarError) as error:
         read_picture(path)
@@ -242,14 +228,12 @@ def test_refusals_name_file_found_and_expected(
     assert "\n" not in message
 
 
-def test_huge_pictures_are_refused_before_they_take_memory(
+def test_huge_images_are_refused_before_they_take_memory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Image.fromarray(COLORS).save(tmp_path / "a.png")
     monkeypatch.setattr(file_kinds, "MAX_VALUES", COLORS.size - 1)
-    with pytest.raises(
-        ExemplarError, match="found 10 x 12 pixels of 3 channels, expected at most"
-    ):
+    with pytest.raises(ExemplarError, match="found 10 x 12 pixels of 3 channels, expected at most"):
         read_picture(tmp_path / "a.png")
     monkeypatch.setattr(file_kinds, "MAX_VALUES", COLORS.size)
     read_picture(tmp_path / "a.png")

@@ -25,7 +25,7 @@ OTHER_CONTENTS = (
     (b"pk\3\4", "a ZIP archive", UNPACK),
     (b"\x1f\x8b", "a gzip archive", UNPACK),
 )
-"""First bytes, in small letters, of what is often found in place of a picture."""
+"""First bytes, in small letters, of what is often found in place of an image."""
 
 PHOTOMETRIC_RAW = (32803, 34892)  # color filter array, linear raw
 PHOTOMETRIC_LAB = (8, 9, 10)

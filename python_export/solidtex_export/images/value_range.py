@@ -177,7 +177,7 @@ def _warnings(found: FoundRange, option: str, is_map: bool) -> list[str]:
     if (colors := found.color_count) <= FEW:
         return [
             f"warning: found only {colors} colors, learned as these colors; if they are labels of"
-            f" phases, save the labels as grey values and use {option}labels"
+            f" phases, save the labels as gray values and use {option}labels"
         ]
     return (_floats_warnings if picture.is_float else _whole_warnings)(found, option)
 
