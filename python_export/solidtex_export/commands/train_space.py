@@ -1,0 +1,168 @@
+"""solidtex-train-space: trains a texture space on many photographs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from solidtex_export.commands import cli
+from solidtex_export.commands.terminal import run_in_terminal
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.losses.descriptor.weights import SHIPPED, WeightsError, load_weights
+from solidtex_export.settings import SettingsError
+from solidtex_export.spaces.photographs import Material, find_sources, load_materials
+from solidtex_export.spaces.settings import SpaceRecipe, load_space_recipe, shipped_presets
+from solidtex_export.spaces.trainer import PATCH, SpaceTrainer
+from solidtex_export.training import ranks
+from solidtex_export.training.divergence import TrainError
+from solidtex_export.training.result import ResultError, ResultFolder
+
+INTERRUPTED = 130
+FAILURES = (ExemplarError, ResultError, SettingsError, TrainError, WeightsError, OSError)
+
+EXAMPLES = """  solidtex-train-space stones/ -o results/stones --minutes 120
+  solidtex-train-space woods.csv --preset sampler -o results/woods --minutes 120
+  solidtex-train-space stones/ --held-out validation/ -o results/stones --steps 20000
+
+A CSV names files and their licences in the columns file and licence; source, attribution and split
+are optional. The same command again resumes an interrupted training, and with more --minutes or
+--steps continues a finished one. Ctrl-C saves before it stops.
+Then: solidtex-export-space RESULT -o NAME.solidtex-space"""
+
+
+@dataclass(frozen=True)
+class SpaceConfig:
+    """Everything that a space's result depends on, but how long it is trained."""
+
+    preset: str
+    recipe: SpaceRecipe
+    resolution: int
+    seed: int
+    photographs: list[dict[str, str]]
+
+    def document(self) -> dict[str, Any]:
+        return {
+            "version": 1,
+            "kind": "space",
+            "preset": self.preset,
+            "recipe": self.recipe.model_dump(mode="json", exclude_none=True),
+            "resolution": self.resolution,
+            "seed": self.seed,
+            "photographs": self.photographs,
+        }
+
+
+def parser() -> argparse.ArgumentParser:
+    p = cli.parser("solidtex-train-space", "Learn a texture space from many photographs.", EXAMPLES)
+    p.add_argument("photos", metavar="PHOTOS", nargs="+", type=Path,
+                   help="photographs, folders of them, or CSV files that list them")  # fmt: skip
+    p.add_argument("-o", dest="result", metavar="RESULT", required=True, type=Path,
+                   help="result folder, new or of the same training")  # fmt: skip
+    p.add_argument("--preset", default="lattice", metavar="NAME",
+                   help=f"one of {', '.join(shipped_presets())}, or a TOML file"
+                   " (default: lattice)")  # fmt: skip
+    p.add_argument("--held-out", nargs="+", type=Path, default=[], metavar="PHOTOS",
+                   help="photographs that are not learned, only shown in previews")  # fmt: skip
+    p.add_argument("--folder", type=Path, metavar="FOLDER",
+                   help="folder of the files of a CSV (default: its own folder)")  # fmt: skip
+    p.add_argument("--resolution", type=int, default=256, metavar="N",
+                   help="reduce photographs whose shorter side is longer than N pixels; one pixel"
+                   " is then one texel (default: 256)")  # fmt: skip
+    p.add_argument("--minutes", type=float, metavar="M", help="training time (default: 120)")
+    p.add_argument("--steps", type=int, metavar="N", help="train N steps instead of --minutes")
+    p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed (default: 0)")
+    p.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto",
+                   help="auto: CUDA if there is a device (default: auto)")  # fmt: skip
+    p.add_argument("--threads", type=int, metavar="T", help="CPU threads (default: torch's)")
+    return p
+
+
+def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
+    if args.minutes is not None and args.steps is not None:
+        p.error("--steps: found together with --minutes, expected one of them")
+    if args.minutes is not None and not 0 < args.minutes < 1e6:
+        p.error(f"--minutes: found {args.minutes}, expected more than 0")
+    for option, low in (("steps", 1), ("threads", 1), ("resolution", PATCH)):
+        value = getattr(args, option)
+        if value is not None and value < low:
+            p.error(f"--{option}: found {value}, expected at least {low}")
+    if args.device == "cuda" and not torch.cuda.is_available():
+        p.error("--device: found no CUDA device, expected one (or use --device cpu)")
+
+
+def make_trainer(args: argparse.Namespace) -> SpaceTrainer:
+    """Open the training in the result folder: new, or resumed from its checkpoint."""
+    recipe = load_space_recipe(args.preset)
+    materials = _materials(args.photos, args, recipe)
+    held_out = _materials(args.held_out, args, recipe) if args.held_out else []
+    config = SpaceConfig(
+        args.preset, recipe, args.resolution, args.seed, [_record(m) for m in materials]
+    )
+    use_cuda = args.device != "cpu" and torch.cuda.is_available()
+    own_ranks, device = ranks.join(use_cuda)
+    folder = ResultFolder(args.result, "solidtex-train-space")
+    if own_ranks.is_main:
+        folder.open(config, [])
+    own_ranks.wait()
+    descriptor = load_weights(SHIPPED) if recipe.uses_descriptor else None
+    print(f"{args.result}: measuring {len(materials)} photographs", flush=True)
+    trainer = SpaceTrainer(
+        recipe, materials, held_out, args.seed, device, folder, descriptor, own_ranks
+    )
+    trainer.steps = args.steps
+    trainer.minutes = 120.0 if args.steps is args.minutes is None else args.minutes
+    folder.resume(trainer.restore)
+    return trainer
+
+
+def _materials(paths: list[Path], args: argparse.Namespace, recipe: SpaceRecipe) -> list[Material]:
+    upright, scales = recipe.directions == "xy", recipe.slicing.scales
+    sources = find_sources(paths, args.folder)
+    return load_materials(sources, args.resolution, PATCH, recipe.colors, scales, upright)
+
+
+def _record(material: Material) -> dict[str, str]:
+    source = material.source
+    return {
+        "name": material.name,
+        "sha256": material.sha256,
+        "license": source.license,
+        "source": source.source,
+    }
+
+
+def main(arguments: list[str] | None = None) -> int:
+    p = parser()
+    args = p.parse_args(arguments)
+    check(p, args)
+    if args.threads:
+        torch.set_num_threads(args.threads)
+    try:
+        trainer = make_trainer(args)
+        if trainer.step:
+            print(f"{args.result}: resuming at step {trainer.step}")
+        if trainer.progress >= 1:
+            print(f"{args.result}: already trained to the end")
+            return 0
+        print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
+        run_in_terminal(trainer)
+    except FAILURES as error:
+        print(f"solidtex-train-space: {error}", file=sys.stderr)
+        return 1
+    finally:
+        ranks.leave()
+    if trainer.progress < 1:
+        print(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
+        return INTERRUPTED
+    print(f"{args.result}: done; look at {trainer.folder.preview}")
+    print(f"next: solidtex-export-space {args.result} -o {args.result.name}.solidtex-space")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,149 @@
+"""Photographs of a space's training: a folder, a list of files, or a CSV with their licences."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from solidtex_export.analysis.grain import grain_ratio
+from solidtex_export.images.exemplar import load_exemplar
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.spaces.colors import color_axes
+
+SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr")
+COLUMNS = ("file", "licence")
+NETWORK_MEAN = NETWORK_SCALE = 0.5  # colors of 0 ... 1 as values of -1 ... 1
+
+
+@dataclass(frozen=True)
+class Source:
+    """File of a photograph, its licence and its source."""
+
+    path: Path
+    license: str = ""
+    source: str = ""
+    direction: str = ""
+
+
+@dataclass
+class Material:
+    """Photograph as the network sees it: `image` [3, row, column] = basis^-1 (colors - mean)."""
+
+    name: str
+    sha256: str
+    source: Source
+    image: Tensor
+    mean: Tensor
+    basis: Tensor
+
+    @property
+    def colors(self) -> Tensor:
+        """Basis and mean [3, 4], as the space file has them."""
+        return torch.cat([self.basis, self.mean[:, None]], dim=1)
+
+    def restored(self, y: Tensor) -> Tensor:
+        """Colors of values y [3, ...]."""
+        return torch.einsum("ij,j...->i...", self.basis, y) + self.mean.view(
+            -1, *[1] * (y.ndim - 1)
+        )
+
+
+def find_sources(paths: Iterable[Path], folder: Path | None = None) -> list[Source]:
+    """Sources of the given files, of all images in the folders, and of all rows of the CSV files.
+
+    A CSV has the columns file and licence, and optionally source or attribution, split and
+    direction. Rows of a split other than train are left out. Files are relative to `folder`, or to
+    the CSV's own.
+    """
+    found: list[Source] = []
+    for path in paths:
+        if path.suffix.lower() == ".csv":
+            found += _csv_sources(path, folder or path.parent)
+        elif path.is_dir():
+            files = (p for p in sorted(path.iterdir()) if p.suffix.lower() in SUFFIXES)
+            found += [Source(p) for p in files]
+        else:
+            found.append(Source(path))
+    if not found:
+        raise ExemplarError("PHOTO: found no photograph in the given folders, expected some")
+    return found
+
+
+def _csv_sources(path: Path, folder: Path) -> list[Source]:
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for column in COLUMNS:
+        if rows and column not in rows[0]:
+            raise ExemplarError(f"{path}: {column}: found no such column, expected it")
+    return [
+        Source(
+            folder / row["file"],
+            row["licence"],
+            row.get("attribution") or row.get("source") or "",
+            row.get("direction") or "",
+        )
+        for row in rows
+        if (row.get("split") or "train") == "train"
+    ]
+
+
+def load_materials(
+    sources: Sequence[Source],
+    resolution: int,
+    patch: int,
+    colors: str,
+    scales: Sequence[float],
+    upright: bool = False,
+) -> list[Material]:
+    """Read the photographs at each scale at which they still hold a patch.
+
+    `upright` turns photographs whose grain runs along rows and whose direction is not given.
+    """
+    materials = []
+    for source in sources:
+        exemplar = load_exemplar(source.path, resolution, patch)
+        if len(exemplar.channels) != 3:
+            names = ", ".join(exemplar.channels)
+            raise ExemplarError(f"{source.path}: found the channels {names}, expected a color")
+        turn = upright and not source.direction and grain_ratio(exemplar) < 1
+        original = exemplar.image.transpose(1, 2) if turn else exemplar.image
+        for scale in scales:
+            image = _scaled(original, scale)
+            if min(image.shape[1:]) < patch:
+                continue
+            mean, basis = torch.full((3,), NETWORK_MEAN), NETWORK_SCALE * torch.eye(3)
+            if colors == "photograph":
+                mean, basis = color_axes(image)
+            name = Path(exemplar.name).stem + ("" if scale == 1 else f"@{scale:g}")
+            y = torch.linalg.solve(basis, (image - mean[:, None, None]).flatten(1))
+            material = Material(name, exemplar.sha256, source, y.view_as(image), mean, basis)
+            materials.append(material)
+    return materials
+
+
+def _scaled(image: Tensor, scale: float) -> Tensor:
+    if scale == 1:
+        return image
+    small = F.interpolate(image[None], scale_factor=scale, mode="bicubic", antialias=True)
+    return small[0].clamp(0, 1)
+
+
+def patches(image: Tensor, side: int, count: int) -> Tensor:
+    """Patches [count, 3, side, side] on a grid that reaches every border."""
+    rows, columns = (extent - side for extent in image.shape[1:])
+    across = max(1, round((count * (columns + side) / (rows + side)) ** 0.5))
+    down = -(-count // across)
+    places = [
+        (
+            round(rows * (i // across) / max(1, down - 1)),
+            round(columns * (i % across) / max(1, across - 1)),
+        )
+        for i in range(count)
+    ]
+    return torch.stack([image[:, r : r + side, c : c + side] for r, c in places])

@@ -1,0 +1,358 @@
+"""Training of a texture space.
+
+A step draws a few materials at random, encodes a patch of each, generates a slice of each, and
+compares every slice with its own photograph. GramGAN (Portenier et al. 2020), section 3.2: the
+critic, where a recipe has one, is not conditioned.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+from torch.optim import Adam
+
+from solidtex_export.discriminators.critic import Critic, Penalties, adversarial_loss, style_loss
+from solidtex_export.generators.regions import Box
+from solidtex_export.generators.slices import SLICE_AXES, plane_points
+from solidtex_export.images.exemplar import random_crops, random_symmetry
+from solidtex_export.images.sheet import sheet_of_rows
+from solidtex_export.losses.descriptor.weights import Trained
+from solidtex_export.spaces.encoder import make_encoder
+from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
+from solidtex_export.spaces.noise import TiledNoise
+from solidtex_export.spaces.photographs import Material, patches
+from solidtex_export.spaces.settings import SpaceRecipe
+from solidtex_export.spaces.targets import DescriptorTargets, WaveletTargets
+from solidtex_export.training.divergence import DivergenceWatch, not_finite
+from solidtex_export.training.optimizer import half_cosine
+from solidtex_export.training.ranks import Ranks
+from solidtex_export.training.reproducible import make_reproducible
+from solidtex_export.training.result import ResultFolder
+
+PATCH = 128  # pixels
+PATCHES = 6  # of each photograph
+CHECKPOINT_SECONDS = 180.0
+PREVIEW_SECONDS = 600.0
+LOG_STEPS = 50
+NOISE_STEPS = 500  # after which the sampler's tiles of noise are drawn anew
+MAX_DISTANCE = 4096.0  # of the sampler's slices from the origin, in texels
+MAX_NORM = 1.0  # of the gradient, relative to its running mean
+
+
+class SpaceTrainer:
+    """A space's training; `run` may be interrupted between any two steps and resumed later."""
+
+    def __init__(
+        self,
+        recipe: SpaceRecipe,
+        materials: Sequence[Material],
+        held_out: Sequence[Material],
+        seed: int,
+        device: torch.device,
+        folder: ResultFolder,
+        descriptor: Trained | None,
+        ranks: Ranks | None = None,
+    ) -> None:
+        make_reproducible(seed, device)
+        self.recipe, self.materials, self.held_out = recipe, materials, held_out
+        self.device, self.folder, self.ranks = device, folder, ranks or Ranks()
+        self.steps: int | None = None
+        self.minutes: float | None = None
+        self.step = 0
+        self.seconds = 0.0
+        self.watch = DivergenceWatch()
+        self.generator = make_generator(recipe).to(device)
+        self.encoder = make_encoder(recipe.encoder, recipe.code, descriptor).to(device)
+        self._images = [m.image.to(device) for m in materials]
+        self._summaries = self._summarize(materials)
+        self.encoder.calibrate(self._summaries.flatten(0, 1))
+        if isinstance(self.generator, ConditionedLattice):
+            self.generator.measure(self.encoder.code(self._summaries[:8, 0]))
+        self._make_targets(descriptor)
+        self.critic: Critic | None = None
+        if recipe.critic is not None:
+            c = recipe.critic
+            penalties = Penalties(c.penalty, c.drift, c.rms)
+            self.critic = Critic(3, c.widths, c.equalized_learning_rate, penalties).to(device)
+            self._critic_adam = Adam(self.critic.parameters(), c.learning_rate, c.betas)
+        self._trained = nn.ModuleList([self.generator, self.encoder])
+        self._adam = Adam(self._groups(), recipe.optimizer.learning_rate, recipe.optimizer.betas)
+        if not self.ranks.is_main:
+            torch.manual_seed(self.ranks.seed(seed))
+        self._noise: TiledNoise | None = None
+
+    def _groups(self) -> list[dict[str, Any]]:
+        """Learning rates of convolutions follow the size of their weights, as per_layer_scaling."""
+        if not self.recipe.optimizer.per_layer_scaling:
+            return [{"params": list(self._trained.parameters()), "scale": 1.0}]
+        groups = []
+        for module in self._trained.modules():
+            parameters = list(module.parameters(recurse=False))
+            if not parameters:
+                continue
+            size = 1.0
+            if isinstance(module, nn.Conv3d | nn.Linear):
+                size = 3.0**0.5 * float(module.weight.detach().square().mean().sqrt())
+            groups.append({"params": parameters, "scale": size})
+        return groups
+
+    def _summarize(self, materials: Sequence[Material]) -> Tensor:
+        """Encoder inputs [material, patch, ...] that do not change in training."""
+        parts = [patches(m.image, PATCH, PATCHES).to(self.device) for m in materials]
+        return torch.stack([self.encoder.summary(p) for p in parts])
+
+    def _make_targets(self, descriptor: Trained | None) -> None:
+        self._targets: dict[str, tuple[float, DescriptorTargets | WaveletTargets]] = {}
+        losses, slicing = self.recipe.losses, self.recipe.slicing
+        if losses.descriptor:
+            assert descriptor is not None
+            targets = DescriptorTargets(descriptor, slicing.symmetry)
+            self._targets["descriptor"] = (losses.descriptor, targets)
+        if losses.wavelets:
+            wavelets = WaveletTargets(slicing.size, slicing.symmetry)
+            self._targets["wavelets"] = (losses.wavelets, wavelets)
+        for image in self._images:
+            for _, measured in self._targets.values():
+                measured.add(image)
+
+    @property
+    def progress(self) -> float:
+        """Fraction of the training that is done."""
+        if self.steps is not None:
+            return self.step / self.steps
+        assert self.minutes is not None
+        return self.seconds / (60 * self.minutes)
+
+    def run(self, stop: Callable[[], bool], report: Callable[[SpaceTrainer], None]) -> None:
+        """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
+        saved = previewed = time.monotonic()
+        while True:
+            now = time.monotonic()
+            due = stop(), now - saved > CHECKPOINT_SECONDS, now - previewed > PREVIEW_SECONDS
+            self.seconds, stopping, saving, previewing = self.ranks.agree(self.seconds, *due)
+            if saving:
+                self.save()
+                saved = now
+            if previewing:
+                self.save_preview()
+                previewed = now
+            if self.progress >= 1 or stopping:
+                break
+            start = time.monotonic()
+            row = self._train_step()
+            self.seconds += time.monotonic() - start
+            if self.ranks.is_main and (self.step % LOG_STEPS == 0 or self.step == 1):
+                self.folder.log(row)
+            report(self)
+        self.save()
+        self.save_preview()
+
+    def _train_step(self) -> dict[str, float]:
+        settings = self.recipe.optimizer
+        rate = settings.learning_rate * min(1.0, (self.step + 1) / max(1, settings.warmup_steps))
+        rate *= half_cosine(self.progress, 1.0, settings.final_rate)
+        for group in self._adam.param_groups:
+            group["lr"] = rate * group["scale"]
+        self._adam.zero_grad(set_to_none=True)
+        count = self.recipe.slicing.batch
+        chosen = torch.randperm(len(self.materials))[:count].tolist()
+        with self._autocast():
+            slices = self.draw(self._codes(chosen), self.recipe.slicing.size)
+        gradient, sums = self._gradient(slices.detach().float(), chosen)
+        if not gradient.isfinite().all():
+            raise not_finite(self.step, "a gradient")
+        slices.backward(gradient.to(slices.dtype))
+        self.ranks.average_gradients(self._trained)
+        torch.nn.utils.clip_grad_norm_(self._trained.parameters(), MAX_NORM)
+        self._adam.step()
+        if self.critic is not None:
+            sums["critic"] = self._train_critic(slices.detach().float(), chosen)
+        self.watch.check(self.step, sums)
+        self.step += 1
+        return {"step": self.step, "seconds": round(self.seconds, 1), "rate": rate, **sums}
+
+    def _codes(self, chosen: Sequence[int]) -> Tensor:
+        """A code of one patch of each material, with the recipe's noise."""
+        patch = torch.randint(self._summaries.shape[1], (len(chosen),)).tolist()
+        picked = torch.stack([self._summaries[i, p] for i, p in zip(chosen, patch, strict=True)])
+        codes = self.encoder.code(picked)
+        return codes + self.recipe.losses.code_noise * torch.randn_like(codes)
+
+    def draw(self, codes: Tensor, size: int, planes: str | None = None) -> Tensor:
+        """Slices [material, channel, size, size] of the solids of `codes`."""
+        planes = planes or self.recipe.slicing.planes
+        if isinstance(self.generator, ConditionedLattice):
+            return self._draw_lattice(codes, size)
+        points = torch.stack([self._plane(planes, size) for _ in codes]).to(self.device)
+        if self._noise is None or self.step % NOISE_STEPS == 0:
+            self._noise = TiledNoise(self.generator.settings.octaves, self.device)
+        y = self.generator(codes, points, self._noise)
+        return y.transpose(1, 2).unflatten(2, (size, size))
+
+    def _draw_lattice(self, codes: Tensor, size: int) -> Tensor:
+        assert isinstance(self.generator, ConditionedLattice)
+        directions = self.recipe.directions
+        normal = "xyz".index(directions[self.step % len(directions)])
+        columns, rows = SLICE_AXES["xyz"[normal]]
+        period = 2 ** (self.generator.levels - 1)
+        lo = tuple(int(v) for v in torch.randint(period, (3,)))
+        box = Box(lo, (lo[0] + 1, lo[1] + size, lo[2] + size))
+        noise = self.generator.draw_noise(box, len(codes))
+        y = self.generator(codes, noise, box, (normal, rows, columns))
+        return y.squeeze(2).flip(2)
+
+    @staticmethod
+    def _plane(planes: str, size: int) -> Tensor:
+        if planes == "any":
+            q, _ = torch.linalg.qr(torch.randn(3, 3))
+            right, down = q[0], q[1]
+        elif planes == "about-z":
+            angle = 2 * math.pi * float(torch.rand(()))
+            right = torch.tensor([math.cos(angle), math.sin(angle), 0.0])
+            down = torch.tensor([0.0, 0.0, -1.0])
+        else:
+            columns, rows = SLICE_AXES["xyz"[int(torch.randint(3, ()))]]
+            right, down = torch.eye(3)[columns], -torch.eye(3)[rows]
+        origin = (torch.rand(3) * 2 - 1) * MAX_DISTANCE
+        return plane_points(origin, right, down, size, size)
+
+    def _gradient(self, slices: Tensor, chosen: Sequence[int]) -> tuple[Tensor, dict[str, float]]:
+        """Gradient with respect to all slices, and the mean of each loss."""
+        slices.requires_grad_()
+        gradient = torch.zeros_like(slices)
+        sums: dict[str, float] = {}
+        unit = self.recipe.losses.mixing == "unit-gradients"
+        with self._autocast():
+            for place, index in enumerate(chosen):
+                one = slices[place : place + 1].detach().requires_grad_()
+                turned = random_symmetry(one, self.recipe.slicing.symmetry)
+                terms = {n: (w, t.loss(index, turned)) for n, (w, t) in self._targets.items()}
+                terms |= self._critic_terms(turned, index)
+                for name, (weight, loss) in terms.items():
+                    (part,) = torch.autograd.grad(loss, one, retain_graph=True)
+                    scale = 1 / (part.norm() + 1e-12) if unit else 1.0
+                    gradient[place] += weight / len(chosen) * scale * part[0]
+                    sums[name] = sums.get(name, 0.0) + loss.item() / len(chosen)
+        return gradient, sums
+
+    def _critic_terms(self, one: Tensor, index: int) -> dict[str, tuple[float, Tensor]]:
+        if self.critic is None:
+            return {}
+        losses, terms = self.recipe.losses, {}
+        features = self.critic.features(one)
+        if losses.style:
+            real = self._reals(index, 1)
+            terms["style"] = (losses.style, style_loss(self.critic, features, real, False))
+        if losses.adversarial:
+            terms["adversarial"] = (losses.adversarial, adversarial_loss(self.critic, features))
+        return terms
+
+    def _reals(self, index: int, count: int) -> Tensor:
+        size = self.recipe.slicing.size
+        crops = random_crops(self._images[index], count, size, size)
+        return random_symmetry(crops, self.recipe.slicing.symmetry)
+
+    def _train_critic(self, slices: Tensor, chosen: Sequence[int]) -> float:
+        assert self.critic is not None
+        reals = torch.cat([self._reals(index, 1) for index in chosen])
+        self._critic_adam.zero_grad(set_to_none=True)
+        with self._autocast():
+            loss = self.critic.loss(slices, reals)
+        loss.backward()
+        self.ranks.average_gradients(self.critic)
+        self._critic_adam.step()
+        if not math.isfinite(loss.item()):
+            raise not_finite(self.step, "the critic's loss")
+        return loss.item()
+
+    def _autocast(self) -> torch.autocast:
+        """bfloat16 where the processor supports it, for speed."""
+        if self.device.type == "cuda":
+            fast = torch.cuda.is_bf16_supported()
+        else:
+            fast = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)()
+        return torch.autocast(self.device.type, torch.bfloat16, enabled=fast)
+
+    @torch.no_grad()
+    def material_codes(self, materials: Sequence[Material] | None = None) -> Tensor:
+        """Mean code [material, code] of each material's patches."""
+        summaries = self._summaries if materials is None else self._summarize(materials)
+        return torch.stack([self.encoder.code(s).mean(0) for s in summaries])
+
+    @torch.no_grad()
+    def save_preview(self) -> None:
+        """Sheet of pairs: photograph and slice; first training photographs, then held-out ones."""
+        if not self.ranks.is_main:
+            return
+        shown = [*self.materials[:: max(1, len(self.materials) // 8)][:8], *self.held_out[:16]]
+        with torch.random.fork_rng(devices=[self.device] if self.device.type == "cuda" else []):
+            torch.manual_seed(0)
+            kept, self._noise, step, self.step = self._noise, None, self.step, 1
+            codes = self.material_codes(shown)
+            images = []
+            for material, code in zip(shown, codes, strict=True):
+                y = self.draw(code[None], PATCH)[0].float().cpu()
+                photograph = material.restored(material.image)[:, :PATCH, :PATCH]
+                images += [photograph, material.restored(y)]
+            self._noise, self.step = kept, step
+        self.folder.save_preview(sheet_of_rows(images, 8))
+
+    def save(self) -> None:
+        state = self.state()
+        if self.ranks.is_main:
+            self.folder.save_checkpoint(state)
+        self.ranks.wait()
+
+    def state(self) -> dict[str, Any]:
+        critic = None
+        if self.critic is not None:
+            critic = {"model": self.critic.state_dict(), "adam": self._critic_adam.state_dict()}
+        cuda = torch.cuda.get_rng_state(self.device) if self.device.type == "cuda" else None
+        tiles = None if self._noise is None else self._noise.state()
+        own = {"rng": torch.get_rng_state(), "cuda_rng": cuda, "noise": tiles}
+        return {
+            "generator": self.generator.state_dict(),
+            "encoder": self.encoder.state_dict(),
+            "optimizer": self._adam.state_dict(),
+            "critic": critic,
+            "codes": self.material_codes().cpu(),
+            "colors": torch.stack([m.colors for m in self.materials]),
+            "watch": self.watch.state(),
+            "step": self.step,
+            "seconds": self.seconds,
+            "ranks": self.ranks.gather(own),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        if len(state["ranks"]) != self.ranks.count:
+            raise ValueError(
+                f"found the state of {len(state['ranks'])} processes, expected {self.ranks.count}"
+            )
+        self.generator.load_state_dict(state["generator"])
+        self.encoder.load_state_dict(state["encoder"])
+        self._adam.load_state_dict(state["optimizer"])
+        if self.critic is not None:
+            self.critic.load_state_dict(state["critic"]["model"])
+            self._critic_adam.load_state_dict(state["critic"]["adam"])
+        self.watch.restore(state["watch"])
+        self.step, self.seconds = state["step"], state["seconds"]
+        own = state["ranks"][self.ranks.rank]
+        if own["noise"] is not None:
+            self._noise = TiledNoise.restored(own["noise"].to(self.device))
+        torch.set_rng_state(own["rng"])
+        if own["cuda_rng"] is not None and self.device.type == "cuda":
+            torch.cuda.set_rng_state(own["cuda_rng"], self.device)
+        if self.ranks.is_main:
+            self.folder.trim_log(self.step)
+
+
+def make_generator(recipe: SpaceRecipe) -> ConditionedLattice | ConditionedSampler:
+    if recipe.lattice is not None:
+        return ConditionedLattice(recipe.lattice, recipe.code, recipe.style_width)
+    assert recipe.sampler is not None
+    return ConditionedSampler(recipe.sampler, recipe.code, recipe.style_width)
