@@ -107,7 +107,13 @@ def load_materials(
     """
     materials = []
     for source in sources:
-        exemplar = load_exemplar(source.path, resolution, patch)
+        exemplar = load_exemplar(source.path, resolution, 1)
+        rows, columns = exemplar.image.shape[1:]
+        if min(rows, columns) < patch:
+            raise ExemplarError(
+                f"{source.path}: found {columns} x {rows} pixels, expected at least"
+                f" {patch} x {patch}, the size of a patch"
+            )
         if len(exemplar.channels) != 3:
             names = ", ".join(exemplar.channels)
             raise ExemplarError(f"{source.path}: found the channels {names}, expected a color")

@@ -1,0 +1,198 @@
+"""Texture spaces: training, resuming, the space file, refusals."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+from safetensors import safe_open
+
+from solidtex_export.commands import export_space, train_space
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.settings import SettingsError, read_toml
+from solidtex_export.spaces import settings
+from solidtex_export.spaces.colors import color_axes
+from solidtex_export.spaces.noise import TiledNoise
+from solidtex_export.spaces.photographs import find_sources, load_materials, patches
+from solidtex_export.spaces.trainer import SpaceTrainer
+
+torch.set_num_threads(1)
+SMALL = {
+    "lattice": {"lattice": {"levels": 3, "step_channels": 2}},
+    "sampler": {"sampler": {"octaves": 4, "hidden_layers": 3, "width": 8}},
+    "gramgan-space": {
+        "sampler": {"octaves": 4, "hidden_layers": 3, "width": 8},
+        "critic": {"widths": [4, 6]},
+        "encoder": {"width": 4},
+    },
+    "henzler-space": {
+        "sampler": {"octaves": 4, "hidden_layers": 3, "width": 8},
+        "encoder": {"width": 4},
+    },
+}
+PRESETS = sorted(SMALL)
+
+
+def value(v: object) -> str:
+    return json.dumps(v)
+
+
+def save_preset(path: Path, name: str) -> Path:
+    """The preset with small networks and small slices, as a file."""
+    tables = read_toml(Path(settings.__file__).parents[1] / "presets" / "spaces" / f"{name}.toml")
+    for table, values in SMALL[name].items():
+        tables[table] = tables[table] | values
+    tables["slicing"] = tables["slicing"] | {"size": 40, "batch": 2}
+    tables |= {"code": 4, "style_width": 8}
+    plain = [f"{k} = {value(v)}" for k, v in tables.items() if not isinstance(v, dict)]
+    parts = [
+        "\n".join([f"[{k}]", *(f"{n} = {value(x)}" for n, x in v.items())])
+        for k, v in tables.items()
+        if isinstance(v, dict)
+    ]
+    path.write_text("\n".join(plain + parts))
+    return path
+
+
+@pytest.fixture
+def photos(tmp_path: Path) -> Path:
+    """Folder of three photographs and the CSV that lists them."""
+    random = np.random.default_rng(1)
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    with (folder / "list.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["split", "file", "licence", "source"])
+        for i, step in enumerate((2, 5, 9)):
+            pixels = random.integers(60 + 20 * i, 160, (136, 144, 3))
+            pixels[::step] = (200, 120, 60)
+            Image.fromarray(pixels.astype(np.uint8)).save(folder / f"p{i}.png")
+            writer.writerow(["train", f"p{i}.png", "CC0-1.0", "drawn by the test"])
+        writer.writerow(["validation", "missing.png", "CC0-1.0", ""])
+    return folder
+
+
+def begin(photos: Path, preset: Path, result: Path, steps: int) -> SpaceTrainer:
+    arguments = [str(photos / "list.csv"), "--preset", str(preset), "--device", "cpu"]
+    arguments += ["--steps", str(steps), "-o", str(result)]
+    return train_space.make_trainer(train_space.parser().parse_args(arguments))
+
+
+def run(trainer: SpaceTrainer, steps: int) -> SpaceTrainer:
+    trainer.run(lambda: trainer.step >= steps, lambda _: None)
+    return trainer
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_an_interrupted_training_resumes_to_the_same_bits_and_is_exported(
+    photos: Path, tmp_path: Path, name: str
+) -> None:
+    preset = save_preset(tmp_path / "preset.toml", name)
+    whole = run(begin(photos, preset, tmp_path / "whole", 4), 4)
+    run(begin(photos, preset, tmp_path / "parts", 4), 2)
+    parts = run(begin(photos, preset, tmp_path / "parts", 4), 4)
+    for module in ("generator", "encoder"):
+        states = (getattr(t, module).state_dict() for t in (whole, parts))
+        for (key, a), b in zip(next(states).items(), next(states).values(), strict=True):
+            assert torch.equal(a, b), key
+    start = begin(photos, preset, tmp_path / "start", 4).generator.state_dict()
+    changed = [k for k, v in whole.generator.state_dict().items() if not torch.equal(v, start[k])]
+    assert len(changed) > len(start) / 2
+    assert (tmp_path / "whole" / "preview.png").is_file()
+
+    path = tmp_path / "small.solidtex-space"
+    assert export_space.main([str(tmp_path / "whole"), "-o", str(path)]) == 0
+    with safe_open(path, "np") as file:
+        document = json.loads(file.metadata()["solidtex-space"])
+        tensors = {k: file.get_tensor(k) for k in file.keys()}  # noqa: SIM118
+    assert document["name"] == "small"
+    assert [p["license"] for p in document["photographs"]] == ["CC0-1.0"] * 3
+    assert tensors["codes"].shape == (3, 4)
+    assert all(np.isfinite(v).all() for v in tensors.values())
+    assert export_space.main([str(tmp_path / "whole"), "-o", str(path)]) == 1  # exists
+
+
+@pytest.mark.parametrize("name", ["lattice", "gramgan-space"])
+def test_the_encoder_in_the_file_gives_the_trained_codes(
+    photos: Path, tmp_path: Path, name: str
+) -> None:
+    runtime = pytest.importorskip("onnxruntime")
+    preset = save_preset(tmp_path / "preset.toml", name)
+    trainer = run(begin(photos, preset, tmp_path / "result", 2), 2)
+    path = tmp_path / "small.solidtex-space"
+    assert export_space.main([str(tmp_path / "result"), "-o", str(path)]) == 0
+    with safe_open(path, "np") as file:
+        encoder, codes = file.get_tensor("encoder").tobytes(), file.get_tensor("codes")
+    material = trainer.materials[1]
+    inputs = patches(material.image, 128, 6)
+    if name == "gramgan-space":
+        inputs = material.restored(inputs.transpose(0, 1)).transpose(0, 1)
+    found = runtime.InferenceSession(encoder).run(None, {"patches": inputs.numpy()})[0]
+    assert np.abs(found.mean(0) - codes[1]).max() < 1e-4
+
+
+def test_noise_is_standard_normal_and_continuous_across_tiles() -> None:
+    torch.manual_seed(0)
+    noise = TiledNoise(2, torch.device("cpu"))
+    corners = torch.randint(-500, 500, (1, 2, 4000, 3)).float()
+    torch.manual_seed(1)
+    at = noise(corners)
+    torch.manual_seed(1)
+    near = noise(corners + 1e-3)
+    assert (at - near).abs().max() < 0.02
+    assert 0.4 < float(at.std()) < 1.0  # trilinear interpolation lowers it
+
+
+def test_color_axes_restore_a_photograph_and_begin_with_lightness() -> None:
+    torch.manual_seed(0)
+    light = torch.rand(1, 40, 50)
+    image = 0.2 + 0.5 * light + 0.02 * torch.rand(3, 40, 50)
+    mean, basis = color_axes(image)
+    y = torch.linalg.solve(basis, (image - mean[:, None, None]).flatten(1))
+    assert torch.allclose(basis @ y + mean[:, None], image.flatten(1), atol=1e-5)
+    assert torch.corrcoef(torch.stack([y[0], light.flatten()]))[0, 1] > 0.99
+
+
+def test_horizontal_grain_is_turned_where_no_direction_is_given(photos: Path) -> None:
+    stripes = photos / "p2.png"  # along rows
+    for upright, same in ((False, True), (True, False)):
+        (material,) = load_materials(
+            find_sources([stripes]), 256, 128, "photograph", (1.0,), upright
+        )
+        assert (material.image.shape[1] == 136) == same
+
+
+def test_refusals(photos: Path, tmp_path: Path) -> None:
+    with pytest.raises(SettingsError, match="found nothing-such, expected one of"):
+        settings.load_space_recipe("nothing-such")
+    bad = tmp_path / "bad.toml"
+    bad.write_text(save_preset(tmp_path / "p.toml", "lattice").read_text() + "\nslope = 3")
+    with pytest.raises(SettingsError, match="slope"):
+        settings.load_space_recipe(str(bad))
+    listed = tmp_path / "list.csv"
+    listed.write_text("name\nx.png\n")
+    with pytest.raises(ExemplarError, match=r"list.csv: file: found no such column"):
+        find_sources([listed])
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(ExemplarError, match="found no photograph"):
+        find_sources([tmp_path / "empty"])
+    small = tmp_path / "small.png"
+    Image.open(photos / "p0.png").crop((0, 0, 100, 130)).save(small)
+    with pytest.raises(ExemplarError, match="found 100 x 130 pixels, expected at least 128 x 128"):
+        load_materials(find_sources([small]), 256, 128, "photograph", (1.0,))
+    preset = save_preset(tmp_path / "preset.toml", "henzler-space")
+    run(begin(photos, preset, tmp_path / "result", 1), 1)
+    other = save_preset(tmp_path / "other.toml", "sampler")
+    assert train_space.main(
+        [str(photos / "list.csv"), "--preset", str(other), "--steps", "1", "-o",
+         str(tmp_path / "result")]
+    ) == 1  # fmt: skip
+    (tmp_path / "result" / "checkpoint.pt").write_bytes(b"damaged")
+    output = str(tmp_path / "x.solidtex-space")
+    assert export_space.main([str(tmp_path / "result"), "-o", output]) == 1
+    assert not Path(output).exists()
