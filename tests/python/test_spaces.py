@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -196,3 +198,18 @@ def test_refusals(photos: Path, tmp_path: Path) -> None:
     output = str(tmp_path / "x.solidtex-space")
     assert export_space.main([str(tmp_path / "result"), "-o", output]) == 1
     assert not Path(output).exists()
+
+
+def test_two_processes_train_one_space(photos: Path, tmp_path: Path) -> None:
+    preset = save_preset(tmp_path / "preset.toml", "lattice")
+    launcher = [sys.executable, "-m", "torch.distributed.run", "--standalone"]
+    launcher += ["--nproc-per-node", "2", "-m", "solidtex_export.commands.train_space"]
+    options = ["--preset", str(preset), "--steps", "2", "--threads", "1", "--device", "cpu"]
+    command = [*launcher, str(photos / "list.csv"), *options, "-o", str(tmp_path / "result")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    state = torch.load(tmp_path / "result" / "checkpoint.pt", weights_only=True)
+    assert state["step"] == 2
+    assert len(state["ranks"]) == 2
+    one = run(begin(photos, preset, tmp_path / "one", 2), 2).generator.state_dict()
+    assert any(not torch.equal(v, one[k]) for k, v in state["generator"].items())

@@ -131,6 +131,7 @@ class SpaceTrainer:
     def run(self, stop: Callable[[], bool], report: Callable[[SpaceTrainer], None]) -> None:
         """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
         saved = previewed = time.monotonic()
+        recent: list[dict[str, float]] = []
         while True:
             now = time.monotonic()
             due = stop(), now - saved > CHECKPOINT_SECONDS, now - previewed > PREVIEW_SECONDS
@@ -144,15 +145,23 @@ class SpaceTrainer:
             if self.progress >= 1 or stopping:
                 break
             start = time.monotonic()
-            row = self._train_step()
+            recent.append(self._train_step())
             self.seconds += time.monotonic() - start
-            if self.ranks.is_main and (self.step % LOG_STEPS == 0 or self.step == 1):
-                self.folder.log(row)
+            if self.step % LOG_STEPS == 0:
+                self._log(recent)
+                recent = []
             report(self)
         self.save()
         self.save_preview()
 
+    def _log(self, rows: list[dict[str, float]]) -> None:
+        """Log the mean losses of recent steps: they differ more between materials than in time."""
+        if self.ranks.is_main:
+            means = {name: sum(row[name] for row in rows) / len(rows) for name in rows[0]}
+            self.folder.log({"step": self.step, "seconds": round(self.seconds, 1)} | means)
+
     def _train_step(self) -> dict[str, float]:
+        """One step; its losses."""
         settings = self.recipe.optimizer
         rate = settings.learning_rate * min(1.0, (self.step + 1) / max(1, settings.warmup_steps))
         rate *= half_cosine(self.progress, 1.0, settings.final_rate)
@@ -174,7 +183,7 @@ class SpaceTrainer:
             sums["critic"] = self._train_critic(slices.detach().float(), chosen)
         self.watch.check(self.step, sums)
         self.step += 1
-        return {"step": self.step, "seconds": round(self.seconds, 1), "rate": rate, **sums}
+        return {"rate": rate, **sums}
 
     def _codes(self, chosen: Sequence[int]) -> Tensor:
         """A code of one patch of each material, with the recipe's noise."""
