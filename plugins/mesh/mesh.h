@@ -33,6 +33,19 @@ struct Mesh {
   glm::dvec3 position(std::size_t vertex) const { return origin + glm::dvec3(positions[vertex]); }
 };
 
+// Axis-aligned bounding box.
+struct Box {
+  glm::dvec3 low{0}, high{0};
+
+  double longest_side() const {
+    const glm::dvec3 size = high - low;
+    return glm::max(size.x, glm::max(size.y, size.z));
+  }
+};
+
+// Returns the bounding box of a mesh's vertices, origin included.
+Box bounding_box(const Mesh& mesh);
+
 // Formats of load_mesh, for messages.
 inline constexpr const char* kMeshFormats = "*.ply, *.obj, *.gltf, *.glb, *.stl or *.off";
 

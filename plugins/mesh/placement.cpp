@@ -6,13 +6,7 @@ namespace solidtex::mesh {
 namespace {
 
 double default_texels_per_unit(const Mesh& mesh) {
-  glm::dvec3 low(mesh.positions.front()), high = low;
-  for (const glm::vec3& p : mesh.positions) {
-    low = glm::min(low, glm::dvec3(p));
-    high = glm::max(high, glm::dvec3(p));
-  }
-  const glm::dvec3 size = high - low;
-  const double longest = std::max({size.x, size.y, size.z});
+  const double longest = bounding_box(mesh).longest_side();
   if (!(longest > 0)) {
     throw MeshError(mesh.file + ": found all vertices at one point, expected a surface");
   }
@@ -20,6 +14,15 @@ double default_texels_per_unit(const Mesh& mesh) {
 }
 
 }  // namespace
+
+Box bounding_box(const Mesh& mesh) {
+  Box box{glm::dvec3(mesh.positions.front()), glm::dvec3(mesh.positions.front())};
+  for (const glm::vec3& p : mesh.positions) {
+    box.low = glm::min(box.low, glm::dvec3(p));
+    box.high = glm::max(box.high, glm::dvec3(p));
+  }
+  return {box.low + mesh.origin, box.high + mesh.origin};
+}
 
 Placement place(const Mesh& mesh, const std::array<std::int64_t, 3>& origin,
                 std::optional<double> texels_per_unit) {

@@ -78,7 +78,8 @@ TEST_CASE("solidtex-render refuses invalid commands without leaving files") {
       {"scene.json -o a.png --turntable 3", "a.####.png"},
       {"scene.json -o a.#.png --frames 1", "0 to 0"},
       {"missing.json -o a.png", "missing.json"},
-      {"cube.ply -o a.png", "not JSON"}};
+      {"out.txt -o a.png", "not JSON"},
+      {"cube.ply -o a.png", "--model"}};
   for (const auto& [arguments, words] : failures) {
     CAPTURE(arguments);
     CHECK(run_render(arguments, folder) == 1);
@@ -208,4 +209,76 @@ TEST_CASE("A checkpoint keeps the samples after Ctrl-C and on a full disk") {
   CHECK(read_text(folder / "a.exr") == read_text(folder / "whole.exr"));
   CHECK(!fs::exists(folder / "state"));
   CHECK(!fs::exists(folder / "a.preview.png"));
+}
+
+TEST_CASE("solidtex-render shows a mesh in a model without a scene file") {
+  const TemporaryFolder folder;
+  write_ply(folder / "cube.ply", make_cube());
+  write_noise_model(folder / "noise.solidtex", 5);
+  const std::string command = "cube.ply --model noise.solidtex --size 32,24 --spp 4 ";
+  REQUIRE(run_render(command + "-o a.png", folder) == 0);
+  const std::string talk = read_text(folder / "out.txt");
+  CHECK(talk.find("no light, lit by the default studio") != std::string::npos);
+  CHECK(run_render(command + "--texels-per-unit 256 -o b.png", folder) == 0);
+  CHECK(read_text(folder / "a.png") == read_text(folder / "b.png"));  // 512 along the side of 2
+  CHECK(run_render(command + "--variant 3 -o c.png", folder) == 0);
+  CHECK(read_text(folder / "a.png") != read_text(folder / "c.png"));
+  CHECK(run_render(command + "--turntable 2 -o turn#.png", folder) == 0);
+  CHECK(read_text(folder / "turn0.png") == read_text(folder / "a.png"));
+  CHECK(fs::exists(folder / "turn1.png"));
+  CHECK(run_render("cube.ply --up z -o d.png", folder) == 2);
+  write_scene(folder);
+  CHECK(run_render("scene.json --model noise.solidtex -o d.png", folder) == 1);
+}
+
+TEST_CASE("A scene without light is lit by a studio that a turntable does not move") {
+  const TemporaryFolder folder;
+  write_scene(folder);
+  json scene = json::parse(read_text(folder / "scene.json"));
+  scene.erase("environment");
+  write_text(folder / "dark.json", scene.dump());
+  pt::Sequence sequence(folder / "dark.json");
+  sequence.set_turntable(2);
+  const pt::Scene& first = sequence.frame(0);
+  CHECK(pt::notes_of(first).back().find("studio") != std::string::npos);
+  CHECK(mean_color(pt::render(first, pt::settings_of(first))).x > 0.1f);
+  const glm::vec3 corner = first.lights.at(0).corner;
+  CHECK(sequence.frame(1).lights.at(0).corner == corner);
+
+  scene["materials"]["gray"]["emission"] = {1, 1, 1};  // a light of its own
+  write_text(folder / "bright.json", scene.dump());
+  CHECK(pt::load_scene(folder / "bright.json")->lights.empty());
+}
+
+TEST_CASE("A solid texture without a scale has 512 texels along the longest side of its object") {
+  const TemporaryFolder folder;
+  write_scene(folder);
+  write_noise_model(folder / "noise.solidtex", 2);
+  json scene = json::parse(read_text(folder / "scene.json"));
+  json& color = scene["materials"]["gray"]["color"];
+  scene["objects"].push_back(scene["objects"][0]);
+  scene["objects"][0]["transform"] = {{{"scale", {3, 1, 1}}}, {{"translate", {5, 0, 0}}}};
+  const auto scale_of = [&](std::size_t object) {
+    write_text(folder / "scale.json", scene.dump());
+    const auto loaded = pt::load_scene(folder / "scale.json");
+    const pt::Material& material = loaded->materials[loaded->objects[object].material];
+    return std::get<pt::SolidColor>(material.color).to_texels[0][0];
+  };
+  color = {{"solid", "noise.solidtex"}};
+  CHECK(scale_of(0) == 256);
+  CHECK(scale_of(1) == 256);
+  color["space"] = "world";  // one scale for both, from -1 to 8
+  CHECK(scale_of(0) == Approx(512.0 / 9));
+  CHECK(scale_of(1) == Approx(512.0 / 9));
+  color["transform"] = {{{"scale", 7}}};
+  CHECK(scale_of(0) == 7);
+  color["transform"] = {{{"rotate", {{"axis", {0, 1, 0}}, {"degrees", 180}}}}};
+  CHECK(scale_of(0) == Approx(-512.0 / 9));
+  color["texels_per_unit"] = 1;
+  CHECK(scale_of(0) == Approx(-1));
+  if (!built_with_cgal()) return;
+  color = {{"solid", "noise.solidtex"}};
+  scene["objects"][1]["cuts"] = {{{"clip", {{"point", {0, 0, 0}}, {"normal", {1, 1, 1}}}}},
+                                 {{"subtract", {{"box", 1.9}}}}};
+  CHECK(scale_of(1) == 256);  // of the whole mesh
 }

@@ -22,7 +22,7 @@ void print_notes(const pt::Scene& scene) {
 void run(const tools::Options& options) {
   tools::check_checkpoint(options);
   tools::install_interrupt_handler();
-  pt::Sequence sequence(options.scene);
+  pt::Sequence sequence = tools::open_sequence(options);
   if (options.turntable > 0) sequence.set_turntable(options.turntable);
   const auto frames = tools::frames_to_render(options, sequence.frame_count());
   for (const tools::Frame& frame : frames) tools::check_output(frame.output, options);

@@ -4,6 +4,9 @@
 
 #include <charconv>
 #include <map>
+#include <set>
+
+#include "tools/common/output_file.h"
 
 namespace solidtex::tools {
 namespace {
@@ -12,6 +15,8 @@ namespace fs = std::filesystem;
 namespace pt = solidtex::pathtracer;
 
 constexpr const char* kExamples = R"(Examples:
+  solidtex-render bust.obj --model marble -o bust.png
+  solidtex-render bust.obj --model mine.solidtex --turntable 36 -o turn.####.png
   solidtex-render scenes/demo.json -o demo.png
   solidtex-render scene.json --spp 256 --size 1920,1080 -o scene.exr
   solidtex-render scene.json --spp 4 --force -o quick.png     preview
@@ -127,6 +132,30 @@ void add_sequence_options(CLI::App& app, Options& options) {
   app.add_flag("--resume", options.resume, "Skip frames whose images exist")->excludes(force);
 }
 
+void add_mesh_options(CLI::App& app, Options& options) {
+  CLI::Option* model =
+      app.add_option("--model", options.model,
+                     "Show the mesh SCENE in this model: a .solidtex file or a shipped name")
+          ->option_text("MODEL");
+  app.add_option("--variant", options.variant, "Random seed of the model (default 0)")
+      ->needs(model)
+      ->option_text("N");
+  app.add_option("--texels-per-unit", options.texels_per_unit,
+                 "Texels per unit of the mesh (default: 512 along its longest side)")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->needs(model)
+      ->option_text("N");
+  app.add_option("--up", options.up, "Axis of the mesh that points up (default y)")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->needs(model)
+      ->option_text("y|z");
+}
+
+bool is_mesh(const fs::path& file) {
+  static const std::set<std::string> extensions = {".ply", ".obj", ".gltf", ".glb", ".stl", ".off"};
+  return extensions.contains(lower_extension(file));
+}
+
 struct Range {
   int first = 0, last = 0;
 };
@@ -162,10 +191,15 @@ fs::path numbered(const fs::path& output, int number) {
 }  // namespace
 
 void add_options(CLI::App& app, Options& options) {
-  app.add_option("scene", options.scene, "Scene file (JSON)")->required()->option_text("SCENE");
+  app.add_option("scene", options.scene,
+                 "Scene file (JSON), or with --model a mesh (*.ply, *.obj, *.gltf, *.glb, *.stl or "
+                 "*.off)")
+      ->required()
+      ->option_text("SCENE");
   app.add_option("-o,--output", options.output,
                  "Image to write, .exr or .png; #### becomes the frame number")
       ->required();
+  add_mesh_options(app, options);
   add_image_options(app, options);
   add_output_options(app, options);
   add_long_render_options(app, options);
@@ -175,6 +209,30 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--stats", options.stats, "Print times and counts of the render");
   app.add_flag("--quiet", options.quiet, "Print errors and warnings only");
   app.footer(kExamples);
+}
+
+pt::Sequence open_sequence(const Options& options) {
+  const std::string scene = options.scene.string();
+  if (options.model.empty()) {
+    if (!is_mesh(options.scene)) return pt::Sequence(options.scene);
+    throw std::runtime_error(scene +
+                             ": found a mesh, expected a scene, or a model beside the mesh: "
+                             "--model marble");
+  }
+  if (!is_mesh(options.scene)) {
+    throw std::runtime_error(scene +
+                             ": found it with --model, expected a mesh (*.ply, *.obj, "
+                             "*.gltf, *.glb, *.stl or *.off)");
+  }
+  pt::MeshScene mesh{.mesh = options.scene,
+                     .model = options.model,
+                     .seed = options.variant,
+                     .texels_per_unit = options.texels_per_unit,
+                     .z_is_up = options.up == "z"};
+  const pt::RenderSettings defaults;
+  mesh.aspect = options.size.empty() ? static_cast<double>(defaults.width) / defaults.height
+                                     : static_cast<double>(options.size[0]) / options.size[1];
+  return pt::Sequence(mesh);
 }
 
 pt::RenderSettings settings_for(const pt::Scene& scene, const Options& options) {

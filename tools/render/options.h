@@ -11,7 +11,13 @@
 namespace solidtex::tools {
 
 struct Options {
-  std::filesystem::path scene, output;
+  std::filesystem::path scene, output;  // a scene file; with a model, a mesh
+
+  // Of a mesh without a scene file.
+  std::string model;
+  std::uint64_t variant = 0;
+  std::optional<double> texels_per_unit;
+  std::string up = "y";
 
   // These override the scene's settings.
   std::vector<int> size;
@@ -38,6 +44,9 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& options);
+
+// Opens the scene file or the mesh. Throws for a mesh without a model, and a model with a scene.
+pathtracer::Sequence open_sequence(const Options& options);
 
 // Returns the scene's settings, overridden by the command line.
 pathtracer::RenderSettings settings_for(const pathtracer::Scene& scene, const Options& options);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "plugins/pathtracer/sampling/sampling.h"
 
@@ -40,6 +41,10 @@ std::array<glm::vec3, 2> footprint_axes(const SurfaceInteraction& interaction,
 const SolidColor* solid_texture_of(const Material& material) {
   if (const auto* color = std::get_if<SolidColor>(&material.color)) return color;
   return material.channels_of ? &*material.channels_of : nullptr;
+}
+
+SolidColor* solid_texture_of(Material& material) {
+  return const_cast<SolidColor*>(solid_texture_of(std::as_const(material)));
 }
 
 std::uint32_t texture_points_of(const Material& material) {

@@ -42,6 +42,8 @@ std::array<glm::vec3, 2> footprint_axes(const SurfaceInteraction& interaction,
 // Returns the solid texture of a material's color, else that of its channels, else null.
 const SolidColor* solid_texture_of(const Material& material);
 
+SolidColor* solid_texture_of(Material& material);
+
 // Solid texture points per interaction with this material, including a bump's neighbors.
 std::uint32_t texture_points_of(const Material& material);
 

@@ -1,4 +1,5 @@
 // Reads "materials", with their images and solid textures.
+#include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 #include <tuple>
@@ -12,6 +13,15 @@ namespace solidtex::pathtracer {
 namespace {
 
 using nlohmann::json;
+
+// Whether a solid texture has a scale of its own: without one it is scaled to its objects.
+bool states_scale(const json& solid) {
+  const auto scales = [](const json& step) {
+    return step.contains("scale") || step.contains("matrix");
+  };
+  return solid.contains("texels_per_unit") ||
+         std::ranges::any_of(solid.value("transform", json::array()), scales);
+}
 
 // Reads colors and inputs. Loads images and solid textures into the scene, each once.
 class TextureReader {
@@ -78,6 +88,7 @@ SolidColor TextureReader::solid(const Place& place) {
   result.texture = load_texture(place);
   result.world_space = color.value("space", "object") == "world";
   if (color.contains("transform")) result.to_texels = file_.transform(place / "transform");
+  result.fits_object = !states_scale(color);
   const glm::dvec3 texels = to_scale(color.value("texels_per_unit", json(1.0)));
   result.to_texels = glm::scale(glm::dmat4(1), texels) * result.to_texels;
   return result;

@@ -11,6 +11,7 @@ std::size_t MeshReader::mesh_of(const Place& object) {
   const std::string key = value["mesh"].dump() + value.value("cuts", json()).dump();
   if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
   Mesh mesh = read_mesh(object / "mesh");
+  boxes_[scene_.meshes.size()] = mesh::bounding_box(mesh);
   if (value.contains("cuts")) mesh = cut(object / "cuts", mesh);
   scene_.meshes.push_back(std::move(mesh));
   return meshes_[key] = scene_.meshes.size() - 1;

@@ -17,6 +17,9 @@ class MeshReader {
   // Returns the index of the mesh of the object at this place.
   std::size_t mesh_of(const Place& object);
 
+  // Returns the bounding box of the object's mesh file, before cuts.
+  const mesh::Box& box_of(std::size_t mesh) const { return boxes_.at(mesh); }
+
   // Loads and repairs the mesh file named at this place, without adding it to the scene.
   Mesh read_mesh(const Place& place);
 
@@ -28,6 +31,7 @@ class MeshReader {
   const SceneFile& file_;
   Scene& scene_;
   std::map<std::string, std::size_t> meshes_;
+  std::map<std::size_t, mesh::Box> boxes_;
 };
 
 }  // namespace solidtex::pathtracer

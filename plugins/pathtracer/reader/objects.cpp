@@ -1,7 +1,14 @@
 // Reads "objects".
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <glm/gtc/matrix_transform.hpp>
+#include <limits>
+#include <map>
+#include <sstream>
+#include <utility>
 
+#include "plugins/mesh/placement.h"
 #include "plugins/pathtracer/materials/texel_space.h"
 #include "plugins/pathtracer/reader/meshes.h"
 #include "plugins/pathtracer/reader/parts.h"
@@ -28,15 +35,20 @@ bool has_image(const Material& material) {
          std::ranges::any_of(kInputs, is_image);
 }
 
+double texels_per_unit(const SolidColor& solid) {
+  return std::cbrt(std::abs(glm::determinant(glm::dmat3(solid.to_texels))));
+}
+
 // Notes a mesh whose coordinates are rounded by much of a texel.
-void note_rounding(Scene& scene, const Mesh& mesh, const Material& material,
-                   const glm::dmat4& transform) {
-  const SolidColor* solid = solid_texture_of(material);
+void note_rounding(Scene& scene, const Object& object) {
+  const Mesh& mesh = scene.meshes[object.mesh];
+  const SolidColor* solid = solid_texture_of(std::as_const(scene.materials[object.material]));
   if (!solid) return;
-  glm::dmat3 to_texels(solid->to_texels);
-  if (solid->world_space) to_texels *= glm::dmat3(transform);
-  const double texels_per_unit = std::cbrt(std::abs(glm::determinant(to_texels)));
-  const std::string warning = mesh::rounding_warning(mesh, texels_per_unit);
+  double texels = texels_per_unit(*solid);
+  if (solid->world_space) {
+    texels *= std::cbrt(std::abs(glm::determinant(glm::dmat3(glm::mat3(object.to_world)))));
+  }
+  const std::string warning = mesh::rounding_warning(mesh, texels);
   if (warning.empty()) return;
   scene.notes.push_back(std::filesystem::path(mesh.file).filename().string() + ": " + warning);
 }
@@ -49,12 +61,61 @@ Object read_object(const SceneFile& file, Scene& scene, MeshReader& meshes, cons
   const glm::dmat4 transform = file.transform(place / "transform");
   object.to_world = glm::mat4(between_origins(transform, mesh.origin, scene.origin));
   const Material& material = scene.materials[object.material];
-  note_rounding(scene, mesh, material, transform);
   if (has_image(material) && mesh.uvs.empty()) {
     file.refuse(place / "mesh", "a mesh without texture coordinates",
                 "some, because the material \"" + material.name + "\" has an image");
   }
+  object.box = meshes.box_of(object.mesh);
   return object;
+}
+
+// Returns the box around an object in the space of its solid texture, up to a translation.
+mesh::Box box_in(const Scene& scene, const Object& object, bool world_space) {
+  if (!world_space) return object.box;
+  const glm::dvec3& origin = scene.meshes[object.mesh].origin;
+  mesh::Box box{glm::dvec3(std::numeric_limits<double>::max()),
+                glm::dvec3(std::numeric_limits<double>::lowest())};
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::bvec3 is_high((corner & 1) != 0, (corner & 2) != 0, (corner & 4) != 0);
+    const glm::dvec3 vertex = glm::mix(object.box.low, object.box.high, is_high) - origin;
+    const glm::dvec3 p(glm::dmat4(object.to_world) * glm::dvec4(vertex, 1));
+    box = {glm::min(box.low, p), glm::max(box.high, p)};
+  }
+  return box;
+}
+
+// Gives objects with one material, and in object space one mesh, a copy of that material in which
+// the longest side of their box has mesh::kDefaultExtent texels.
+void fit_material(Scene& scene, const std::vector<Object*>& objects) {
+  const Object& first = *objects.front();
+  Material material = scene.materials[first.material];
+  SolidColor& solid = *solid_texture_of(material);
+  mesh::Box box = box_in(scene, first, solid.world_space);
+  for (const Object* object : objects) {
+    const mesh::Box other = box_in(scene, *object, solid.world_space);
+    box = {glm::min(box.low, other.low), glm::max(box.high, other.high)};
+  }
+  if (!(box.longest_side() > 0)) return;
+  const double texels = mesh::kDefaultExtent / box.longest_side();
+  solid.to_texels = glm::scale(glm::dmat4(1), glm::dvec3(texels)) * solid.to_texels;
+  const std::filesystem::path file = scene.meshes[first.mesh].file;
+  std::ostringstream note;
+  note << material.name << ": " << mesh::kDefaultExtent << " texels along the longest side of "
+       << (solid.world_space ? "its objects" : file.filename().string())
+       << ", \"texels_per_unit\": " << texels;
+  scene.notes.push_back(note.str());
+  for (Object* object : objects) object->material = scene.materials.size();
+  scene.materials.push_back(std::move(material));
+}
+
+void fit_materials(Scene& scene) {
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<Object*>> groups;
+  for (Object& object : scene.objects) {
+    const SolidColor* solid = solid_texture_of(std::as_const(scene.materials[object.material]));
+    if (!solid || !solid->fits_object) continue;
+    groups[{object.material, solid->world_space ? 0 : object.mesh}].push_back(&object);
+  }
+  for (const auto& [unused, objects] : groups) fit_material(scene, objects);
 }
 
 }  // namespace
@@ -66,6 +127,8 @@ void read_objects(const SceneFile& file, Scene& scene) {
   for (std::size_t i = 0; i < count; ++i) {
     scene.objects.push_back(read_object(file, scene, meshes, place / i));
   }
+  fit_materials(scene);
+  for (const Object& object : scene.objects) note_rounding(scene, object);
 }
 
 }  // namespace solidtex::pathtracer

@@ -4,6 +4,7 @@
 
 #include "plugins/pathtracer/reader/animation.h"
 #include "plugins/pathtracer/reader/parts.h"
+#include "plugins/pathtracer/reader/studio.h"
 
 namespace solidtex::pathtracer {
 namespace {
@@ -38,6 +39,7 @@ void read_changes(const SceneFile& file, const json& before, Scene& scene) {
   if (objects) {
     scene.objects.clear();
     scene.meshes.clear();
+    scene.materials.resize(now["materials"].size());  // drops copies that were scaled to objects
     read_objects(file, scene);
   }
   if (changed("environment")) {
@@ -72,9 +74,14 @@ glm::dvec3 choose_origin(const json& camera) {
 }  // namespace
 
 struct Sequence::State {
-  explicit State(const std::filesystem::path& path) : file(path) {
-    check_animation(file.document(), path.string());
-    scene.origin = choose_origin(file.document()["camera"]);
+  explicit State(const SceneFile& given) : file(given) {
+    check_animation(file.document(), file.path().string());
+    json document = file.document();
+    scene.origin = choose_origin(document["camera"]);
+    has_studio = needs_studio(document);
+    if (!has_studio) return;
+    add_studio(document);
+    file = SceneFile(file.path(), std::move(document), file.path().string());
   }
 
   json document_of(int frame) const {
@@ -85,12 +92,19 @@ struct Sequence::State {
   }
 
   SceneFile file;
+  bool has_studio = false;
   int turntable_frames = 0;  // 0: no turntable
   json read;                 // the document of `scene`
   Scene scene;
 };
 
-Sequence::Sequence(const std::filesystem::path& file) : state_(std::make_unique<State>(file)) {}
+Sequence::Sequence(const std::filesystem::path& file)
+    : state_(std::make_unique<State>(SceneFile(file))) {}
+
+Sequence::Sequence(const MeshScene& scene)
+    : state_(
+          std::make_unique<State>(SceneFile(scene.mesh, document_of(scene), scene.mesh.string()))) {
+}
 
 Sequence::~Sequence() = default;
 
@@ -110,6 +124,9 @@ const Scene& Sequence::frame(int number) {
   const json before = std::exchange(state_->read, json());  // stays null if reading throws
   read_changes(file, before, state_->scene);
   state_->read = file.document();
+  if (state_->has_studio) {
+    state_->scene.notes.push_back(path.string() + ": no light, lit by the default studio");
+  }
   return state_->scene;
 }
 

@@ -41,6 +41,8 @@ struct SolidColor {
   std::size_t texture = 0;
   bool world_space = false;
   glm::dmat4 to_texels{1};  // from object (or world) space to texels
+  // The scene file states no scale: the reader scales a copy of the material to each object.
+  bool fits_object = false;
 };
 using Color = std::variant<glm::vec3, ImageColor, SolidColor>;
 
@@ -83,6 +85,7 @@ inline constexpr Input Material::*kInputs[] = {&Material::roughness, &Material::
 struct Object {
   std::size_t mesh = 0, material = 0;
   glm::mat4 to_world{1};  // from the mesh's positions to render space
+  mesh::Box box{};        // of the mesh file, before cuts
 };
 
 // Emits on the side that edge_u x edge_v points to.

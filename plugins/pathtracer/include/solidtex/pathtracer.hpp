@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <solidtex/image.hpp>
 #include <stdexcept>
 #include <string>
@@ -81,10 +82,22 @@ struct BrickStatistics {
 };
 BrickStatistics brick_statistics(const Scene& scene);
 
-// A scene file frame by frame. All functions throw SceneError.
+// A mesh that is shown without a scene file: the whole mesh, in a solid texture with all channels
+// that a principled material knows.
+struct MeshScene {
+  std::filesystem::path mesh;
+  std::string model;                      // a .solidtex file, or the name of a shipped model
+  std::uint64_t seed = 0;                 // variant of the material
+  std::optional<double> texels_per_unit;  // default: 512 texels along the longest side
+  bool z_is_up = false;                   // instead of y
+  double aspect = 1;                      // width of the image over its height
+};
+
+// A scene file frame by frame. A scene without light is lit by a studio, and a note says so. All functions throw SceneError.
 class Sequence {
  public:
   explicit Sequence(const std::filesystem::path& file);
+  explicit Sequence(const MeshScene& scene);
   ~Sequence();
   Sequence(const Sequence&) = delete;
   Sequence& operator=(const Sequence&) = delete;
