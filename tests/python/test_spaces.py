@@ -119,7 +119,7 @@ def test_an_interrupted_training_resumes_to_the_same_bits_and_is_exported(
     assert export_space.main([str(tmp_path / "whole"), "-o", str(path)]) == 1  # exists
 
 
-@pytest.mark.parametrize("name", ["lattice", "gramgan-space"])
+@pytest.mark.parametrize("name", ["lattice", "sampler", "gramgan-space"])
 def test_the_encoder_in_the_file_gives_the_trained_codes(
     photos: Path, tmp_path: Path, name: str
 ) -> None:

@@ -11,6 +11,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from solidtex_export.losses.descriptor.weights import Trained
+from solidtex_export.settings import SettingsError
 from solidtex_export.spaces.settings import EncoderSettings
 
 SLOPE = 0.2
@@ -36,13 +37,14 @@ class DescriptorEncoder(nn.Module):
     that have seen a few hundred photographs.
     """
 
-    def __init__(self, trained: Trained, width: int, code: int) -> None:
+    def __init__(self, trained: Trained, settings: EncoderSettings, code: int) -> None:
         super().__init__()
         self.network = trained.network
         self.units = {name: d + 0.1 * d.mean() for name, d in trained.deviations.items()}
         features = 2 * sum(len(d) for d in self.units.values())
-        self.first = nn.Linear(features, width)
-        self.last = nn.Linear(width, code)
+        self.unit_codes = settings.unit_codes
+        self.first = nn.Linear(features, settings.width)
+        self.last = nn.Linear(settings.width, code)
 
     @torch.no_grad()
     def summary(self, patches: Tensor) -> Tensor:
@@ -60,11 +62,17 @@ class DescriptorEncoder(nn.Module):
         deviation, mean = torch.std_mean(summaries, dim=0)
         self.first.weight *= math.sqrt(3) / (deviation + 0.1 * deviation.mean())
         self.first.bias.copy_(-self.first.weight @ mean)
-        codes = self.code(summaries)
+        codes = self._raw(summaries)
         self.last.weight /= codes.std(0)[:, None]
         self.last.bias.copy_((self.last.bias - codes.mean(0)) / codes.std(0))
 
     def code(self, summary: Tensor) -> Tensor:
+        codes = self._raw(summary)
+        if self.unit_codes:
+            codes = codes.shape[1] ** 0.5 * F.normalize(codes, dim=1)
+        return codes
+
+    def _raw(self, summary: Tensor) -> Tensor:
         return self.last(F.leaky_relu(self.first(summary), SLOPE))
 
 
@@ -97,6 +105,8 @@ def make_encoder(
     settings: EncoderSettings, code: int, trained: Trained | None
 ) -> DescriptorEncoder | ConvolutionEncoder:
     if settings.kind == "convolutions":
+        if settings.unit_codes:
+            raise SettingsError("encoder.unit_codes: found true, expected false for convolutions")
         return ConvolutionEncoder(settings.width, code)
     assert trained is not None
-    return DescriptorEncoder(trained, settings.width, code)
+    return DescriptorEncoder(trained, settings, code)

@@ -53,6 +53,10 @@ def _descriptor_graph(encoder: DescriptorEncoder, side: int, colors: bool) -> by
     x = _dense(graph, "first", encoder.first, x)
     x = graph.apply("LeakyRelu", [x], "first.act", alpha=SLOPE)
     x = _dense(graph, "last", encoder.last, x)
+    if encoder.unit_codes:
+        x = graph.apply("LpNormalization", [x], "unit", axis=1, p=2)
+        size = graph.constant("size", np.array(encoder.last.out_features**0.5, np.float32))
+        x = graph.apply("Mul", [x, size], "sized")
     return _serialized(graph, x, encoder.last.out_features)
 
 

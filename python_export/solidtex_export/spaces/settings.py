@@ -54,6 +54,8 @@ class EncoderSettings(Settings):
     convolutions: a convolutional network trained with the space.
     """
     width: Size = 64
+    unit_codes: bool = False
+    """Scale codes to a mean square of 1, so that no photograph's code is far from all others."""
 
 
 class SlicingSettings(Settings):
