@@ -14,12 +14,8 @@ from solidtex_export.evaluation.comparison import Distance, Reference, Settings,
 from solidtex_export.evaluation.metrics import standard_metrics
 from solidtex_export.evaluation.metrics.autocorrelation import correlation, covariance_by_lag
 from solidtex_export.evaluation.metrics.fourier import FourierMagnitudes
-from solidtex_export.evaluation.metrics.inception import (
-    LAYERS,
-    SingleImageFrechet,
-    WeightsError,
-    frechet_distance,
-)
+from solidtex_export.evaluation.metrics.frechet import frechet_distance
+from solidtex_export.evaluation.metrics.inception import LAYERS, SingleImageFrechet, WeightsError
 from solidtex_export.evaluation.metrics.lbp import PATTERNS, RADII, LbpDistance
 from solidtex_export.evaluation.metrics.patches import SlicedWasserstein
 from solidtex_export.evaluation.metrics.spectrum import PowerSpectrum

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from solidtex_export.commands import cli
 from solidtex_export.commands.train_options import maps_of_photographs, named_file, rectangle
 from solidtex_export.evaluation import subjects
+from solidtex_export.evaluation.metrics.squeezenet import WeightsError
 from solidtex_export.evaluation.pictures import ORIENTATIONS
 from solidtex_export.evaluation.subjects import SMALLEST_PICTURE, UNLIMITED, Subject, SubjectError
 from solidtex_export.export.file_format import model_file
@@ -80,6 +81,10 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("--inception", metavar="FILE", type=Path,
                    help="weights of torchvision's inception_v3 (a state dict): adds SIFID"
                    )  # fmt: skip
+    p.add_argument("--features", metavar="FILE", type=Path,
+                   help="weights of SqueezeNet v1.0 (safetensors): adds the feature distance, and"
+                   " SIFID with that network"
+                   )  # fmt: skip
     p.add_argument("--seed", type=int, default=0, metavar="S",
                    help="random seed of the model and of all choices (default: 0)")  # fmt: skip
     return p
@@ -127,7 +132,7 @@ def run(args: argparse.Namespace) -> None:
     check_alike(exemplars)
     side = args.size or training.get("size", DEFAULT_SIDE)
     symmetry = args.symmetry or training.get("symmetry", "none")
-    settings = Settings(side, args.crops, symmetry, args.seed, args.inception)
+    settings = Settings(side, args.crops, symmetry, args.seed, args.inception, args.features)
     subject = make_subject(args, training, side)
     result = evaluate(subject, exemplars, settings)
     result.document["exemplars"] = [{"file": e.name, "sha256": e.sha256} for e in exemplars]
@@ -209,7 +214,7 @@ def main(arguments: list[str] | None = None) -> int:
         check(p, args)
         run(args)
 
-    failures = (*cli.FAILURES, ExemplarError, SubjectError)
+    failures = (*cli.FAILURES, ExemplarError, SubjectError, WeightsError)
     return cli.run(p, arguments, work, failures)
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from solidtex_export.evaluation.metrics import Metric, standard_metrics
+from solidtex_export.evaluation.metrics.parzen import SIDES, ParzenWindows
 from solidtex_export.evaluation.pictures import crop_side, halvings, oriented, random_crops
 from solidtex_export.images.channels import groups
 
@@ -23,6 +25,7 @@ class Settings:
     symmetry: str = "none"
     seed: int = 0
     inception: Path | None = None
+    features: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class Reference:
         self.exemplar = exemplar
         self.settings = settings
         self.side = crop_side(exemplar, settings.side)
-        self.metrics = standard_metrics(exemplar, settings.inception)
+        self.metrics = standard_metrics(exemplar, settings.inception, settings.features)
         self.halves = halvings(exemplar, self.side)
         rng = np.random.default_rng(settings.seed)  # other places in each half: it may be a tile
         self._crops = [tuple(self._draw([h], rng) for h in pair) for pair in self.halves]
@@ -55,8 +58,30 @@ class Reference:
 
     def distances(self, pictures: list[np.ndarray]) -> dict[str, Distance]:
         """Distance of slices to the exemplar by every metric."""
-        crops = self._draw(pictures, np.random.default_rng(self.settings.seed))
+        crops = self._crops_of(pictures)
         return {metric.name: self._distance(metric, crops) for metric in self.metrics}
+
+    def likelihoods(self, pictures: list[np.ndarray]) -> list[float]:
+        """Average log-likelihood of patches of slices, by SIDES; the mean over the halves."""
+        crops = self._crops_of(pictures)
+        return [
+            float(np.mean([kernels.average_log_likelihood(crops) for kernels in halves]))
+            for halves in self._kernels
+        ]
+
+    @property
+    def own_likelihoods(self) -> list[float]:
+        """The same of each half, given the other half."""
+        return [float(np.mean([k.held_out for k in halves])) for halves in self._kernels]
+
+    @cached_property
+    def _kernels(self) -> list[list[ParzenWindows]]:
+        """By side of a patch: the density of each half."""
+        orders = [(a, b) for pair in self._crops for a, b in (pair, pair[::-1])]
+        return [[ParzenWindows(a, b, side) for a, b in orders] for side in SIDES]
+
+    def _crops_of(self, pictures: list[np.ndarray]) -> np.ndarray:
+        return self._draw(pictures, np.random.default_rng(self.settings.seed))
 
     def _draw(self, pictures: list[np.ndarray], rng: np.random.Generator) -> np.ndarray:
         crops = random_crops(pictures, self.side, self.settings.crops, rng)

@@ -19,6 +19,7 @@ from solidtex_export.evaluation.comparison import (
 )
 from solidtex_export.evaluation.correspondence import as_colors, coherence, correspondence
 from solidtex_export.evaluation.directions import directionality
+from solidtex_export.evaluation.metrics.parzen import SIDES
 from solidtex_export.evaluation.pictures import draw_cut_cube, luminance, random_crops, to_8_bit
 from solidtex_export.evaluation.repetition import Repetition, repetition
 from solidtex_export.evaluation.subjects import Subject, SubjectError, View, values
@@ -100,7 +101,11 @@ def _reduced(subject: Subject, indices: list[int]) -> Subject:
 
 
 def _settings(settings: Settings, images: list[np.ndarray]) -> dict[str, Any]:
-    used = {key: value for key, value in asdict(settings).items() if key != "inception"}
+    used = {
+        key: value
+        for key, value in asdict(settings).items()
+        if key not in ("inception", "features")
+    }
     return used | {"exemplar_sizes": [list(image.shape[1::-1]) for image in images]}
 
 
@@ -110,10 +115,12 @@ def _distances(
     """Distances on one group of channels: self-distances, those of the views, and their means."""
     references = [Reference(image[..., indices], settings) for image in images]
     views: dict[str, dict[str, Distance]] = {}
+    likelihoods: dict[str, list[float]] = {}
     for view in subject.views:
         if view.exemplar is not None:
             pictures = [picture[..., indices] for picture in view.pictures]
             views[view.name] = references[view.exemplar].distances(pictures)
+            likelihoods[view.name] = references[view.exemplar].likelihoods(pictures)
     names = [metric.name for metric in references[0].metrics]
     overall = {name: mean_distance([view[name] for view in views.values()]) for name in names}
     return {
@@ -122,6 +129,11 @@ def _distances(
         "self": [reference.own for reference in references],
         "views": {n: {k: asdict(d) for k, d in view.items()} for n, view in views.items()},
         "overall": {name: asdict(distance) for name, distance in overall.items()},
+        "likelihood": {
+            "patch": list(SIDES),
+            "self": [reference.own_likelihoods for reference in references],
+            "views": likelihoods,
+        },
     }
 
 

@@ -29,8 +29,14 @@ class Metric(Protocol):
     def distance(self, first: Any, second: Any) -> float: ...
 
 
-def standard_metrics(exemplar: np.ndarray, inception: Path | None = None) -> list[Metric]:
-    """Metrics for an exemplar [row, column, channel]; SIFID only with weights for it."""
+def standard_metrics(
+    exemplar: np.ndarray, inception: Path | None = None, features: Path | None = None
+) -> list[Metric]:
+    """Metrics for an exemplar [row, column, channel].
+
+    Those of networks only for three channels and with the file of their weights: `inception` for
+    Inception v3, `features` for SqueezeNet.
+    """
     metrics: list[Metric] = [
         LbpDistance(),
         Autocorrelation(),
@@ -42,4 +48,10 @@ def standard_metrics(exemplar: np.ndarray, inception: Path | None = None) -> lis
         from solidtex_export.evaluation.metrics.inception import SingleImageFrechet
 
         metrics.append(SingleImageFrechet(inception))
+    if features is not None and exemplar.shape[2] == 3:
+        from solidtex_export.evaluation.metrics.features import FeatureDistance, FeatureSifid
+        from solidtex_export.evaluation.metrics.squeezenet import load_squeezenet
+
+        network = load_squeezenet(features)
+        metrics += [FeatureDistance(network, exemplar), FeatureSifid(network)]
     return metrics

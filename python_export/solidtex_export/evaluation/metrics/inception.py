@@ -11,6 +11,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from solidtex_export.evaluation.metrics.frechet import frechet_distance
+
 # Of torchvision's inception_v3, up to the convolution just before the second pooling: name, output
 # channels, input channels, kernel, stride, padding, and whether 3 x 3 pooling by 2 follows.
 LAYERS = (
@@ -57,17 +59,6 @@ class SingleImageFrechet:
         self, first: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray]
     ) -> float:
         return frechet_distance(*first, *second)
-
-
-def frechet_distance(
-    mean_a: np.ndarray, covariance_a: np.ndarray, mean_b: np.ndarray, covariance_b: np.ndarray
-) -> float:
-    """Squared Fréchet distance of two normal distributions."""
-    values, vectors = np.linalg.eigh(covariance_a)
-    root = vectors * np.sqrt(values.clip(0)) @ vectors.T
-    cross = np.sqrt(np.linalg.eigvalsh(root @ covariance_b @ root).clip(0)).sum()
-    traces = np.trace(covariance_a) + np.trace(covariance_b)
-    return float(np.square(mean_a - mean_b).sum() + max(traces - 2 * cross, 0.0))
 
 
 def read_layers(path: Path) -> tuple[list[Tensor], list[Tensor]]:

@@ -1,0 +1,84 @@
+"""SqueezeNet v1.0, trained on ImageNet (Iandola et al. 2016), from a file of its weights."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from solidtex_export.state_file import read_state
+
+MEAN = (104.0, 117.0, 123.0)  # of blue, green and red, 0 ... 255: subtracted from the input
+CLASSES = 1000
+WIDTHS = (16, 16, 32, 32, 48, 48, 64, 64)  # squeezed channels of fire2 ... fire9
+FIRES = tuple(f"fire{i}" for i in range(2, 2 + len(WIDTHS)))
+POOLED = ("conv1", "fire4", "fire8")  # layers that pooling follows
+EXPECTED = "weights of SqueezeNet v1.0 (safetensors or a state dict)"
+
+
+class WeightsError(ValueError):
+    """A file without SqueezeNet's weights; the message names the file."""
+
+
+class Fire(nn.Module):
+    """Squeeze to few channels, then expand by a 1 x 1 and a 3 x 3 convolution side by side."""
+
+    def __init__(self, inputs: int, squeezed: int) -> None:
+        super().__init__()
+        self.squeeze1x1 = nn.Conv2d(inputs, squeezed, 1)
+        self.expand1x1 = nn.Conv2d(squeezed, 4 * squeezed, 1)
+        self.expand3x3 = nn.Conv2d(squeezed, 4 * squeezed, 3, padding=1)
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = F.relu(self.squeeze1x1(x))
+        return F.relu(torch.cat([self.expand1x1(x), self.expand3x3(x)], 1))
+
+
+class SqueezeNet(nn.Module):
+    """The network; images are [image, channel, row, column], sRGB, 0 ... 1."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.conv1 = nn.Conv2d(3, 96, 7, 2)
+        inputs = 96
+        for name, squeezed in zip(FIRES, WIDTHS, strict=True):
+            self.add_module(name, Fire(inputs, squeezed))
+            inputs = 8 * squeezed
+        self.conv_final = nn.Conv2d(inputs, CLASSES, 1)
+
+    def features(self, images: Tensor, last: str = FIRES[-1]) -> dict[str, Tensor]:
+        """Outputs of conv1 and the fire modules up to `last`, before pooling."""
+        found: dict[str, Tensor] = {}
+        x = images.flip(1) * 255 - images.new_tensor(MEAN).view(3, 1, 1)
+        for name in ("conv1", *FIRES):
+            x = self.get_submodule(name)(x)
+            x = found[name] = F.relu(x) if name == "conv1" else x
+            if name == last:
+                break
+            x = F.max_pool2d(x, 3, 2, ceil_mode=True) if name in POOLED else x
+        return found
+
+    def forward(self, images: Tensor) -> Tensor:
+        """Probabilities [image, class]."""
+        x = F.relu(self.conv_final(self.features(images)[FIRES[-1]]))
+        return x.mean((2, 3)).softmax(1)
+
+
+def load_squeezenet(path: Path) -> SqueezeNet:
+    """The network with the weights in a file, frozen."""
+    network = SqueezeNet()
+    tensors = read_state(path, EXPECTED, WeightsError)
+    for name, value in network.state_dict().items():
+        found = tensors.get(name)
+        if not isinstance(found, Tensor) or found.shape != value.shape:
+            what = f"shape {tuple(found.shape)}" if isinstance(found, Tensor) else "nothing"
+            raise WeightsError(
+                f"{path}: {name}: found {what}, expected shape {tuple(value.shape)}: {EXPECTED}"
+            )
+        if not found.isfinite().all():
+            raise WeightsError(f"{path}: {name}: found a value that is not finite")
+        tensors[name] = found.float()
+    network.load_state_dict({name: tensors[name] for name in network.state_dict()})
+    return network.requires_grad_(False).eval()
