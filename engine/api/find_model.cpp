@@ -14,11 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kExtension[] = ".solidtex";
-
 // Capitals are accepted too.
-bool has_extension(const fs::path& path) {
-  return strcasecmp(path.extension().c_str(), kExtension) == 0;
+bool has_extension(const fs::path& path, const char* extension) {
+  return strcasecmp(path.extension().c_str(), extension) == 0;
 }
 
 // Returns the folder of the library or program that contains this code.
@@ -53,13 +51,13 @@ std::vector<fs::path> model_folders() {
   return folders;
 }
 
-std::set<std::string> names_in(const std::vector<fs::path>& folders) {
+std::set<std::string> names_in(const std::vector<fs::path>& folders, const char* extension) {
   std::set<std::string> names;
   for (const fs::path& folder : folders) {
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error)) {
-      if (entry->path().extension() == kExtension) names.insert(entry->path().stem());
+      if (entry->path().extension() == extension) names.insert(entry->path().stem());
     }
   }
   return names;
@@ -72,21 +70,29 @@ std::string joined(const List& list) {
   return text.empty() ? "none" : text;
 }
 
-}  // namespace
-
-fs::path find_model(const std::string& model) {
-  if (model.empty()) throw Error(SOLIDTEX_INVALID_ARGUMENT, "the model name is empty");
-  const fs::path path(model);
-  if (path.has_parent_path() || has_extension(path)) return path;
+// Returns the path of a file that is given by path, or by name in the model folders.
+fs::path find_file(const std::string& given, const char* extension, const std::string& what) {
+  if (given.empty()) throw Error(SOLIDTEX_INVALID_ARGUMENT, "the " + what + " name is empty");
+  const fs::path path(given);
+  if (path.has_parent_path() || has_extension(path, extension)) return path;
   const std::vector<fs::path> folders = model_folders();
   for (const fs::path& folder : folders) {
-    const fs::path candidate = folder / (model + kExtension);
+    const fs::path candidate = folder / (given + extension);
     std::error_code ignored;
     if (fs::is_regular_file(candidate, ignored)) return candidate;
   }
-  throw Error(SOLIDTEX_IO_ERROR, "no model is named \"" + model + "\"; there are: " +
-                                     joined(names_in(folders)) + "; searched: " + joined(folders) +
-                                     " (a path needs a slash or the ending " + kExtension + ")");
+  throw Error(SOLIDTEX_IO_ERROR, "no " + what + " is named \"" + given +
+                                     "\"; there are: " + joined(names_in(folders, extension)) +
+                                     "; searched: " + joined(folders) +
+                                     " (a path needs a slash or the ending " + extension + ")");
+}
+
+}  // namespace
+
+fs::path find_model(const std::string& model) { return find_file(model, ".solidtex", "model"); }
+
+fs::path find_space(const std::string& space) {
+  return find_file(space, ".solidtex-space", "texture space");
 }
 
 }  // namespace solidtex::engine

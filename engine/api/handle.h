@@ -14,6 +14,7 @@
 
 #include "engine/common/error.h"
 #include "engine/query/texture.h"
+#include "engine/space/space.h"
 
 namespace solidtex::engine {
 
@@ -40,6 +41,13 @@ struct solidtex_texture {
   solidtex::engine::ProgressListener progress;
   std::optional<solidtex::engine::Texture> open;
   std::string path;
+};
+
+struct solidtex_space {
+  explicit solidtex_space(solidtex::engine::Space read) : space(std::move(read)) {}
+
+  std::atomic<std::uint64_t> references = 1;
+  const solidtex::engine::Space space;
 };
 
 namespace solidtex::engine {
@@ -72,6 +80,14 @@ inline void require(const void* pointer, const char* message) {
 // otherwise a bare name in one of the model folders. Throws Error that lists the known names and
 // the folders.
 std::filesystem::path find_model(const std::string& model);
+
+// Returns the path of a texture space in the same way; its ending is ".solidtex-space".
+std::filesystem::path find_space(const std::string& space);
+
+// Returns the bytes of the model file of a code. Checks the pointers. `colors` may be null where
+// the space has none, `details` always.
+std::vector<std::byte> decode(const solidtex_space* space, const float* code, const float* colors,
+                              const char* details);
 
 // Restricts kernels to the instruction set that SOLIDTEX_TARGET names. The first call reads the
 // variable. Throws if the machine lacks that instruction set.

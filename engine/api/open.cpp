@@ -115,3 +115,13 @@ solidtex_status solidtex_open_memory(solidtex_texture* texture, const void* byte
     open(*texture, parse_model(data, "model in memory"), "");
   });
 }
+
+solidtex_status solidtex_space_texture(const solidtex_space* space, const float* code,
+                                       const float* colors, const char* details,
+                                       solidtex_texture* texture) {
+  return change(texture, [&] {
+    const auto bytes = decode(space, code, colors, details);
+    limit_target();
+    open(*texture, parse_model(bytes, space->space.label + ", decoded"), "");
+  });
+}

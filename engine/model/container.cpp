@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <string_view>
 
 #include "engine/model/checks.h"
@@ -24,36 +26,39 @@ struct Extent {
 
 struct OtherContent {
   std::string_view beginning;  // lower case
-  const char* what;
+  const char *what, *remedy;
 };
 
-// Contents that are often found in place of a model, with the remedy.
+// Contents that are often found in place of a model.
 constexpr OtherContent kOtherContents[] = {
-    {"version https://git-lfs.github.com/spec/",
-     "a Git LFS pointer, not the model: run git lfs pull"},
-    {"<!doctype", "an HTML page, not the model: download the file itself, not its page"},
-    {"<html", "an HTML page, not the model: download the file itself, not its page"},
-    {"<?xml", "an XML document, not the model: download the file itself"},
-    {"pk\3\4", "a ZIP archive or PyTorch checkpoint, not the model: unpack or export it first"},
+    {"version https://git-lfs.github.com/spec/", "a Git LFS pointer", "run git lfs pull"},
+    {"<!doctype", "an HTML page", "download the file itself, not its page"},
+    {"<html", "an HTML page", "download the file itself, not its page"},
+    {"<?xml", "an XML document", "download the file itself"},
+    {"pk\3\4", "a ZIP archive or PyTorch checkpoint", "unpack or export it first"},
 };
 
 // Throws if the file is empty or something else. None of these beginnings is a valid header length.
-void refuse_other_content(std::span<const std::byte> bytes, const std::string& label) {
+void refuse_other_content(std::span<const std::byte> bytes, const std::string& label,
+                          const FileKind& kind) {
+  const std::string wanted = kind.what;
   if (bytes.empty())
     throw invalid(label, "header length", "an empty file of 0 bytes",
-                  "a model: copy or download the file again");
+                  "a " + wanted + ": copy or download the file again");
   std::string begin(reinterpret_cast<const char*>(bytes.data()),
                     std::min<std::size_t>(bytes.size(), kMaxBeginning));
   std::ranges::transform(begin, begin.begin(), [](unsigned char c) { return std::tolower(c); });
   if (begin.starts_with("\xEF\xBB\xBF")) begin.erase(0, 3);  // byte order mark
   begin.erase(0, begin.find_first_not_of(" \t\r\n"));
-  for (const auto& [beginning, what] : kOtherContents)
+  for (const auto& [beginning, what, remedy] : kOtherContents)
     if (begin.starts_with(beginning))
-      throw Error(SOLIDTEX_INVALID_MODEL, label + ": this is " + what);
+      throw Error(SOLIDTEX_INVALID_MODEL,
+                  label + ": this is " + what + ", not the " + wanted + ": " + remedy);
 }
 
-std::uint64_t header_size(std::span<const std::byte> bytes, const std::string& label) {
-  refuse_other_content(bytes, label);
+std::uint64_t header_size(std::span<const std::byte> bytes, const std::string& label,
+                          const FileKind& kind) {
+  refuse_other_content(bytes, label, kind);
   if (bytes.size() < 8)
     throw invalid(label, "header length", "a file of " + std::to_string(bytes.size()) + " bytes",
                   "at least 8 bytes");
@@ -64,8 +69,9 @@ std::uint64_t header_size(std::span<const std::byte> bytes, const std::string& l
     throw invalid(label, "header length", std::to_string(size) + " bytes",
                   "at most " + std::to_string(limit) + " bytes (file size, and a limit of " +
                       std::to_string(max_header_bytes) + "): " +
-                      (size > max_header_bytes ? "this is no model, export it from a result"
-                                               : "the file is cut short, copy it again"));
+                      (size > max_header_bytes
+                           ? "this is no " + std::string(kind.what) + ", export it from a result"
+                           : "the file is cut short, copy it again"));
   return size;
 }
 
@@ -95,7 +101,7 @@ Extent read_extent(const Fields& entry, const std::string& name, std::size_t dat
 }
 
 void check_size(const Fields& entry, const Extent& extent, const std::vector<std::int64_t>& shape) {
-  std::size_t expected = sizeof(float);
+  std::size_t expected = entry.string("dtype") == "U8" ? 1 : sizeof(float);
   for (const std::int64_t size : shape) expected *= static_cast<std::size_t>(size);
   if (extent.end < extent.begin || extent.end - extent.begin != expected)
     throw entry.wrong("data_offsets",
@@ -119,17 +125,50 @@ void check_contiguous(std::vector<Extent> extents, std::size_t data_bytes,
                   std::to_string(data_bytes - position) + " bytes after the last tensor", "none");
 }
 
-std::map<std::string, std::string> read_metadata(const json& value, const std::string& label) {
+// Returns the document. The metadata may hold more strings, which other tools put there.
+std::string read_document(const json& header, const std::string& label, const FileKind& kind) {
+  const json metadata = header.value("__metadata__", json::object());
   const auto is_string = [](const json& entry) { return entry.is_string(); };
-  if (!value.is_object() || !std::ranges::all_of(value, is_string))
-    throw invalid(label, "__metadata__", show(value), "an object of strings");
-  return value.get<std::map<std::string, std::string>>();
+  if (!metadata.is_object() || !std::ranges::all_of(metadata, is_string))
+    throw invalid(label, "__metadata__", show(metadata), "an object of strings");
+  if (const auto found = metadata.find(kind.key); found != metadata.end())
+    return found->get<std::string>();
+  for (const FileKind& other : {model_file, space_file})
+    if (metadata.contains(other.key))
+      throw Error(SOLIDTEX_INVALID_MODEL,
+                  label + ": this is a " + other.what + ", expected a " + kind.what);
+  throw invalid(label, std::string("__metadata__.") + kind.key, "nothing",
+                "the " + std::string(kind.what) + "'s JSON document");
+}
+
+Error unreadable(const std::filesystem::path& path, const std::string& why) {
+  return Error(SOLIDTEX_IO_ERROR, path.string() + ": cannot read: " + why);
 }
 
 }  // namespace
 
-Container parse_container(std::span<const std::byte> bytes, const std::string& label) {
-  const std::uint64_t header_bytes = header_size(bytes, label);
+std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
+  std::error_code problem;
+  const auto status = std::filesystem::status(path, problem);
+  if (problem) throw unreadable(path, problem.message());
+  if (!std::filesystem::is_regular_file(status)) throw unreadable(path, "not a regular file");
+  const std::uintmax_t size = std::filesystem::file_size(path, problem);
+  if (problem) throw unreadable(path, problem.message());
+  if (size > max_file_bytes)
+    throw invalid(path.string(), "file size", std::to_string(size) + " bytes",
+                  "at most " + std::to_string(max_file_bytes));
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw unreadable(path, std::strerror(errno));
+  std::vector<std::byte> bytes(size);
+  if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
+    throw unreadable(path, "it ended after " + std::to_string(file.gcount()) + " of " +
+                               std::to_string(size) + " bytes");
+  return bytes;
+}
+
+Container parse_container(std::span<const std::byte> bytes, const std::string& label,
+                          const FileKind& kind) {
+  const std::uint64_t header_bytes = header_size(bytes, label, kind);
   const auto data = bytes.subspan(8 + header_bytes);
   if (data.size() > max_data_bytes)
     throw invalid(label, "tensor data", std::to_string(data.size()) + " bytes",
@@ -137,23 +176,20 @@ Container parse_container(std::span<const std::byte> bytes, const std::string& l
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, header_bytes);
   const json header = parse_json(label, "header", text);
 
-  Container result;
+  Container result{read_document(header, label, kind), {}};
   std::vector<Extent> extents;
   for (const auto& [name, value] : header.items()) {
-    if (name == "__metadata__") {
-      result.metadata = read_metadata(value, label);
-      continue;
-    }
+    if (name == "__metadata__") continue;
     const std::string where = "tensor " + show(name);
     check_name(label, where, name);
     const Fields entry(label, where, value);
     entry.allow_only({"dtype", "shape", "data_offsets"});
-    entry.choice("dtype", {"F32"});
+    const std::string type = entry.choice("dtype", kind.types);
     auto shape = read_shape(entry);
     const Extent extent = read_extent(entry, name, data.size());
     check_size(entry, extent, shape);
     extents.push_back(extent);
-    result.tensors[name] = {std::move(shape),
+    result.tensors[name] = {type, std::move(shape),
                             data.subspan(extent.begin, extent.end - extent.begin)};
   }
   check_contiguous(std::move(extents), data.size(), label);
@@ -162,14 +198,44 @@ Container parse_container(std::span<const std::byte> bytes, const std::string& l
 
 static_assert(std::endian::native == std::endian::little, "tensors are copied as they are");
 
+std::vector<std::byte> container_bytes(const FileKind& kind, const std::string& document,
+                                       const std::map<std::string, Tensor>& tensors) {
+  nlohmann::ordered_json header = {{"__metadata__", {{kind.key, document}}}};
+  std::size_t data_bytes = 0;
+  for (const auto& [name, tensor] : tensors) {
+    const std::size_t begin = data_bytes;
+    data_bytes += tensor.values.size() * sizeof(float);
+    header[name] = {
+        {"dtype", "F32"}, {"shape", tensor.shape}, {"data_offsets", {begin, data_bytes}}};
+  }
+  std::string text = header.dump();
+  text.resize((text.size() + 7) / 8 * 8, ' ');  // aligns the tensors
+  std::vector<std::byte> bytes(8 + text.size() + data_bytes);
+  const std::uint64_t header_bytes = text.size();
+  std::byte* at = bytes.data();
+  const auto append = [&at](const void* data, std::size_t size) {
+    std::memcpy(at, data, size);
+    at += size;
+  };
+  append(&header_bytes, sizeof header_bytes);
+  append(text.data(), text.size());
+  for (const auto& [name, tensor] : tensors)
+    append(tensor.values.data(), tensor.values.size() * sizeof(float));
+  return bytes;
+}
+
+const TensorView& TensorSource::find(const std::string& name, const std::string& expected) const {
+  const auto entry = tensors_.find(name);
+  if (entry == tensors_.end()) throw invalid(label_, "tensor " + show(name), "nothing", expected);
+  return entry->second;
+}
+
 Tensor TensorSource::take(const std::string& name, const std::vector<std::int64_t>& shape) {
   const std::string where = "tensor " + show(name);
-  const auto entry = tensors_.find(name);
-  if (entry == tensors_.end())
-    throw invalid(label_, where, "nothing", "F32 of shape " + show_shape(shape));
-  const TensorView& view = entry->second;
+  const TensorView& view = find(name, "F32 of shape " + show_shape(shape));
   if (view.shape != shape)
     throw invalid(label_, where, "shape " + show_shape(view.shape), "shape " + show_shape(shape));
+  if (view.type != "F32") throw invalid(label_, where, "type " + view.type, "F32");
 
   Tensor tensor{shape, std::vector<float>(view.bytes.size() / sizeof(float))};
   std::memcpy(tensor.values.data(), view.bytes.data(), view.bytes.size());
@@ -182,6 +248,16 @@ Tensor TensorSource::take(const std::string& name, const std::vector<std::int64_
         "finite values");
   taken_.insert(name);
   return tensor;
+}
+
+std::vector<std::byte> TensorSource::take_bytes(const std::string& name, std::size_t max_size) {
+  const std::string expected = "U8 of 1 to " + std::to_string(max_size) + " bytes";
+  const TensorView& view = find(name, expected);
+  if (view.type != "U8" || view.shape.size() != 1 || view.bytes.size() > max_size)
+    throw invalid(label_, "tensor " + show(name), view.type + " of shape " + show_shape(view.shape),
+                  expected);
+  taken_.insert(name);
+  return {view.bytes.begin(), view.bytes.end()};
 }
 
 void TensorSource::expect_all_taken() const {

@@ -46,7 +46,7 @@ typedef enum solidtex_status {
   SOLIDTEX_OK = 0,
   SOLIDTEX_INVALID_ARGUMENT = 1, /* an argument is NULL or out of range */
   SOLIDTEX_IO_ERROR = 2,         /* the file cannot be found or read */
-  SOLIDTEX_INVALID_MODEL = 3,    /* the file is not a valid model */
+  SOLIDTEX_INVALID_MODEL = 3,    /* the file is not a valid model or texture space */
   SOLIDTEX_OUT_OF_MEMORY = 4,
   SOLIDTEX_INTERNAL_ERROR = 5,
   SOLIDTEX_CANCELLED = 6 /* the progress callback cancelled the query */
@@ -264,6 +264,106 @@ static inline solidtex_status solidtex_eval_footprints(const solidtex_texture* t
   return solidtex_eval(texture, origin, points, &footprints, count, values, jacobians);
 }
 #endif
+
+/* ---- Texture spaces --------------------------------------------------------------------------*/
+/* A texture space is a network that has learned many materials. A code, a few numbers, names a
+ * material of the space; most spaces also need its colors. Code and colors decode to an ordinary
+ * model: it costs what any model costs. docs/spaces.md shows how to use spaces.
+ *
+ * Decoding uses the same operations in the same order everywhere: the same code and colors give the
+ * same model on every machine.
+ *
+ * Colors are 12 floats: rows of [basis | mean], color[r] = mean[r] + sum of basis[r][k] y[k] for a
+ * value y of the network. Where solidtex_space_has_colors returns 0, functions ignore colors, and
+ * they may be NULL. */
+
+/* Texture space. Opaque, reference-counted, immutable: any number of threads may use it. */
+typedef struct solidtex_space solidtex_space;
+
+/* Opens a texture space. `space` is the path of a .solidtex-space file or a bare name, such as
+ * "stones", which is looked for where models are. Returns a space with one reference, or NULL. */
+SOLIDTEX_API solidtex_space* solidtex_space_open(const char* space);
+
+/* Retains the space: increments its reference count. Ignores NULL. */
+SOLIDTEX_API void solidtex_space_retain(solidtex_space* space);
+
+/* Releases the space. The last release frees it; its textures stay valid. Ignores NULL. */
+SOLIDTEX_API void solidtex_space_release(solidtex_space* space);
+
+/* Facts about a space. Strings are valid as long as the space. On failure these return NULL or 0.
+ */
+
+/* Returns the name of the space. */
+SOLIDTEX_API const char* solidtex_space_name(const solidtex_space* space);
+
+/* Returns the path of the file. */
+SOLIDTEX_API const char* solidtex_space_path(const solidtex_space* space);
+
+/* Returns the SHA-256 of the file as 64 hexadecimal digits. Models record it. */
+SOLIDTEX_API const char* solidtex_space_sha256(const solidtex_space* space);
+
+/* Returns the metadata document of the space as JSON text. See docs/space-format.md. */
+SOLIDTEX_API const char* solidtex_space_metadata_json(const solidtex_space* space);
+
+/* Returns the family of the models of the space. */
+SOLIDTEX_API solidtex_family solidtex_space_family(const solidtex_space* space);
+
+/* Returns the number of floats in a code. */
+SOLIDTEX_API size_t solidtex_space_code_size(const solidtex_space* space);
+
+/* Returns 1 if a material has colors beside its code, otherwise 0. */
+SOLIDTEX_API int solidtex_space_has_colors(const solidtex_space* space);
+
+/* Returns the side of the encoder's patches in pixels: the least side of a photograph. */
+SOLIDTEX_API size_t solidtex_space_patch_size(const solidtex_space* space);
+
+/* Returns the resolution: photographs are reduced so that the shorter side has at most this many
+ * pixels. One pixel is one texel. */
+SOLIDTEX_API size_t solidtex_space_resolution(const solidtex_space* space);
+
+/* Returns the number of training photographs, at least 1. */
+SOLIDTEX_API size_t solidtex_space_photograph_count(const solidtex_space* space);
+
+/* Returns the name of a training photograph. */
+SOLIDTEX_API const char* solidtex_space_photograph_name(const solidtex_space* space, size_t index);
+
+/* Gets the code and the colors of a training photograph. Either may be NULL. */
+SOLIDTEX_API solidtex_status solidtex_space_photograph(const solidtex_space* space, size_t index,
+                                                       float* code, float* colors);
+
+/* Blends materials. Codes, and means and covariances of colors, are blended linearly. The weights
+ * are divided by their sum, which must be positive.
+ *
+ * count          Number of materials, at least 1.
+ * weights        `count` doubles.
+ * codes          `count` x code size floats.
+ * colors         `count` x 12 floats.
+ * code           Receives code size floats.
+ * blended_colors Receives 12 floats. */
+SOLIDTEX_API solidtex_status solidtex_space_blend(const solidtex_space* space, size_t count,
+                                                  const double* weights, const float* codes,
+                                                  const float* colors, float* code,
+                                                  float* blended_colors);
+
+/* Opens `texture`, which is not open yet, with the material of a code. Its values have the bits of
+ * the file that solidtex_space_write_model writes.
+ *
+ * details   JSON object with the keys "name", "license", "exemplar" and "training" of the model's
+ *           document (docs/file-format.md), each optional, or NULL. The library adds
+ *           "training"."space": name and SHA-256 of the space, code and colors. */
+SOLIDTEX_API solidtex_status solidtex_space_texture(const solidtex_space* space, const float* code,
+                                                    const float* colors, const char* details,
+                                                    solidtex_texture* texture);
+
+/* Writes the material of a code as a .solidtex file. Replaces an existing file; a failed write
+ * removes it. */
+SOLIDTEX_API solidtex_status solidtex_space_write_model(const solidtex_space* space,
+                                                        const float* code, const float* colors,
+                                                        const char* details, const char* path);
+
+/* Computes the SHA-256 of a file's bytes, as a model's exemplar records it: 64 hexadecimal digits
+ * and a final zero. The file may have any size. */
+SOLIDTEX_API solidtex_status solidtex_file_sha256(const char* path, char digest[65]);
 
 /* ---- Statistics ------------------------------------------------------------------------------*/
 

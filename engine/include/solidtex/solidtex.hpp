@@ -58,36 +58,63 @@ struct footprints {
   std::span<const float> axes = {};   // 9 n
 };
 
+namespace detail {
+
+// Runs a call of the C interface and throws the error of a failed one.
+template <class Call>
+void check(Call call) {
+  solidtex_clear_error();
+  const solidtex_status status = call();
+  if (status != SOLIDTEX_OK) throw error(status, solidtex_error_message());
+}
+
+inline std::string text(const char* found) { return found ? found : ""; }
+
+inline void require(bool condition, const char* message) {
+  if (!condition) throw error(SOLIDTEX_INVALID_ARGUMENT, message);
+}
+
+}  // namespace detail
+
+// Material of a texture space. `colors` is empty where the space has none.
+struct material {
+  std::vector<float> code;
+  std::vector<float> colors = {};  // 12 floats, see solidtex.h
+};
+
+class space;
+
 // Open model. Copies share it. Queries are const: any number of threads may run them.
 class texture {
  public:
   // Opens a model by path or by the bare name of a shipped model.
   explicit texture(const std::string& model, options chosen = {}) : texture(std::move(chosen)) {
-    check([&] { return solidtex_open(state_->handle, model.c_str()); });
+    detail::check([&] { return solidtex_open(state_->handle, model.c_str()); });
   }
 
   // Opens a model from the bytes of a .solidtex file.
   static texture from_memory(std::span<const std::byte> bytes, options chosen = {}) {
     texture opened(std::move(chosen));
-    check([&] { return solidtex_open_memory(opened.state_->handle, bytes.data(), bytes.size()); });
+    detail::check(
+        [&] { return solidtex_open_memory(opened.state_->handle, bytes.data(), bytes.size()); });
     return opened;
   }
 
   solidtex_family family() const { return solidtex_get_family(handle()); }
   std::size_t channel_count() const { return solidtex_channel_count(handle()); }
   std::string channel_name(std::size_t channel) const {
-    return text(solidtex_channel_name(handle(), channel));
+    return detail::text(solidtex_channel_name(handle(), channel));
   }
-  std::string color_space() const { return text(solidtex_color_space(handle())); }
-  std::string name() const { return text(solidtex_name(handle())); }
-  std::string path() const { return text(solidtex_path(handle())); }
+  std::string color_space() const { return detail::text(solidtex_color_space(handle())); }
+  std::string name() const { return detail::text(solidtex_name(handle())); }
+  std::string path() const { return detail::text(solidtex_path(handle())); }
   std::uint64_t seed() const { return integer("seed"); }
   std::string precision() const {
     const char* found = nullptr;
-    check([&] { return solidtex_get_string(handle(), "precision", &found); });
+    detail::check([&] { return solidtex_get_string(handle(), "precision", &found); });
     return found;
   }
-  std::string metadata_json() const { return text(solidtex_metadata_json(handle())); }
+  std::string metadata_json() const { return detail::text(solidtex_metadata_json(handle())); }
   std::uint64_t parameter_count() const { return solidtex_parameter_count(handle()); }
 
   // Evaluates n points, averaged over their footprints. See solidtex_eval.
@@ -98,15 +125,16 @@ class texture {
             const footprints& over, std::span<float> values,
             std::span<float> jacobians = {}) const {
     const std::size_t count = points.size() / 3;
-    require(points.size() == 3 * count, "points must hold n x 3 floats");
-    require(over.radii.empty() || over.radii.size() == count, "radii must hold n floats");
-    require(over.axes.empty() || over.axes.size() == 9 * count, "axes must hold n x 9 floats");
+    detail::require(points.size() == 3 * count, "points must hold n x 3 floats");
+    detail::require(over.radii.empty() || over.radii.size() == count, "radii must hold n floats");
+    detail::require(over.axes.empty() || over.axes.size() == 9 * count,
+                    "axes must hold n x 9 floats");
     require_output(count, values, jacobians);
     const solidtex_footprints given{sizeof(solidtex_footprints),
                                     over.radii.empty() ? nullptr : over.radii.data(),
                                     over.axes.empty() ? nullptr : over.axes.data()};
     const bool has_footprints = given.radii || given.axes;
-    check([&] {
+    detail::check([&] {
       return solidtex_eval(handle(), origin.data(), points.data(),
                            has_footprints ? &given : nullptr, count, values.data(),
                            jacobians.empty() ? nullptr : jacobians.data());
@@ -123,7 +151,7 @@ class texture {
   void eval_filtered(const std::array<double, 3>& origin, std::span<const float> points,
                      std::span<const float> radii, std::span<float> values,
                      std::span<float> jacobians = {}) const {
-    require(points.size() == 3 * radii.size(), "radii must hold n floats, points n x 3");
+    detail::require(points.size() == 3 * radii.size(), "radii must hold n floats, points n x 3");
     eval(origin, points, {.radii = radii}, values, jacobians);
   }
 
@@ -131,26 +159,27 @@ class texture {
   void eval_footprints(const std::array<double, 3>& origin, std::span<const float> points,
                        std::span<const float> axes, std::span<float> values,
                        std::span<float> jacobians = {}) const {
-    require(3 * points.size() == axes.size(), "axes must hold n x 9 floats, points n x 3");
+    detail::require(3 * points.size() == axes.size(), "axes must hold n x 9 floats, points n x 3");
     eval(origin, points, {.axes = axes}, values, jacobians);
   }
 
   // Evaluates the voxels [origin, origin + size) into values in the order [x][y][z][channel].
   void eval_box(const std::array<std::int64_t, 3>& origin, const std::array<std::int64_t, 3>& size,
                 std::span<float> values) const {
-    require(size[0] >= 0 && size[1] >= 0 && size[2] >= 0 &&
-                values.size() == static_cast<std::size_t>(size[0]) *
-                                     static_cast<std::size_t>(size[1]) *
-                                     static_cast<std::size_t>(size[2]) * channel_count(),
-            "values must hold size[0] x size[1] x size[2] x channels floats");
-    check([&] { return solidtex_eval_box(handle(), origin.data(), size.data(), values.data()); });
+    detail::require(size[0] >= 0 && size[1] >= 0 && size[2] >= 0 &&
+                        values.size() == static_cast<std::size_t>(size[0]) *
+                                             static_cast<std::size_t>(size[1]) *
+                                             static_cast<std::size_t>(size[2]) * channel_count(),
+                    "values must hold size[0] x size[1] x size[2] x channels floats");
+    detail::check(
+        [&] { return solidtex_eval_box(handle(), origin.data(), size.data(), values.data()); });
   }
 
   // Returns the work done so far.
   solidtex_statistics statistics() const {
     solidtex_statistics found{};
     found.struct_size = sizeof found;
-    check([&] { return solidtex_get_statistics(handle(), &found); });
+    detail::check([&] { return solidtex_get_statistics(handle(), &found); });
     return found;
   }
 
@@ -158,6 +187,8 @@ class texture {
   const solidtex_texture* handle() const { return state_ ? state_->handle : nullptr; }
 
  private:
+  friend class space;
+
   // Owns the handle and the callback that the handle calls.
   struct state {
     explicit state(options chosen) : progress_callback(std::move(chosen.progress_callback)) {}
@@ -174,46 +205,130 @@ class texture {
     set("seed", chosen.seed);
     set("cache_limit_bytes", chosen.cache_limit_bytes);
     set("threads", chosen.threads);
-    check(
+    detail::check(
         [&] { return solidtex_set_string(state_->handle, "precision", chosen.precision.c_str()); });
     if (!state_->progress_callback) return;
     const auto callback = [](void* user, double done) {
       return static_cast<state*>(user)->progress_callback(done) ? 1 : 0;
     };
-    check([&] { return solidtex_set_progress_callback(state_->handle, callback, state_.get()); });
+    detail::check(
+        [&] { return solidtex_set_progress_callback(state_->handle, callback, state_.get()); });
   }
 
   void set(const char* name, std::uint64_t value) {
-    check([&] { return solidtex_set_integer(state_->handle, name, value); });
+    detail::check([&] { return solidtex_set_integer(state_->handle, name, value); });
   }
   std::uint64_t integer(const char* name) const {
     std::uint64_t value = 0;
-    check([&] { return solidtex_get_integer(handle(), name, &value); });
+    detail::check([&] { return solidtex_get_integer(handle(), name, &value); });
     return value;
-  }
-
-  static std::string text(const char* found) { return found ? found : ""; }
-
-  static void require(bool condition, const char* message) {
-    if (!condition) throw error(SOLIDTEX_INVALID_ARGUMENT, message);
   }
 
   void require_output(std::size_t count, std::span<float> values,
                       std::span<float> jacobians) const {
     const std::size_t size = count * channel_count();
-    require(values.size() == size, "values must hold n x channels floats");
-    require(jacobians.empty() || jacobians.size() == 3 * size,
-            "jacobians must hold n x channels x 3 floats");
-  }
-
-  template <class Call>
-  static void check(Call call) {
-    solidtex_clear_error();
-    const solidtex_status status = call();
-    if (status != SOLIDTEX_OK) throw error(status, solidtex_error_message());
+    detail::require(values.size() == size, "values must hold n x channels floats");
+    detail::require(jacobians.empty() || jacobians.size() == 3 * size,
+                    "jacobians must hold n x channels x 3 floats");
   }
 
   std::shared_ptr<state> state_;
 };
+
+// Open texture space. Copies share it. Any number of threads may use it. See solidtex.h.
+class space {
+ public:
+  // Opens a space by path or by the bare name of a shipped space.
+  explicit space(const std::string& path_or_name) {
+    solidtex_clear_error();
+    handle_.reset(solidtex_space_open(path_or_name.c_str()), solidtex_space_release);
+    if (!handle_) throw error(solidtex_error_status(), solidtex_error_message());
+  }
+
+  std::string name() const { return detail::text(solidtex_space_name(handle())); }
+  std::string path() const { return detail::text(solidtex_space_path(handle())); }
+  std::string sha256() const { return detail::text(solidtex_space_sha256(handle())); }
+  std::string metadata_json() const { return detail::text(solidtex_space_metadata_json(handle())); }
+  solidtex_family family() const { return solidtex_space_family(handle()); }
+  std::size_t code_size() const { return solidtex_space_code_size(handle()); }
+  bool has_colors() const { return solidtex_space_has_colors(handle()) != 0; }
+  std::size_t patch_size() const { return solidtex_space_patch_size(handle()); }
+  std::size_t resolution() const { return solidtex_space_resolution(handle()); }
+
+  // Training photographs: their number, and name and material of each.
+  std::size_t photograph_count() const { return solidtex_space_photograph_count(handle()); }
+  std::string photograph_name(std::size_t index) const {
+    return detail::text(solidtex_space_photograph_name(handle(), index));
+  }
+  material photograph(std::size_t index) const {
+    material found = room();
+    detail::check([&] {
+      return solidtex_space_photograph(handle(), index, found.code.data(), found.colors.data());
+    });
+    return found;
+  }
+
+  // Blends materials. The weights are divided by their sum.
+  material blend(std::span<const material> materials, std::span<const double> weights) const {
+    detail::require(materials.size() == weights.size(), "weights must hold one for each material");
+    std::vector<float> codes, colors;
+    for (const material& one : materials) {
+      check_sizes(one);
+      codes.insert(codes.end(), one.code.begin(), one.code.end());
+      colors.insert(colors.end(), one.colors.begin(), one.colors.end());
+    }
+    material result = room();
+    detail::check([&] {
+      return solidtex_space_blend(handle(), materials.size(), weights.data(), codes.data(),
+                                  colors.data(), result.code.data(), result.colors.data());
+    });
+    return result;
+  }
+
+  // Opens a material. `details` is "" or the JSON object of solidtex_space_texture.
+  texture open(const material& chosen, const std::string& details = "",
+               options parameters = {}) const {
+    check_sizes(chosen);
+    texture opened(std::move(parameters));
+    detail::check([&] {
+      return solidtex_space_texture(handle(), chosen.code.data(), chosen.colors.data(),
+                                    details.empty() ? nullptr : details.c_str(),
+                                    opened.state_->handle);
+    });
+    return opened;
+  }
+
+  // Writes a material as a .solidtex file.
+  void write_model(const material& chosen, const std::string& details,
+                   const std::string& file) const {
+    check_sizes(chosen);
+    detail::check([&] {
+      return solidtex_space_write_model(handle(), chosen.code.data(), chosen.colors.data(),
+                                        details.empty() ? nullptr : details.c_str(), file.c_str());
+    });
+  }
+
+  // Returns the C handle. It is valid while this space or a copy of it lives.
+  const solidtex_space* handle() const { return handle_.get(); }
+
+ private:
+  material room() const {
+    return {std::vector<float>(code_size()), std::vector<float>(has_colors() ? 12 : 0)};
+  }
+  void check_sizes(const material& one) const {
+    detail::require(one.code.size() == code_size(), "code must hold code_size() floats");
+    detail::require(one.colors.size() == (has_colors() ? 12u : 0u),
+                    "colors must hold 12 floats, or none where the space has no colors");
+  }
+
+  std::shared_ptr<solidtex_space> handle_;
+};
+
+// Returns the SHA-256 of a file. See solidtex_file_sha256.
+inline std::string file_sha256(const std::string& path) {
+  char digest[65];
+  detail::check([&] { return solidtex_file_sha256(path.c_str(), digest); });
+  return digest;
+}
 
 }  // namespace solidtex

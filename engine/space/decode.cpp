@@ -1,0 +1,304 @@
+// Float64 loops in the order of indices, with + - * / and comparisons only; each result is rounded
+// to float32 once. So the same code gives the same bytes on every machine.
+#include "engine/space/decode.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "engine/common/parallel.h"
+#include "engine/model/checks.h"
+#include "engine/model/container.h"
+
+namespace solidtex::engine {
+namespace {
+
+using nlohmann::ordered_json;
+using Vector = std::vector<double>;
+using Tensors = std::map<std::string, Tensor>;
+
+double leaky_relu(double x, double slope) { return x > 0 ? x : slope * x; }
+
+Tensor rounded(std::vector<std::int64_t> shape, const Vector& values) {
+  Tensor tensor{std::move(shape), std::vector<float>(values.size())};
+  std::ranges::transform(values, tensor.values.begin(),
+                         [](double value) { return static_cast<float>(value); });
+  return tensor;
+}
+
+// Weight [rows][columns], flat, and bias of a layer.
+struct Layer {
+  Vector weight, bias;
+
+  std::size_t columns() const { return weight.size() / bias.size(); }
+
+  // Returns W x + b.
+  Vector operator()(const Vector& x) const {
+    Vector y = bias;
+    for (std::size_t i = 0; i < y.size(); ++i)
+      for (std::size_t j = 0; j < x.size(); ++j) y[i] += weight[i * x.size() + j] * x[j];
+    return y;
+  }
+
+  // Scale and shift of the outputs.
+  void scale_rows(const Vector& scale, const Vector& shift) {
+    const std::size_t n = columns();
+    for (std::size_t i = 0; i < bias.size(); ++i) {
+      for (std::size_t j = 0; j < n; ++j) weight[i * n + j] *= scale[i];
+      bias[i] = bias[i] * scale[i] + shift[i];
+    }
+  }
+
+  // Scale and shift of the inputs.
+  void scale_columns(const Vector& scale, const Vector& shift) {
+    bias = (*this)(shift);
+    const std::size_t n = columns();
+    for (std::size_t i = 0; i < bias.size(); ++i)
+      for (std::size_t j = 0; j < n; ++j) weight[i * n + j] *= scale[j];
+  }
+
+  // Turns three whitened outputs into colors.
+  void apply(const Colors& colors) {
+    const std::size_t n = columns();
+    Layer result{Vector(3 * n), Vector(3)};
+    for (std::size_t r = 0; r < 3; ++r) {
+      result.bias[r] = colors[4 * r + 3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double axis = colors[4 * r + k];
+        result.bias[r] += axis * bias[k];
+        for (std::size_t j = 0; j < n; ++j) result.weight[r * n + j] += axis * weight[k * n + j];
+      }
+    }
+    *this = std::move(result);
+  }
+};
+
+// Scale and shift of a layer's channels.
+struct Condition {
+  Vector gamma, delta;
+};
+
+class Decoder {
+ public:
+  Decoder(const Space& space, const Material& material)
+      : space_(space), code_(material.code.begin(), material.code.end()), colors_(material.colors) {
+    style_ = two_layers("style");
+  }
+
+  Tensors operator()(const LatticeSizes& sizes) const {
+    Tensors tensors;
+    for (const Convolution& c : lattice_convolutions(sizes)) {
+      Layer folded = layer(c.name);
+      if (c.is_last) {
+        apply_colors(folded);
+      } else {
+        const auto [gamma, delta] = condition(c.name);
+        folded.scale_rows(gamma, delta);
+      }
+      store(tensors, c.name, folded);
+    }
+    return tensors;
+  }
+
+  Tensors operator()(const SamplerSizes& sizes) const {
+    Tensors tensors;
+    tensors["constant"] = tensor("constant");
+    tensors["transforms"] = transforms(sizes);
+    std::optional<Condition> before;
+    for (int l = 0; l <= sizes.hidden_layers; ++l) {
+      const bool is_output = l == sizes.hidden_layers;
+      const std::string name = is_output ? "output" : "hidden." + std::to_string(l);
+      Layer folded = layer(name);
+      if (before) folded.scale_columns(before->gamma, before->delta);
+      if (is_output) {
+        apply_colors(folded);
+      } else {
+        before = condition(name);
+        if (l + 1 < sizes.hidden_layers) tensors[name + ".noise"] = tensor(name + ".noise");
+      }
+      store(tensors, name, folded);
+    }
+    return tensors;
+  }
+
+ private:
+  const Tensor& tensor(const std::string& name) const { return space_.tensors.at(name); }
+
+  Vector values(const std::string& name) const {
+    const std::vector<float>& found = tensor(name).values;
+    return {found.begin(), found.end()};
+  }
+
+  Layer layer(const std::string& name) const {
+    return {values(name + ".weight"), values(name + ".bias")};
+  }
+
+  void store(Tensors& tensors, const std::string& name, const Layer& folded) const {
+    tensors[name + ".weight"] = rounded(tensor(name + ".weight").shape, folded.weight);
+    tensors[name + ".bias"] = rounded(tensor(name + ".bias").shape, folded.bias);
+  }
+
+  // f or Q of the code.
+  Vector two_layers(const std::string& name) const {
+    Vector hidden = layer(name + ".0")(code_);
+    for (double& x : hidden) x = leaky_relu(x, space_.style_slope);
+    return layer(name + ".1")(hidden);
+  }
+
+  Condition condition(const std::string& name) const {
+    const Vector found = layer("condition." + name)(style_);
+    const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
+    Condition result{{found.begin(), middle}, {middle, found.end()}};
+    for (double& gamma : result.gamma) gamma += 1;
+    return result;
+  }
+
+  void apply_colors(Layer& last) const {
+    if (space_.has_colors) last.apply(colors_);
+  }
+
+  Tensor transforms(const SamplerSizes& sizes) const {
+    const Vector q = two_layers("transforms"), scales = values("scales");
+    const std::size_t numbers = q.size() / scales.size();
+    Vector result;
+    for (std::size_t i = 0; i < scales.size(); ++i) {
+      const std::span<const double> own(q.data() + i * numbers, numbers);
+      if (sizes.has_bounded_transforms)
+        append_bounded(own, scales[i], tensor("base").values.data() + 9 * i, result);
+      else
+        for (const double entry : own) result.push_back(scales[i] * entry);
+    }
+    return rounded({sizes.octaves, 3, 3}, result);
+  }
+
+  // A limited change of the learned transform `base`: a matrix, a scale, and a stretch along z.
+  static void append_bounded(std::span<const double> q, double scale, const float* base,
+                             Vector& result) {
+    const auto soft = [&](std::size_t k) { return q[k] / (1 + (q[k] < 0 ? -q[k] : q[k])); };
+    const double t = soft(9) / 2, e = 0.9 * soft(10);
+    const double factor = scale * ((1 + t) / (1 - t)), stretch = (1 + e) / (1 - e);
+    for (std::size_t r = 0; r < 3; ++r)
+      for (std::size_t c = 0; c < 3; ++c) {
+        double sum = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+          sum += ((r == k ? 1 : 0) + soft(3 * r + k) / 2) * base[3 * k + c];
+        result.push_back(c == 2 ? factor * sum * stretch : factor * sum);
+      }
+  }
+
+  const Space& space_;
+  Vector code_, style_;
+  const Colors& colors_;
+};
+
+// Nodes of the lattice generator in the order of exported models.
+ordered_json lattice_graph(const LatticeSizes& sizes) {
+  ordered_json nodes = ordered_json::array();
+  const auto add = [&](const std::string& name, const std::string& op,
+                       const std::vector<std::string>& inputs) {
+    nodes.push_back({{"name", name}, {"op", op}, {"inputs", inputs}});
+    return name;
+  };
+  const auto add_noise = [&](int level) {
+    std::string name = "z";  // appended to: GCC 12 warns of "z" + std::to_string(level)
+    name += std::to_string(level);
+    nodes.push_back({{"name", name},
+                     {"op", "noise"},
+                     {"level", level},
+                     {"channels", sizes.noise_channels},
+                     {"distribution", "uniform"}});
+    return name;
+  };
+  const auto convolutions = lattice_convolutions(sizes);
+  auto next = convolutions.begin();
+  const auto add_convolution = [&](const std::string& input) {
+    const std::string name = add(next->name, "conv3d", {input});
+    nodes.back()["out_channels"] = next->outputs;
+    nodes.back()["kernel"] = next->kernel;
+    ++next;
+    return name;
+  };
+  const auto add_block = [&](std::string last) {
+    for (int i = 1; i <= 3; ++i) {
+      const std::string block = next->name.substr(0, next->name.find('.'));
+      last = add(block + ".act" + std::to_string(i), "leaky_relu", {add_convolution(last)});
+      nodes.back()["slope"] = sizes.negative_slope;
+    }
+    return last;
+  };
+  std::string last;
+  for (int stage = 1; stage <= sizes.levels; ++stage) {
+    if (stage > 1) last = add("up" + std::to_string(stage - 1), "upsample", {last});
+    const std::string fine = add_block(add_noise(sizes.levels - stage));
+    last =
+        stage == 1 ? fine : add_block(add("cat" + std::to_string(stage), "concat", {last, fine}));
+  }
+  const std::string output = add_convolution(last);
+  return {{"nodes", nodes}, {"output", output}};
+}
+
+ordered_json sampler_graph(const SamplerSizes& sizes) {
+  return {{"octaves", sizes.octaves},
+          {"hidden_layers", sizes.hidden_layers},
+          {"width", sizes.width},
+          {"slope", sizes.negative_slope}};
+}
+
+// Origin of a model, for its `training`.
+ordered_json origin(const Space& space, const Material& material) {
+  ordered_json result = {{"name", space.name}, {"sha256", space.sha256}, {"code", material.code}};
+  if (!space.has_colors) return result;
+  for (std::size_t r = 0; r < 3; ++r)
+    result["colors"].push_back(std::span(material.colors.data() + 4 * r, 4));
+  return result;
+}
+
+// Returns the model's document.
+ordered_json describe(const Space& space, const Material& material, const std::string& details) {
+  const auto given =
+      details.empty() ? nlohmann::json::object() : parse_json(space.label, "details", details);
+  const Fields fields(space.label + ": details", "", given);
+  fields.allow_only({"name", "license", "exemplar", "training"});
+  const LatticeSizes* lattice = std::get_if<LatticeSizes>(&space.sizes);
+  const std::string family = lattice ? "field" : "sampler";
+  ordered_json document = {
+      {"version", 1},          {"name", given.value("name", nlohmann::json(space.name))},
+      {"family", family},      {"channels", {"albedo.r", "albedo.g", "albedo.b"}},
+      {"color_space", "srgb"}, {"noise", {{"scheme", "solidtex-1"}}}};
+  document[family] =
+      lattice ? lattice_graph(*lattice) : sampler_graph(std::get<SamplerSizes>(space.sizes));
+  if (given.contains("exemplar")) document["exemplar"] = given["exemplar"];
+  document["training"] = {{"space", origin(space, material)}};
+  if (given.contains("training")) {
+    if (fields.child("training").contains("space"))
+      throw invalid(fields.label(), "training.space", "this key", "none: the library writes it");
+    document["training"].update(ordered_json(given["training"]));
+  }
+  if (given.contains("license"))
+    document["license"] = given["license"];
+  else if (!space.license.empty())
+    document["license"] = space.license;
+  return document;
+}
+
+void check_finite(std::span<const float> values, const std::string& what) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!std::isfinite(values[i]))
+      throw Error(SOLIDTEX_INVALID_ARGUMENT, what + "[" + std::to_string(i) + "] is " +
+                                                 std::to_string(values[i]) +
+                                                 ", expected a finite number");
+}
+
+}  // namespace
+
+std::vector<std::byte> decode(const Space& space, const Material& material,
+                              const std::string& details) {
+  const DefaultFloatMode mode;
+  check_finite(material.code, "code");
+  check_finite(material.colors, "colors");
+  const ordered_json document = describe(space, material, details);
+  const Tensors tensors = std::visit(Decoder(space, material), space.sizes);
+  return container_bytes(model_file, document.dump(), tensors);
+}
+
+}  // namespace solidtex::engine
