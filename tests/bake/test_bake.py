@@ -211,7 +211,7 @@ def test_refusals_name_the_option(
 
 def test_refusals_of_outputs(tmp_path: Path) -> None:
     assert "nothing to write" in bake().stderr
-    assert ".npy or .vdb" in bake("-o", tmp_path / "a.raw").stderr
+    assert "ends in .npy, .vdb, " in bake("-o", tmp_path / "a.gif").stderr
     assert "there is no folder" in bake("-o", tmp_path / "no" / "a.npy").stderr
     assert "ends in .png" in bake("--preview", tmp_path / "a.jpg").stderr
     unknown = bake("-o", tmp_path / "a.npy", model="marzipan")

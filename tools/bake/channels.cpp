@@ -59,7 +59,8 @@ std::vector<ChannelGroup> channel_groups(const solidtex::texture& texture) {
   return groups;
 }
 
-ChannelGroup channel_group(const solidtex::texture& texture, const std::string& name) {
+ChannelGroup channel_group(const solidtex::texture& texture, const std::string& name,
+                           const std::string& option) {
   const std::vector<ChannelGroup> groups = channel_groups(texture);
   std::string names;
   for (const ChannelGroup& group : groups) {
@@ -67,7 +68,7 @@ ChannelGroup channel_group(const solidtex::texture& texture, const std::string& 
     names += (names.empty() ? "" : ", ") + group.name;
   }
   if (name.empty()) return groups[0];
-  throw std::runtime_error("--show " + name + ": " + texture.path() + " has " + names);
+  throw std::runtime_error(option + " " + name + ": " + texture.path() + " has " + names);
 }
 
 std::vector<Encoding> channel_encodings(const solidtex::texture& texture) {

@@ -1,6 +1,9 @@
 // Groups of a model's channels, and their encoding in files and on screens.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <solidtex/solidtex.hpp>
 #include <string>
 #include <vector>
@@ -23,8 +26,9 @@ struct ChannelGroup {
 std::vector<ChannelGroup> channel_groups(const solidtex::texture& texture);
 
 // Returns the group called `name`. An empty name means albedo, or the first group without albedo.
-// Throws, listing all names, if there is no such group.
-ChannelGroup channel_group(const solidtex::texture& texture, const std::string& name);
+// Throws, naming the option and listing all names, if there is no such group.
+ChannelGroup channel_group(const solidtex::texture& texture, const std::string& name,
+                           const std::string& option = "--show");
 
 // Returns the encoding of each channel.
 std::vector<Encoding> channel_encodings(const solidtex::texture& texture);
@@ -40,6 +44,13 @@ inline float display_value(float value, Encoding encoding) {
 // Decodes sRGB colors to linear light, for floats.
 inline float light_value(float value, Encoding encoding) {
   return encoding == Encoding::srgb ? srgb_to_linear(value) : value;
+}
+
+// Quantizes a value in [0, 1] to the range of an unsigned integer, clamped. NaN is 0.
+template <class Integer>
+Integer quantize(float value) {
+  constexpr float max = std::numeric_limits<Integer>::max();
+  return value > 0 ? static_cast<Integer>(std::lround(std::min(value, 1.0f) * max)) : Integer{0};
 }
 
 }  // namespace solidtex::tools

@@ -13,6 +13,7 @@
 #include <exception>
 #include <optional>
 
+#include "tools/bake/channels.h"
 #include "tools/common/output_file.h"
 
 namespace solidtex::tools {
@@ -20,19 +21,59 @@ namespace {
 
 using Bytes = std::vector<unsigned char>;
 
-Bytes encode_png(const std::filesystem::path& path, const Image& image) {
-  Bytes pixels(image.values.size());
-  std::transform(image.values.begin(), image.values.end(), pixels.begin(), to_8_bits);
+Bytes encode_8_bits(const std::filesystem::path& path, const PngFormat& format,
+                    const std::byte* pixels) {
   png_image header = {};
   header.version = PNG_IMAGE_VERSION;
-  header.width = static_cast<png_uint_32>(image.width);
-  header.height = static_cast<png_uint_32>(image.height);
-  header.format = image.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+  header.width = static_cast<png_uint_32>(format.width);
+  header.height = static_cast<png_uint_32>(format.height);
+  header.format = format.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+  if (format.is_linear) header.flags = PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
   Bytes bytes(size);
-  if (!png_image_write_to_memory(&header, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
+  if (!png_image_write_to_memory(&header, bytes.data(), &size, 0, pixels, 0, nullptr))
     throw WriteError(path, header.message);
   bytes.resize(size);
+  return bytes;
+}
+
+void append_bytes(png_structp png, png_bytep from, std::size_t count) {
+  auto& bytes = *static_cast<Bytes*>(png_get_io_ptr(png));
+  bytes.insert(bytes.end(), from, from + count);
+}
+
+// Returns false on an error: libpng jumps over destructors, so there are none here.
+bool write_16_bits(png_structp png, png_infop info, const PngFormat& format,
+                   const std::byte* pixels, Bytes* bytes) {
+  if (setjmp(png_jmpbuf(png))) return false;
+  png_set_write_fn(png, bytes, append_bytes, nullptr);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(format.width),
+               static_cast<png_uint_32>(format.height), 16,
+               format.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  if (format.is_linear) {
+    png_set_gAMA(png, info, 1.0);
+  } else {
+    png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  }
+  png_write_info(png, info);
+  png_set_swap(png);  // to big endian
+  const auto row = static_cast<std::size_t>(2 * format.width * format.channels);
+  for (int y = 0; y < format.height; ++y)
+    png_write_row(png,
+                  reinterpret_cast<png_const_bytep>(pixels) + static_cast<std::size_t>(y) * row);
+  png_write_end(png, info);
+  return true;
+}
+
+Bytes encode_16_bits(const std::filesystem::path& path, const PngFormat& format,
+                     const std::byte* pixels) {
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png ? png_create_info_struct(png) : nullptr;
+  Bytes bytes;
+  const bool good = info && write_16_bits(png, info, format, pixels, &bytes);
+  png_destroy_write_struct(&png, &info);
+  if (!good) throw WriteError(path, "libpng cannot encode the image");
   return bytes;
 }
 
@@ -65,52 +106,60 @@ class ExrStream : public Imf::OStream {
   std::exception_ptr failure_;
 };
 
-Imf::Header header_of(int width, int height, const std::vector<std::string>& names) {
+Imf::Header header_of(int width, int height, const std::vector<std::string>& names,
+                      Imf::PixelType type) {
   Imf::Header header(width, height);
   header.compression() = Imf::ZIP_COMPRESSION;
-  for (const std::string& name : names) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+  for (const std::string& name : names) header.channels().insert(name, Imf::Channel(type));
   return header;
 }
 
 }  // namespace
 
-std::uint8_t to_8_bits(float value) {
-  return value > 0 ? static_cast<std::uint8_t>(std::lround(std::min(value, 1.0f) * 255)) : 0;
-}
-
-void write_png(const std::filesystem::path& path, const Image& image) {
-  const Bytes bytes = encode_png(path, image);
+void write_png(const std::filesystem::path& path, const PngFormat& format,
+               std::span<const std::byte> pixels) {
+  const Bytes bytes = format.has_16_bits ? encode_16_bits(path, format, pixels.data())
+                                         : encode_8_bits(path, format, pixels.data());
   OutputFile file(path);
   file.write(0, bytes.data(), bytes.size());
   file.close();
+}
+
+void write_png(const std::filesystem::path& path, const Image& image) {
+  std::vector<std::uint8_t> pixels(image.values.size());
+  std::ranges::transform(image.values, pixels.begin(), quantize<std::uint8_t>);
+  write_png(path, {image.width, image.height, image.channels}, std::as_bytes(std::span(pixels)));
 }
 
 struct ExrFile::State {
   ExrStream stream;
   std::vector<std::string> names;
   std::size_t width;
+  Imf::PixelType type;
   int row = 0;
   std::optional<Imf::OutputFile> image;
 };
 
 ExrFile::ExrFile(const std::filesystem::path& path, int width, int height,
-                 const std::vector<std::string>& names)
-    : state_(new State{ExrStream(path), names, static_cast<std::size_t>(width), 0, std::nullopt}) {
-  state_->image.emplace(state_->stream, header_of(width, height, names));
+                 const std::vector<std::string>& names, bool is_half)
+    : state_(new State{ExrStream(path), names, static_cast<std::size_t>(width),
+                       is_half ? Imf::HALF : Imf::FLOAT, 0, std::nullopt}) {
+  state_->image.emplace(state_->stream, header_of(width, height, names, state_->type));
 }
 
 ExrFile::~ExrFile() = default;
 
-void ExrFile::write_rows(const float* values, int count) {
-  const std::size_t pixel = sizeof(float) * state_->names.size();
+void ExrFile::write_rows(const void* values, int count) {
+  const std::size_t value = state_->type == Imf::HALF ? sizeof(half) : sizeof(float);
+  const std::size_t pixel = value * state_->names.size();
   const std::size_t row = pixel * state_->width;
   // OpenEXR counts rows from the image's first one.
   const std::size_t before = row * static_cast<std::size_t>(state_->row);
   Imf::FrameBuffer pixels;
   for (std::size_t i = 0; i < state_->names.size(); ++i) {
-    const auto first = reinterpret_cast<std::uintptr_t>(values + i) - before;
+    const auto first = reinterpret_cast<std::uintptr_t>(values) + i * value - before;
     pixels.insert(state_->names[i],
-                  Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(first), pixel, row));
+                  Imf::Slice(state_->type, reinterpret_cast<char*>(first), pixel, row));
   }
   state_->image->setFrameBuffer(pixels);
   state_->image->writePixels(count);

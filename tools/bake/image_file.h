@@ -2,9 +2,10 @@
 // OpenImageIO would add 260 shared libraries.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,22 +28,30 @@ struct Image {
   }
 };
 
-// Quantizes a value in [0, 1] to 8 bits, clamped. NaN is 0.
-std::uint8_t to_8_bits(float value);
+struct PngFormat {
+  int width, height;
+  int channels;  // 1 or 3
+  bool has_16_bits = false;
+  bool is_linear = false;  // else sRGB-encoded, or data
+};
 
-// Writes sRGB-encoded values in 8 bits, one or three channels. Throws WriteError.
+// Writes pixels row by row from the top, of native byte order. Throws WriteError.
+void write_png(const std::filesystem::path& path, const PngFormat& format,
+               std::span<const std::byte> pixels);
+
+// Writes sRGB-encoded values in 8 bits.
 void write_png(const std::filesystem::path& path, const Image& image);
 
-// EXR with 32-bit float channels, written in bands of rows, so that it need not fit into memory.
+// EXR with float or half channels, written in bands of rows, so that it need not fit into memory.
 // All functions throw WriteError.
 class ExrFile {
  public:
   ExrFile(const std::filesystem::path& path, int width, int height,
-          const std::vector<std::string>& channel_names);
+          const std::vector<std::string>& channel_names, bool is_half = false);
   ~ExrFile();
 
-  // Writes the next rows from the top: values [y][x][channel].
-  void write_rows(const float* values, int count);
+  // Writes the next rows from the top: floats, or halfs, [y][x][channel].
+  void write_rows(const void* values, int count);
 
   // Completes the file after the last row.
   void close();

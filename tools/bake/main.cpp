@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <iostream>
 #include <utility>
+#include <vector>
 
 #include "tools/bake/channels.h"
 #include "tools/bake/mesh_job.h"
 #include "tools/bake/options.h"
+#include "tools/bake/output.h"
 #include "tools/bake/pieces.h"
 #include "tools/bake/preview.h"
 #include "tools/bake/sink.h"
@@ -23,36 +25,47 @@ namespace {
 namespace fs = std::filesystem;
 using namespace solidtex::tools;
 
+// With --force a folder is replaced only where it is empty.
+void refuse_existing(const fs::path& path, bool takes_folder, bool force) {
+  std::error_code ignored;
+  const bool is_empty_folder =
+      force && fs::is_directory(path, ignored) && fs::is_empty(path, ignored);
+  if (!is_empty_folder || !takes_folder) refuse_overwrite(path, force);
+}
+
 void check_targets(const BakeOptions& options) {
   if (options.output.empty() && options.preview.empty()) {
     throw std::runtime_error("nothing to write: give -o OUT or --preview FILE.png (see --help)");
   }
-  for (const fs::path& path : {options.output, options.preview}) {
-    if (path.empty()) continue;
-    std::error_code ignored;
-    const bool is_empty_folder =
-        options.force && fs::is_directory(path, ignored) && fs::is_empty(path, ignored);
-    const bool takes_folder = path == options.output && !options.slices.empty();
-    if (!is_empty_folder || !takes_folder) refuse_overwrite(path, options.force);
-  }
-  if (!options.mesh.empty()) {
-    check_mesh_options(options);
-  } else if (!options.output.empty()) {
-    output_kind(options.output, options.slices);
-  }
+  const bool is_mesh = !options.mesh.empty();
+  const bool is_volume = !options.output.empty() && !is_mesh;
+  const bool takes_folder = is_volume && !*format_of(options.request()).extension;
+  std::vector<fs::path> targets;
+  if (is_volume) targets = companions(options.request());
+  for (const fs::path& path : {options.output, options.preview})
+    if (!path.empty()) targets.push_back(path);
+  for (const fs::path& path : targets)
+    refuse_existing(path, takes_folder && path == options.output, options.force);
+  if (is_mesh) check_mesh_options(options);
   if (!options.preview.empty() && lower_extension(options.preview) != ".png") {
     throw std::runtime_error("--preview " + options.preview.string() +
                              ": expected a name that ends in .png");
   }
-  for (const fs::path& path : {options.output, options.preview})
-    if (!path.empty()) check_writable(path);
+  for (const fs::path& path : targets) check_writable(path);
 }
 
-void bake_volume(const BakeOptions& options, const Volume& volume, const fs::path& file) {
-  const OutputKind kind = output_kind(options.output, options.slices);
-  check_room(kind, options.output, volume);
+// With --format alone: the model's name and the format's extension, in the current folder.
+void name_output(BakeOptions& options) {
+  if (!options.output.empty() || options.format.empty()) return;
+  for (const Format& format : formats())
+    if (options.format == format.name)
+      options.output = fs::path(options.model).stem().string() + format.extension;
+}
+
+void bake_volume(const Output& output, const BakeOptions& options, const Volume& volume,
+                 const fs::path& file) {
   Progress progress("Baking " + volume.texture.name(), voxel_count(volume.size));
-  const auto sink = make_sink(kind, file, volume);
+  const auto sink = make_sink(file, output, volume);
   Index3 largest = choose_piece(volume, sink->depth());
   if (options.block)
     largest = {options.block, options.block, std::min(options.block, sink->depth())};
@@ -61,13 +74,19 @@ void bake_volume(const BakeOptions& options, const Volume& volume, const fs::pat
   progress.finish();
 }
 
+void write_volume(const BakeOptions& options, const Volume& volume) {
+  const Output output = resolve_output(options.request(), volume.texture);
+  check_room(output, volume);
+  write_completely(options.output,
+                   [&](const fs::path& file) { bake_volume(output, options, volume, file); });
+}
+
 void write_output(const BakeOptions& options, const Volume& volume) {
-  write_completely(options.output, [&](const fs::path& file) {
-    if (options.mesh.empty())
-      bake_volume(options, volume, file);
-    else
-      bake_mesh(options, volume.texture, file);
-  });
+  if (options.mesh.empty())
+    write_volume(options, volume);
+  else
+    write_completely(options.output,
+                     [&](const fs::path& file) { bake_mesh(options, volume.texture, file); });
   std::error_code ignored;
   if (!options.checkpoint.empty()) fs::remove(options.checkpoint, ignored);
   std::cout << options.output.string() << std::endl;
@@ -79,8 +98,9 @@ void write_preview(const BakeOptions& options, const Volume& volume) {
   std::cout << options.preview.string() << std::endl;
 }
 
-void run(const BakeOptions& options) {
+void run(BakeOptions& options) {
   install_interrupt_handler();
+  name_output(options);
   check_targets(options);
   const int threads = options.threads ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism,

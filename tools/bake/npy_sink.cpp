@@ -7,12 +7,27 @@
 namespace solidtex::tools {
 namespace {
 
+const char* type_name(Depth depth) {
+  switch (depth) {
+    case Depth::uint8:
+      return "u1";
+    case Depth::uint16:
+      return "u2";
+    case Depth::half:
+      return "f2";
+    case Depth::float32:
+      return "f4";
+  }
+  return "";
+}
+
 // NumPy's format 1.0: magic, version, header length, a Python dictionary padded to 64 bytes.
-std::string npy_header(const Volume& volume) {
+std::string npy_header(const Output& output, const Volume& volume) {
   std::ostringstream text;
   text << "{'descr': '" << (std::endian::native == std::endian::little ? '<' : '>')
-       << "f4', 'fortran_order': False, 'shape': (" << volume.size[0] << ", " << volume.size[1]
-       << ", " << volume.size[2] << ", " << volume.channels() << "), }";
+       << type_name(output.depth) << "', 'fortran_order': False, 'shape': (" << volume.size[0]
+       << ", " << volume.size[1] << ", " << volume.size[2] << ", " << output.channels.size()
+       << "), }";
   std::string dictionary = text.str();
   constexpr std::size_t preamble = 10;
   dictionary.resize((preamble + dictionary.size() + 1 + 63) / 64 * 64 - preamble - 1, ' ');
@@ -25,8 +40,11 @@ std::string npy_header(const Volume& volume) {
 
 class NpySink : public Sink {
  public:
-  NpySink(const std::filesystem::path& path, const Volume& volume)
-      : file_(path), volume_(volume), header_(npy_header(volume)) {
+  NpySink(const std::filesystem::path& path, const Output& output, const Volume& volume)
+      : file_(path),
+        volume_(volume),
+        encoder_(output, output.channels),
+        header_(npy_header(output, volume)) {
     file_.write(0, header_.data(), header_.size());
   }
 
@@ -35,12 +53,15 @@ class NpySink : public Sink {
   // Rows that hold all of z are contiguous in the file.
   void take(const Piece& piece) override {
     const std::int64_t rows = piece.size[2] == volume_.size[2] ? piece.size[1] : 1;
-    const std::size_t count = static_cast<std::size_t>(rows * piece.size[2]) * volume_.channels();
+    const auto count = static_cast<std::size_t>(rows * piece.size[2]);
+    std::vector<std::byte> bytes(count * encoder_.bytes_per_voxel());
     const float* from = piece.values.data();
     for (std::int64_t x = 0; x < piece.size[0]; ++x) {
-      for (std::int64_t y = 0; y < piece.size[1]; y += rows, from += count) {
+      for (std::int64_t y = 0; y < piece.size[1]; y += rows) {
+        encoder_.encode(from, volume_.channels(), count, bytes.data());
         const std::int64_t row = (piece.offset[0] + x) * volume_.size[1] + piece.offset[1] + y;
-        file_.write(place(row * volume_.size[2] + piece.offset[2]), from, count * sizeof(float));
+        file_.write(place(row * volume_.size[2] + piece.offset[2]), bytes.data(), bytes.size());
+        from += count * volume_.channels();
       }
     }
   }
@@ -49,18 +70,20 @@ class NpySink : public Sink {
 
  private:
   std::uint64_t place(std::int64_t voxel) const {
-    return header_.size() + static_cast<std::uint64_t>(voxel) * volume_.channels() * sizeof(float);
+    return header_.size() + static_cast<std::uint64_t>(voxel) * encoder_.bytes_per_voxel();
   }
 
   OutputFile file_;
   Volume volume_;
+  VoxelEncoder encoder_;
   std::string header_;
 };
 
 }  // namespace
 
-std::unique_ptr<Sink> make_npy_sink(const std::filesystem::path& path, const Volume& volume) {
-  return std::make_unique<NpySink>(path, volume);
+std::unique_ptr<Sink> make_npy_sink(const std::filesystem::path& path, const Output& output,
+                                    const Volume& volume) {
+  return std::make_unique<NpySink>(path, output, volume);
 }
 
 }  // namespace solidtex::tools

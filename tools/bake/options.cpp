@@ -64,13 +64,13 @@ std::uint64_t parse_seed(const std::string& text) {
 }
 
 constexpr char examples[] =
-    "OUT is a .npy file (float32, [x][y][z][channel], not clamped), a .vdb file, a new folder "
-    "with\n"
-    "--slices, or with --mesh a .ply or .exr file. What memory or the disk cannot hold is "
-    "refused:\n"
-    ".npy needs no memory, --slices that of a slice, .vdb that of the whole volume.\n"
+    "OUT is a file whose name ends in .npy, .vdb, .nrrd, .nhdr, .raw, .vti, .vol or .tif, a new\n"
+    "folder with --slices, or with --mesh a .ply or .exr file. What memory or the disk cannot "
+    "hold is\n"
+    "refused: .vdb needs memory for the whole volume, --slices for a slice, the others for none.\n"
     "Examples:\n"
     "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
+    "  solidtex-bake granite-grey --size 256 --voxel-size 50um --depth 16 -o granite.nrrd\n"
     "  solidtex-bake mine.solidtex --size 512,512,64 --origin -100,0,7 --seed 3 -o mine.vdb\n"
     "  solidtex-bake rust-red --size 128 --slices png -o rust-slices\n"
     "  solidtex-bake rust-red --preview rust.png\n"
@@ -108,7 +108,49 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
                  "Save the progress of a mesh to this file; continue from it if it exists")
       ->type_name("FILE")
       ->needs(mesh);
-  for (const char* name : {"--slices", "--block"}) mesh->excludes(app.get_option(name));
+  for (const char* name : {"--format", "--slices", "--depth", "--color-space", "--channels",
+                           "--voxel-size", "--block"})
+    mesh->excludes(app.get_option(name));
+}
+
+void add_format_options(CLI::App& app, BakeOptions& options, CLI::Option* output) {
+  std::vector<std::string> names;
+  for (const Format& format : formats()) names.push_back(format.name);
+  auto* format = app.add_option("--format", options.format,
+                                "Format of the output (default: by the name of OUT); OUT may then "
+                                "be missing: MODEL with the format's extension")
+                     ->check(CLI::IsMember(names))
+                     ->type_name("NAME");
+  app.add_option("--slices", options.format, "Write a folder of images, one for each z")
+      ->check(CLI::IsMember({"png", "exr"}))
+      ->type_name("png|exr")
+      ->needs(output)
+      ->excludes(format);
+  app.add_option("--depth", options.depth,
+                 "Type of a value: integers of 8 or 16 bits are clamped to [0, 1], half and float "
+                 "are not (default: by the format)")
+      ->check(CLI::IsMember({"8", "16", "half", "float"}))
+      ->type_name("8|16|half|float");
+  app.add_option("--color-space", options.color_space,
+                 "Encoding of colors: sRGB, linear, or the model's own (default: sRGB in integers, "
+                 "model in .npy and .vdb, else linear)")
+      ->check(CLI::IsMember({"srgb", "linear", "model"}))
+      ->type_name("srgb|linear|model");
+  app.add_option("--channels", options.channels,
+                 "Write one color (albedo) or channel (roughness) only (default: all)")
+      ->type_name("NAME");
+  app.add_option_function<std::string>(
+         "--voxel-size",
+         [&](const std::string& text) {
+           try {
+             options.voxel_size = parse_voxel_size(text);
+           } catch (const std::runtime_error& error) {
+             throw CLI::ValidationError(error.what());
+           }
+         },
+         "Edges of a voxel, 2.25um or 1,1,2mm, where the format has a place for them "
+         "(default: 1, without a unit)")
+      ->type_name("LENGTH");
 }
 
 }  // namespace
@@ -142,10 +184,7 @@ void add_options(CLI::App& app, BakeOptions& options) {
       ->check(CLI::Range(1, 1024));
   auto* output =
       app.add_option("-o,--output", options.output, "File or folder to write")->type_name("OUT");
-  app.add_option("--slices", options.slices, "Write a folder of images, one for each z")
-      ->check(CLI::IsMember({"png", "exr"}))
-      ->type_name("png|exr")
-      ->needs(output);
+  add_format_options(app, options, output);
   add_mesh_options(app, options, output);
   app.add_option("--preview", options.preview,
                  "Image of a cube cut open, three slices along the axes and one at 45 degrees")

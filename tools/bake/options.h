@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tools/bake/output.h"
 #include "tools/bake/volume.h"
 
 namespace solidtex::tools {
@@ -20,13 +21,19 @@ struct BakeOptions {
   std::int64_t block = 0;  // 0: chosen by the program
   int threads = 0;         // 0: all
   std::filesystem::path output, preview;
-  std::string slices, show;
+  std::string show;
+  std::string format, depth, color_space, channels;  // of the output; empty: its default
+  VoxelSize voxel_size;
   std::filesystem::path mesh;        // empty: a box of voxels
   std::filesystem::path checkpoint;  // empty: none
   std::string to, color_type = "uchar";
   double texels_per_unit = 0;  // 0: chosen by the size of the mesh
   int margin = 8;
   bool force = false;
+
+  OutputRequest request() const {
+    return {output, format, depth, color_space, channels, voxel_size};
+  }
 };
 
 void add_options(CLI::App& app, BakeOptions& options);

@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "tools/bake/image_file.h"
+#include "tools/bake/channels.h"
 #include "tools/common/output_file.h"
 
 namespace solidtex::tools {
@@ -60,7 +60,7 @@ void append_vertex(std::string& bytes, const Mesh& mesh, const std::vector<PlyPr
   for (const PlyProperty& property : properties) {
     const float value = property.values[vertex];
     if (property.is_byte) {
-      append(bytes, to_8_bits(value));
+      append(bytes, quantize<std::uint8_t>(value));
     } else {
       append(bytes, value);
     }

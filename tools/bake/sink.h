@@ -1,10 +1,10 @@
-// Writers of baked voxels, selected by the output's name and --slices.
+// Writers of baked voxels.
 #pragma once
 
 #include <filesystem>
 #include <memory>
-#include <string>
 
+#include "tools/bake/output.h"
 #include "tools/bake/pieces.h"
 #include "tools/bake/volume.h"
 
@@ -19,27 +19,28 @@ class Sink {
   virtual void finish() = 0;
 };
 
-// NumPy array, float32, [x][y][z][channel], with the model's own values.
-std::unique_ptr<Sink> make_npy_sink(const std::filesystem::path& path, const Volume& volume);
+// NumPy array, [x][y][z][channel].
+std::unique_ptr<Sink> make_npy_sink(const std::filesystem::path& path, const Output& output,
+                                    const Volume& volume);
+
+// Uncompressed voxels and a header: .nrrd, .nhdr, .raw, .vti, .vol, .tif.
+std::unique_ptr<Sink> make_raw_sink(const std::filesystem::path& path, const Output& output,
+                                    const Volume& volume);
 
 // OpenVDB file with a Vec3s grid per color and a float grid per other channel. The whole volume is
 // in memory.
-std::unique_ptr<Sink> make_vdb_sink(const std::filesystem::path& path, const Volume& volume);
+std::unique_ptr<Sink> make_vdb_sink(const std::filesystem::path& path, const Output& output,
+                                    const Volume& volume);
 
-// Folder of images, one for each z: x to the right, y down. `format` is "png" or "exr".
-std::unique_ptr<Sink> make_slice_sink(const std::filesystem::path& folder, const Volume& volume,
-                                      const std::string& format);
-
-enum class OutputKind { npy, vdb, png_slices, exr_slices };
-
-// Returns the kind of output for its name and --slices. Throws if they are missing, contradict each
-// other, or name a format that this build cannot write.
-OutputKind output_kind(const std::filesystem::path& output, const std::string& slices);
+// Folder of images, one for each z: x to the right, y down.
+std::unique_ptr<Sink> make_slice_sink(const std::filesystem::path& folder, const Output& output,
+                                      const Volume& volume);
 
 // Throws, with the bytes needed and available, if memory or the disk cannot hold the volume.
-void check_room(OutputKind kind, const std::filesystem::path& output, const Volume& volume);
+void check_room(const Output& output, const Volume& volume);
 
-std::unique_ptr<Sink> make_sink(OutputKind kind, const std::filesystem::path& path,
+// A sink that writes to `path`, a temporary name of the output.
+std::unique_ptr<Sink> make_sink(const std::filesystem::path& path, const Output& output,
                                 const Volume& volume);
 
 }  // namespace solidtex::tools

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "tools/bake/channels.h"
 #include "tools/bake/image_file.h"
 #include "tools/bake/sink.h"
 #include "tools/common/cli.h"
@@ -25,16 +24,22 @@ std::int64_t slab_depth(const Volume& volume) {
 
 class SliceSink : public Sink {
  public:
-  SliceSink(std::filesystem::path folder, const Volume& volume, std::string format)
+  SliceSink(std::filesystem::path folder, const Output& output, const Volume& volume)
       : folder_(std::move(folder)),
-        format_(std::move(format)),
+        output_(output),
+        is_exr_(output.format.kind == FormatKind::exr),
         size_(volume.size),
         channels_(volume.channels()),
         depth_(slab_depth(volume)),
-        digits_(std::max<int>(4, static_cast<int>(std::to_string(volume.size[2] - 1).size()))),
-        groups_(channel_groups(volume.texture)),
-        encodings_(channel_encodings(volume.texture)),
-        exr_names_(exr_names(volume.texture)) {
+        digits_(std::max<int>(4, static_cast<int>(std::to_string(volume.size[2] - 1).size()))) {
+    const std::vector<std::string> names = exr_names(volume.texture);
+    for (const std::size_t channel : output.channels) exr_names_.push_back(names[channel]);
+    if (is_exr_) {
+      encoders_.emplace_back(output, output.channels);
+    } else {
+      for (const ChannelGroup& group : output.groups)
+        encoders_.emplace_back(output, group.channels);
+    }
     std::filesystem::create_directory(folder_);
   }
 
@@ -77,13 +82,10 @@ class SliceSink : public Sink {
   void write_slab() const {
     for (std::int64_t z = 0; z < slab_.size[2]; ++z) {
       throw_if_interrupted();
-      if (format_ == "exr") {
-        write_exr(path("", slab_.offset[2] + z), z);
-        continue;
-      }
-      for (const ChannelGroup& group : groups_) {
-        const std::string prefix = groups_.size() > 1 ? group.name + "-" : "";
-        write_png(path(prefix, slab_.offset[2] + z), png_image(z, group));
+      for (std::size_t i = 0; i < encoders_.size(); ++i) {
+        const bool has_prefix = !is_exr_ && output_.groups.size() > 1;
+        const std::string prefix = has_prefix ? output_.groups[i].name + "-" : "";
+        write_image(path(prefix, slab_.offset[2] + z), pixels(z, encoders_[i]), i);
       }
     }
   }
@@ -91,48 +93,46 @@ class SliceSink : public Sink {
   std::filesystem::path path(const std::string& prefix, std::int64_t z) const {
     char number[32];
     std::snprintf(number, sizeof number, "%0*lld", digits_, static_cast<long long>(z));
-    return folder_ / (prefix + number + "." + format_);
+    return folder_ / (prefix + number + (is_exr_ ? ".exr" : ".png"));
   }
 
-  // An image of `count` channels; value_of(voxel, channel) gives each value.
-  template <class ValueOf>
-  Image image_of(std::int64_t z, std::size_t count, const ValueOf& value_of) const {
-    Image image(static_cast<int>(slab_.size[0]), static_cast<int>(slab_.size[1]),
-                static_cast<int>(count));
-    for (std::int64_t x = 0; x < slab_.size[0]; ++x) {
-      for (std::int64_t y = 0; y < slab_.size[1]; ++y) {
-        const std::int64_t voxel = (x * slab_.size[1] + y) * slab_.size[2] + z;
-        const float* values = &slab_.values[static_cast<std::size_t>(voxel) * channels_];
-        float* pixel = image.pixel(static_cast<int>(x), static_cast<int>(y));
-        for (std::size_t i = 0; i < count; ++i) pixel[i] = value_of(values, i);
-      }
+  // The pixels of a slice, row by row.
+  std::vector<std::byte> pixels(std::int64_t z, const VoxelEncoder& encoder) const {
+    const auto [width, height, depth] = slab_.size;
+    const std::size_t row = static_cast<std::size_t>(width) * encoder.bytes_per_voxel();
+    std::vector<std::byte> bytes(static_cast<std::size_t>(height) * row);
+    for (std::int64_t y = 0; y < height; ++y) {
+      encoder.encode(&slab_.values[static_cast<std::size_t>(y * depth + z) * channels_],
+                     static_cast<std::size_t>(height * depth) * channels_,
+                     static_cast<std::size_t>(width), &bytes[static_cast<std::size_t>(y) * row]);
     }
-    return image;
+    return bytes;
   }
 
-  Image png_image(std::int64_t z, const ChannelGroup& group) const {
-    return image_of(z, group.channels.size(), [&](const float* voxel, std::size_t i) {
-      return display_value(voxel[group.channels[i]], group.encoding);
-    });
-  }
-
-  void write_exr(const std::filesystem::path& path, std::int64_t z) const {
-    const Image image = image_of(z, channels_, [&](const float* voxel, std::size_t i) {
-      return light_value(voxel[i], encodings_[i]);
-    });
-    ExrFile file(path, image.width, image.height, exr_names_);
-    file.write_rows(image.values.data(), image.height);
-    file.close();
+  void write_image(const std::filesystem::path& path, const std::vector<std::byte>& pixels,
+                   std::size_t index) const {
+    const auto width = static_cast<int>(size_[0]), height = static_cast<int>(size_[1]);
+    if (is_exr_) {
+      ExrFile file(path, width, height, exr_names_, output_.depth == Depth::half);
+      file.write_rows(pixels.data(), height);
+      file.close();
+    } else {
+      const ChannelGroup& group = output_.groups[index];
+      write_png(path,
+                {width, height, static_cast<int>(group.channels.size()),
+                 output_.depth == Depth::uint16, output_.encoding(group) == Encoding::linear},
+                pixels);
+    }
   }
 
   std::filesystem::path folder_;
-  std::string format_;
+  Output output_;
+  bool is_exr_;
   Index3 size_;
   std::size_t channels_;
   std::int64_t depth_;
   int digits_;
-  std::vector<ChannelGroup> groups_;
-  std::vector<Encoding> encodings_;
+  std::vector<VoxelEncoder> encoders_;  // one for each image of a slice
   std::vector<std::string> exr_names_;
   Slab slab_;
   std::size_t missing_ = 0;  // voxels of the slab that have not come yet
@@ -140,9 +140,9 @@ class SliceSink : public Sink {
 
 }  // namespace
 
-std::unique_ptr<Sink> make_slice_sink(const std::filesystem::path& folder, const Volume& volume,
-                                      const std::string& format) {
-  return std::make_unique<SliceSink>(folder, volume, format);
+std::unique_ptr<Sink> make_slice_sink(const std::filesystem::path& folder, const Output& output,
+                                      const Volume& volume) {
+  return std::make_unique<SliceSink>(folder, output, volume);
 }
 
 }  // namespace solidtex::tools
