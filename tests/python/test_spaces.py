@@ -135,7 +135,8 @@ def test_the_encoder_in_the_file_gives_the_trained_codes(
     if name == "gramgan-space":
         inputs = material.restored(inputs.transpose(0, 1)).transpose(0, 1)
     found = runtime.InferenceSession(encoder).run(None, {"patches": inputs.numpy()})[0]
-    assert np.abs(found.mean(0) - codes[1]).max() < 1e-4
+    # Weights are stored in 8 and 16 bits.
+    assert np.abs(found.mean(0) - codes[1]).max() < 0.05 * np.abs(codes).max()
 
 
 def test_noise_is_standard_normal_and_continuous_across_tiles() -> None:

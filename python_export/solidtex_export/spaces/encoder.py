@@ -10,6 +10,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
+from solidtex_export.losses.descriptor.network import DescriptorNetwork
 from solidtex_export.losses.descriptor.weights import Trained
 from solidtex_export.settings import SettingsError
 from solidtex_export.spaces.settings import EncoderSettings
@@ -39,12 +40,16 @@ class DescriptorEncoder(nn.Module):
 
     def __init__(self, trained: Trained, settings: EncoderSettings, code: int) -> None:
         super().__init__()
-        self.network = trained.network
+        self._frozen = (trained.network,)  # no part of the state
         self.units = {name: d + 0.1 * d.mean() for name, d in trained.deviations.items()}
         features = 2 * sum(len(d) for d in self.units.values())
         self.unit_codes = settings.unit_codes
         self.first = nn.Linear(features, settings.width)
         self.last = nn.Linear(settings.width, code)
+
+    @property
+    def network(self) -> DescriptorNetwork:
+        return self._frozen[0]
 
     @torch.no_grad()
     def summary(self, patches: Tensor) -> Tensor:

@@ -35,7 +35,7 @@ def _descriptor_graph(encoder: DescriptorEncoder, side: int, colors: bool) -> by
             if scale >= UNPADDED_SCALES:
                 pads = graph.constant(f"{name}.pads", np.array([0, 0, 1, 1] * 2, np.int64))
                 x = graph.apply("Pad", [x, pads], f"{name}.padded", mode="reflect")
-            weight = _half(graph, f"{name}.weight", layer.weight)
+            weight = _bytes(graph, f"{name}.weight", layer.weight)
             bias = graph.constant(f"{name}.bias", _array(layer.bias))
             x = graph.apply("Conv", [x, weight, bias], name)
             x = graph.apply("Relu", [x], f"{name}.relu")
@@ -88,14 +88,23 @@ def _array(tensor: Tensor) -> np.ndarray:
     return tensor.detach().float().cpu().numpy()
 
 
+def _bytes(graph: GraphBuilder, name: str, tensor: Tensor) -> str:
+    """A constant that is stored as 8-bit integers, with one scale for each output channel."""
+    values = _array(tensor)
+    scales = np.maximum(np.abs(values).max((1, 2, 3)) / 127, 1e-12)
+    stored = np.rint(values / scales[:, None, None, None]).astype(np.int8)
+    inputs = [graph.constant(f"{name}.stored", stored), graph.constant(f"{name}.scales", scales)]
+    return graph.apply("DequantizeLinear", inputs, name, axis=0)
+
+
 def _half(graph: GraphBuilder, name: str, tensor: Tensor) -> str:
-    """A constant that is stored in float16 (the shipped descriptor's own precision)."""
+    """A constant that is stored in float16."""
     stored = graph.constant(f"{name}.half", _array(tensor).astype(np.float16))
     return graph.apply("Cast", [stored], name, to=TensorProto.FLOAT)
 
 
 def _dense(graph: GraphBuilder, name: str, layer: nn.Linear, x: str) -> str:
-    weight = graph.constant(f"{name}.weight", _array(layer.weight))
+    weight = _half(graph, f"{name}.weight", layer.weight)
     bias = graph.constant(f"{name}.bias", _array(layer.bias))
     return graph.apply("Gemm", [x, weight, bias], name, transB=1)
 
