@@ -109,6 +109,19 @@ void refuse_overwrite(const fs::path& path, bool force) {
     throw std::runtime_error(path.string() + ": exists already (--force overwrites it)");
 }
 
+bool has_number(const fs::path& path) {
+  return path.filename().string().find('#') != std::string::npos;
+}
+
+fs::path numbered(const fs::path& path, int number) {
+  std::string name = path.filename().string(), digits = std::to_string(number);
+  const std::size_t start = name.find('#');
+  const std::size_t length = std::min(name.find_first_not_of('#', start), name.size()) - start;
+  if (digits.size() < length) digits.insert(0, length - digits.size(), '0');
+  name.replace(start, length, digits);
+  return path.parent_path() / name;
+}
+
 std::string lower_extension(const fs::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(),

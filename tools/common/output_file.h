@@ -67,6 +67,12 @@ void check_writable(const std::filesystem::path& path);
 // Throws if `path` exists, unless `force`.
 void refuse_overwrite(const std::filesystem::path& path, bool force);
 
+// Whether the name of a sequence's files has a place for their number: a run of #.
+bool has_number(const std::filesystem::path& path);
+
+// Replaces a run of # in the name by the number, zero-padded to the length of the run.
+std::filesystem::path numbered(const std::filesystem::path& path, int number);
+
 // Returns the extension in lower case: ".png" of "a.PNG".
 std::string lower_extension(const std::filesystem::path& path);
 

@@ -8,6 +8,8 @@
 
 #include "tools/common/output_file.h"
 
+#include "tools/common/output_file.h"
+
 namespace solidtex::tools {
 namespace {
 
@@ -179,15 +181,6 @@ Range parse_range(const std::string& text, int frame_count) {
   return range;
 }
 
-// Replaces a run of # by the frame number, zero-padded to the length of the run.
-fs::path numbered(const fs::path& output, int number) {
-  std::string name = output.filename().string();
-  const std::size_t start = name.find('#');
-  const std::size_t end = name.find_first_not_of('#', start);
-  name.replace(start, end - start, fmt::format("{:0{}}", number, end - start));
-  return output.parent_path() / name;
-}
-
 }  // namespace
 
 void add_options(CLI::App& app, Options& options) {
@@ -260,10 +253,10 @@ pt::Display display_for(const pt::Scene& scene, const Options& options) {
 }
 
 std::vector<Frame> frames_to_render(const Options& options, int frame_count) {
-  const bool has_number = options.output.filename().string().find('#') != std::string::npos;
-  Range range{0, has_number || options.turntable > 0 ? frame_count - 1 : 0};
+  const bool is_numbered = has_number(options.output);
+  Range range{0, is_numbered || options.turntable > 0 ? frame_count - 1 : 0};
   if (options.frames) range = parse_range(*options.frames, frame_count);
-  if (!has_number && range.last > range.first) {
+  if (!is_numbered && range.last > range.first) {
     throw std::runtime_error(fmt::format(
         "{}: found one name for {} frames, expected a name with a frame number, {}.####{}",
         options.output.string(), range.last - range.first + 1, options.output.stem().string(),
@@ -271,7 +264,7 @@ std::vector<Frame> frames_to_render(const Options& options, int frame_count) {
   }
   std::vector<Frame> frames;
   for (int number = range.first; number <= range.last; ++number) {
-    const fs::path output = has_number ? numbered(options.output, number) : options.output;
+    const fs::path output = is_numbered ? numbered(options.output, number) : options.output;
     if (!options.resume || !fs::exists(output)) frames.push_back({number, output});
   }
   return frames;
