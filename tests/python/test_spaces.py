@@ -135,8 +135,10 @@ def test_the_encoder_in_the_file_gives_the_trained_codes(
     if name == "gramgan-space":
         inputs = material.restored(inputs.transpose(0, 1)).transpose(0, 1)
     found = runtime.InferenceSession(encoder).run(None, {"patches": inputs.numpy()})[0]
-    # Weights are stored in 8 and 16 bits.
-    assert np.abs(found.mean(0) - codes[1]).max() < 0.05 * np.abs(codes).max()
+    # Weights are stored in 8 and 16 bits, and three materials are whitened strongly.
+    errors = np.linalg.norm(found.mean(0) - codes, axis=1)
+    assert errors.argmin() == 1
+    assert errors[1] < 0.15 * np.linalg.norm(codes[1])
 
 
 def test_noise_is_standard_normal_and_continuous_across_tiles() -> None:
