@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# The release checklist: runs every check that a machine can make, then lists what is left for a
+# person. Changes nothing but the folder build/.
+#   setup/release-check.sh [--quick]     --quick: no tests, no packages
+set -uo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+quick=${1:-}
+failures=0
+
+check() {  # check "what must be true" COMMAND...
+  local what=$1
+  shift
+  if "$@" >/tmp/release-check.$$ 2>&1; then
+    echo "ok      $what"
+  else
+    echo "FAILED  $what"
+    tail -n 5 /tmp/release-check.$$ | sed 's/^/        /'
+    failures=$((failures + 1))
+  fi
+  rm -f /tmp/release-check.$$
+}
+
+version=$(sed -n 's/^project(solidtex VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+echo "solidtex $version"
+check "everything is committed" test -z "$(git status --porcelain)"
+check "python_export has the version" grep -q "__version__ = \"$version\"" \
+  python_export/solidtex_export/__init__.py
+check "CITATION.cff has the version" grep -q "^version: $version$" CITATION.cff
+check "CHANGELOG.md has the version with a date" \
+  grep -Eq "^## $version – [0-9]{4}-[0-9]{2}-[0-9]{2}$" CHANGELOG.md
+check "the tag v$version is free" sh -c "! git rev-parse -q --verify refs/tags/v$version"
+if [ "$quick" != --quick ]; then
+  check "all tests pass" ./test.sh
+  check "cpack writes packages" sh -c "cd build && cpack"
+  check "pip wheel writes a wheel" .venv/bin/pip wheel --no-deps -q -w build/wheels .
+fi
+
+cat <<END
+
+For a person:
+- Render scenes/demo.json and docs/scenes/*.json, and look at each picture.
+- Follow the README on a fresh machine, from its first line.
+- git tag -s v$version, then push the tag with the packages of build/ and build/wheels/.
+END
+[ "$failures" -eq 0 ] || { echo "$failures checks failed"; exit 1; }
