@@ -10,14 +10,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from safetensors.torch import save_file
 
 from solidtex_export.commands import evaluate
 from solidtex_export.commands.fidelity import main
 from solidtex_export.evaluation import subjects
+from solidtex_export.evaluation.metrics.squeezenet import SqueezeNet
 from solidtex_export.export.file_format import model_file
 from solidtex_export.research.fidelity import cell as cells
 from solidtex_export.research.fidelity.cell import Cell
-from solidtex_export.research.fidelity.plan import PlanError, photograph, read_plan
+from solidtex_export.research.fidelity.outcome import Outcome, Outcomes
+from solidtex_export.research.fidelity.plan import Plan, PlanError, photograph, read_plan
+from solidtex_export.research.fidelity.summary import (
+    compare,
+    distances,
+    estimate,
+    mean_of_worst_tenth,
+    summary,
+)
 from solidtex_export.research.fidelity.table import write_table
 from solidtex_export.research.solids.materials import SOLIDS
 from solidtex_export.training.presets import shipped
@@ -68,6 +78,83 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return calls
 
 
+def test_exemplars_come_from_a_list_of_photographs(tmp_path: Path) -> None:
+    (tmp_path / "list.csv").write_text(
+        "file,licence,split,direction\n"
+        + "".join(f"Stone_{i}.jpg,CC0-1.0,validation,isotropic\n" for i in range(5))
+        + "oak.jpg,CC0-1.0,validation,vertical-grain\nash.jpg,CC0-1.0,train,vertical-grain\n"
+    )
+    path = tmp_path / "plan.toml"
+    text = """
+processor_minutes = 2
+methods = ["plain", "lattice"]
+[method.plain]
+set = ["losses.patches.weight=0"]
+[photographs]
+list = "list.csv"
+folder = "validation"
+size = 64
+"""
+    path.write_text(text)
+    plan = read_plan(path)
+    assert [e.name for e in plan.exemplars] == [*(f"stone-{i}" for i in range(5)), "oak"]
+    oak, stone = plan.exemplars[-1], plan.exemplars[0]
+    assert oak.directions == "xy" and stone.directions is None
+    cell = Cell(plan, oak, "plain", tmp_path / "all", tmp_path)
+    assert cell.photo == tmp_path / "validation" / "oak.jpg"
+    options = cell._training(tmp_path / "result")
+    assert {"--minutes=2.0", "--clock=processor", "--size=64"} <= set(options)
+    assert "--set=losses.patches.weight=0" in options and "--preset=plain" not in options
+    path.write_text(text + "count = 3\n")
+    assert [e.name for e in read_plan(path).exemplars] == ["stone-0", "stone-2", "oak"]
+    with pytest.raises(PlanError, match="found no such file, expected photographs"):
+        read_plan(path, tmp_path / "nowhere")
+
+
+def outcomes_of(distances: dict[str, list[float]]) -> tuple[Plan, Outcomes]:
+    """Exemplars with the given distances of each method, whatever the metric."""
+    count = len(next(iter(distances.values())))
+    plan = Plan(
+        steps=1,
+        methods=tuple(distances),
+        exemplar=[{"name": f"e{i}", "photo": "e.png"} for i in range(count)],
+    )
+    pairs = {
+        f"e{i}": {
+            method: Outcome(axes={"binary_patterns": values[i]}, oblique={}, multiples={})
+            for method, values in distances.items()
+        }
+        for i in range(count)
+    }
+    return plan, Outcomes(pairs, {})
+
+
+def test_the_summary_has_means_intervals_and_a_paired_test() -> None:
+    values = list(np.geomspace(1, 4, 20))
+    ratios = np.geomspace(0.64, 1, 21)[:20]
+    plan, outcomes = outcomes_of({"one": values, "two": list(ratios * values)})
+    first = distances(plan, outcomes, "LBP, axes", "one")
+    mean = estimate(list(first.values()))
+    assert mean.value == pytest.approx(2) and 1.6 < mean.low < 1.9 and 2.1 < mean.high < 2.5
+    worst = estimate(list(first.values()), mean_of_worst_tenth)
+    assert worst.value == pytest.approx(np.sqrt(values[-1] * values[-2]))
+    paired = compare(first, distances(plan, outcomes, "LBP, axes", "two"))
+    assert paired.ratio.value == pytest.approx(np.exp(np.log(ratios).mean()))
+    assert paired.better == paired.count == 20
+    assert paired.p == pytest.approx(2 / 2**20)  # every sign is the same
+    text = summary(plan, outcomes)
+    assert "| one | 20 | 2.00 (" in text and ", 20 of 20, p = 1.9e-06 |" in text
+    assert "The feature distance is left out" in text and "spectrum" not in text.split("\n\n")[2]
+
+
+def test_methods_that_differ_by_chance_are_not_significant() -> None:
+    random = np.random.default_rng(0)
+    one, two = np.exp(random.normal(0, 0.3, (2, 40)))
+    plan, outcomes = outcomes_of({"one": list(one), "two": list(two)})
+    paired = compare(*(distances(plan, outcomes, "LBP, axes", m) for m in ("one", "two")))
+    assert paired.p > 0.05 and paired.ratio.low < 1 < paired.ratio.high
+
+
 def test_the_method_default_is_none_at_all(plan: Path, tmp_path: Path) -> None:
     plan.write_text(PLAN.replace('"lattice"', '"default"'))
     read = read_plan(plan)
@@ -96,6 +183,9 @@ def test_a_plan_is_trained_evaluated_and_written_once(
     training = model_file.read(MODELS / "granite-grey.solidtex").document["training"]
     assert f"| {training['seconds'] / 60:.1f} | {training['step']} |" in page
     assert "another block of the true solid" in page
+    with Image.open(tmp_path / "all" / "contact-sheet.png") as sheet:
+        assert sheet.size == (3 * 128 + 2 * 4, 128 + 14)  # the failed one has no images
+        assert np.asarray(sheet)[14:, 132:].std() > 5
     distances = json.loads((rock / "lattice" / "eval.json").read_text())["distances"]["albedo"]
     for metric in ("binary_patterns", "spectrum"):  # an overview each, the lowest in bold
         assert f"| [rock](#rock) | **{distances['overall'][metric]['multiple']:.2f}** |" in page
@@ -108,6 +198,14 @@ def test_a_plan_is_trained_evaluated_and_written_once(
     assert not calls and (tmp_path / "table.md").read_text() == page
     assert main([*arguments, "--retry"]) == 0
     assert [call[0] for call in calls] == ["train"]
+
+    weights = tmp_path / "squeezenet.safetensors"
+    save_file(SqueezeNet().state_dict(), weights)
+    calls.clear()
+    for _ in range(2):  # the second time nothing is left to do
+        assert main([*arguments, f"--features={weights}", "--workers=2"]) == 0
+        assert [call[0] for call in calls] == ["evaluate"]
+    assert "## Feature distance" in (tmp_path / "table.md").read_text()
 
 
 def test_the_table_remembers_what_is_not_in_the_folder(
@@ -171,6 +269,12 @@ def test_a_note_heads_the_table(tmp_path: Path) -> None:
     assert "\nOn a small computer.\n" in page.read_text()
 
 
+def test_the_plan_of_the_benchmark_has_both_families(tmp_path: Path) -> None:
+    (tmp_path / "SOURCES.csv").write_text("file,licence,split\na.jpg,CC0-1.0,validation\n")
+    plan = read_plan(DOCS / "benchmark.toml", tmp_path)
+    assert plan.methods == ("lattice", "sampler") and plan.exemplars[0].photo == "validation/a.jpg"
+
+
 def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
     plan = read_plan(DOCS / "fidelity.toml")
     assert len(plan.exemplars) >= 12
@@ -186,6 +290,11 @@ def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("minutes = 1", "methods: found nothing, expected this key"),
+        (
+            PLAN.replace("minutes", "steps = 3\nminutes"),
+            "minutes: found [0.01, 3], expected one of",
+        ),
+        ("minutes = 1\nmethods = ['lattice']", "exemplar: found [], expected exemplars or"),
         ("]", "found no readable TOML"),
         (PLAN.replace("0.01", "0"), "minutes: found 0, expected more than 0"),
         (PLAN.replace('["lattice"]', "[]"), "methods: found []"),

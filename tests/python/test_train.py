@@ -260,6 +260,23 @@ def test_without_an_initial_phase_statistics_are_measured_before_the_first_step(
     assert torch.equal(before, trainer.generator.state_dict()[statistics])
 
 
+def test_processor_time_does_not_count_waiting(
+    photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trainer = small_trainer(photo, tmp_path / "r", "--minutes", "1", "--clock", "processor")
+    step = trainer._train_step
+
+    def slow_step() -> dict[str, float]:
+        time.sleep(0.5)
+        return step()
+
+    monkeypatch.setattr(trainer, "_train_step", slow_step)
+    before = time.process_time()
+    trainer.run(lambda: trainer.step == 2, lambda t: None)
+    assert 0 < trainer.seconds <= time.process_time() - before
+    assert json.loads((tmp_path / "r" / "config.json").read_text())["clock"] == "processor"
+
+
 def test_rates_fall_from_the_initial_one_to_the_last() -> None:
     settings = Optimizer(learning_rate=0.01, final_rate=0.1, warmup_steps=4)
     initial = InitialPhase(steps=250, learning_rate=0.05)

@@ -4,23 +4,32 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from solidtex_export.analysis.choice import LATTICE
 from solidtex_export.commands import cli
+from solidtex_export.evaluation.metrics.squeezenet import WeightsError, load_squeezenet
 from solidtex_export.export.verification.model_output import OutputError
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.research.fidelity.plan import CHOSEN
 from solidtex_export.settings import SettingsError
 from solidtex_export.training.presets import load_recipe
 
 if TYPE_CHECKING:
     from solidtex_export.research.fidelity.cell import Cell
     from solidtex_export.research.fidelity.outcome import Outcomes
+    from solidtex_export.research.fidelity.plan import Plan
 
 PROGRAM = "solidtex-fidelity"
 
 EXAMPLES = f"""  {PROGRAM} docs/fidelity.toml --photos photographs -o results/fidelity
   {PROGRAM} docs/fidelity.toml --photos photographs -o results/fidelity --only granite-grey
   {PROGRAM} docs/fidelity.toml -o results/fidelity --no-training --table docs/fidelity.md
+  {PROGRAM} docs/benchmark.toml --photos photographs --features squeezenet.safetensors \\
+      --workers 2 -o results/benchmark
 
 The same command again resumes, so Ctrl-C is safe at any time. Failed steps are repeated only with
 --retry. A JSON file beside the table records its figures, so that parts of the table can be made in
@@ -50,6 +59,10 @@ def make_parser() -> argparse.ArgumentParser:
                    help="train pairs that are in the table but not in FOLDER")  # fmt: skip
     p.add_argument("--no-training", action="store_true", help="only write the table")
     p.add_argument("--retry", action="store_true", help="repeat failed steps")
+    p.add_argument("--features", metavar="FILE", type=Path,
+                   help="weights of SqueezeNet v1.0: adds the feature distance")  # fmt: skip
+    p.add_argument("--workers", type=int, default=1, metavar="N",
+                   help="trainings at the same time (default: 1)")  # fmt: skip
     p.add_argument("--threads", type=int, default=1, metavar="T",
                    help="CPU threads of each training (default: 1)")  # fmt: skip
     return p
@@ -62,21 +75,55 @@ def is_chosen(cell: Cell, args: argparse.Namespace) -> bool:
 
 def is_done(cell: Cell, recorded: Outcomes, args: argparse.Namespace) -> bool:
     """Whether results exist in the folder or in the table's record."""
+    from solidtex_export.research.fidelity.summary import FEATURE_DISTANCE
+
     outcome = None if args.again else recorded.of(cell)
     if cell.failure.exists() or (outcome and outcome.failure):
         return not args.retry
-    return cell.finished or outcome is not None
+    if cell.finished:
+        return True
+    can_measure = args.features is not None and cell.model.exists()
+    return outcome is not None and (FEATURE_DISTANCE in outcome.figures or not can_measure)
 
 
 def run(args: argparse.Namespace) -> None:
     with cli.optional_packages(PROGRAM, "evaluate"):
         from solidtex_export.research.fidelity.cell import Cell
+        from solidtex_export.research.fidelity.contact_sheet import write_contact_sheet
         from solidtex_export.research.fidelity.outcome import read_outcomes
         from solidtex_export.research.fidelity.plan import read_plan
+        from solidtex_export.research.fidelity.summary import summary
         from solidtex_export.research.fidelity.table import write_table
-    plan = read_plan(args.plan)
-    for method in plan.methods:
-        load_recipe(method)  # refuses unknown presets
+    plan = read_plan(args.plan, args.photos)
+    check_names(plan, args)
+    if args.features is not None:
+        load_squeezenet(args.features)  # refuses other files
+    photos = args.photos or args.plan.parent
+    rows = [
+        [Cell(plan, entry, name, args.folder, photos, args.features) for name in plan.methods]
+        for entry in plan.exemplars
+    ]
+    table = args.table or args.folder / "fidelity.md"
+    args.folder.mkdir(parents=True, exist_ok=True)
+    recorded = read_outcomes(table.with_suffix(".json"))
+    cells = [] if args.no_training else [c for row in rows for c in row if is_chosen(c, args)]
+    for cell in run_cells([c for c in cells if not is_done(c, recorded, args)], args):
+        if cell.failure.exists():
+            print(cell.failure.read_text(), end="", flush=True)
+        write_table(table, plan, args.plan.name, rows)
+    write_table(table, plan, args.plan.name, rows)
+    print(summary(plan, read_outcomes(table.with_suffix(".json"))))
+    sheet = args.folder / "contact-sheet.png"
+    if write_contact_sheet(sheet, rows):
+        print(sheet)
+    print(table)
+
+
+def check_names(plan: Plan, args: argparse.Namespace) -> None:
+    """Refuse unknown presets, methods and exemplars."""
+    for name in plan.methods:
+        method = plan.method(name)
+        load_recipe(LATTICE if method.preset == CHOSEN else method.preset, list(method.set))
     exemplars = [entry.name for entry in plan.exemplars]
     for option, names, known in (
         ("--only", args.only, exemplars),
@@ -85,27 +132,31 @@ def run(args: argparse.Namespace) -> None:
         for name in names or ():
             if name not in known:
                 raise OutputError(f"{option}: found {name}, expected one of {', '.join(known)}")
-    photos = args.photos or args.plan.parent
-    rows = [
-        [Cell(plan, entry, method, args.folder, photos) for method in plan.methods]
-        for entry in plan.exemplars
-    ]
-    table = args.table or args.folder / "fidelity.md"
-    args.folder.mkdir(parents=True, exist_ok=True)
-    recorded = read_outcomes(table.with_suffix(".json"))
-    for cell in [] if args.no_training else [c for row in rows for c in row]:
-        if not is_chosen(cell, args) or is_done(cell, recorded, args):
-            continue
+
+
+def run_cells(cells: list[Cell], args: argparse.Namespace) -> Iterator[Cell]:
+    """Run cells by --workers at the same time; yields each when it has ended."""
+
+    def work(cell: Cell) -> Cell:
         print(f"{cell.entry.name}, {cell.method}", flush=True)
-        if not cell.run(args.threads):
-            print(cell.failure.read_text(), end="", flush=True)
-        write_table(table, plan, args.plan.name, rows)
-    write_table(table, plan, args.plan.name, rows)
-    print(table)
+        cell.run(args.threads)
+        return cell
+
+    for cell in cells:
+        cell.prepare()
+    with ThreadPoolExecutor(args.workers) as pool:
+        try:
+            for done in as_completed([pool.submit(work, cell) for cell in cells]):
+                yield done.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def main(arguments: list[str] | None = None) -> int:
-    return cli.run(make_parser(), arguments, run, (*cli.FAILURES, SettingsError))
+    return cli.run(
+        make_parser(), arguments, run, (*cli.FAILURES, SettingsError, WeightsError, ExemplarError)
+    )
 
 
 if __name__ == "__main__":

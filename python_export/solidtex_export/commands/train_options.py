@@ -79,6 +79,9 @@ def parser() -> argparse.ArgumentParser:
                    " for others)")  # fmt: skip
     p.add_argument("--minutes", type=float, metavar="M",
                    help="training time (default: 15)")  # fmt: skip
+    p.add_argument("--clock", choices=("wall", "processor"), default="wall",
+                   help="processor: --minutes of processor time, summed over the threads, for"
+                   " comparisons on a busy machine (default: wall)")  # fmt: skip
     p.add_argument("--steps", type=int, metavar="N", help="train N steps instead of --minutes")
     p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed (default: 0)")
     p.add_argument("--device", choices=("auto", "cpu", "cuda"), default="auto",
@@ -150,6 +153,7 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
         symmetry=args.symmetry,
         seed=args.seed,
         minutes=DEFAULT_MINUTES if args.minutes is args.steps is None else args.minutes,
+        clock=args.clock,
         steps=args.steps,
         color_space=args.color_space,
         reading=cli.reading_of(args),

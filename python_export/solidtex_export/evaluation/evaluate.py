@@ -101,12 +101,10 @@ def _reduced(subject: Subject, indices: list[int]) -> Subject:
 
 
 def _settings(settings: Settings, images: list[np.ndarray]) -> dict[str, Any]:
-    used = {
-        key: value
-        for key, value in asdict(settings).items()
-        if key not in ("inception", "features")
-    }
-    return used | {"exemplar_sizes": [list(image.shape[1::-1]) for image in images]}
+    used = {key: value for key, value in asdict(settings).items() if key != "inception"}
+    features = settings.features.name if settings.features else None
+    sizes = [list(image.shape[1::-1]) for image in images]
+    return used | {"features": features, "exemplar_sizes": sizes}
 
 
 def _distances(

@@ -54,17 +54,19 @@ class Material:
         )
 
 
-def find_sources(paths: Iterable[Path], folder: Path | None = None) -> list[Source]:
+def find_sources(
+    paths: Iterable[Path], folder: Path | None = None, split: str = "train"
+) -> list[Source]:
     """Sources of the given files, of all images in the folders, and of all rows of the CSV files.
 
     A CSV has the columns file and licence, and optionally source or attribution, split and
-    direction. Rows of a split other than train are left out. Files are relative to `folder`, or to
+    direction. Rows of other splits are left out. Files are relative to `folder`, or to
     the CSV's own.
     """
     found: list[Source] = []
     for path in paths:
         if path.suffix.lower() == ".csv":
-            found += _csv_sources(path, folder or path.parent)
+            found += _csv_sources(path, folder or path.parent, split)
         elif path.is_dir():
             files = (p for p in sorted(path.iterdir()) if p.suffix.lower() in SUFFIXES)
             found += [Source(p) for p in files]
@@ -75,7 +77,7 @@ def find_sources(paths: Iterable[Path], folder: Path | None = None) -> list[Sour
     return found
 
 
-def _csv_sources(path: Path, folder: Path) -> list[Source]:
+def _csv_sources(path: Path, folder: Path, split: str) -> list[Source]:
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     for column in COLUMNS:
@@ -89,7 +91,7 @@ def _csv_sources(path: Path, folder: Path) -> list[Source]:
             row.get("direction") or "",
         )
         for row in rows
-        if (row.get("split") or "train") == "train"
+        if (row.get("split") or split) == split
     ]
 
 

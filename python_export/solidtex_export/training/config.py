@@ -39,6 +39,8 @@ class Config(Settings):
     directions: str
     seed: int
     minutes: float | None = None
+    clock: Literal["wall", "processor"] = "wall"
+    """What `minutes` are: time that passes, or processor time of all threads."""
     steps: int | None = None
     exemplars: Array[FileRecord]
     channels: Array[str]

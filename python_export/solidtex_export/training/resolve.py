@@ -50,6 +50,7 @@ class Request:
     symmetry: str | None = None
     seed: int = 0
     minutes: float | None = None
+    clock: str = "wall"
     steps: int | None = None
     color_space: str = "srgb"
     reading: Reading = AS_IS
@@ -112,6 +113,7 @@ def resolve(request: Request) -> Resolved:
         directions=request.directions,
         seed=request.seed,
         minutes=request.minutes,
+        clock=request.clock,
         steps=request.steps,
         exemplars=exemplar_records(exemplars),
         channels=exemplars[0].channels,

@@ -97,6 +97,7 @@ class Trainer:
 
     def run(self, stop: Callable[[], bool], report: Callable[[Trainer], None]) -> None:
         """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
+        clock = time.process_time if self.config.clock == "processor" else time.monotonic
         saved = previewed = time.monotonic()
         while True:
             now = time.monotonic()
@@ -110,9 +111,9 @@ class Trainer:
                 previewed = now
             if self.progress >= 1 or stopping:
                 break
-            start = time.monotonic()
+            start = clock()
             row = self._train_step()
-            self.seconds += time.monotonic() - start
+            self.seconds += clock() - start
             if self.ranks.is_main and (self.step % LOG_STEPS == 0 or self.step == 1):
                 self.folder.log(row)
             report(self)

@@ -23,14 +23,13 @@ import numpy as np
 
 from solidtex_export.export.verification import engine
 from solidtex_export.images.channels import COLOR
-from solidtex_export.research.fidelity.plan import Entry, Plan, photograph
+from solidtex_export.research.fidelity.plan import CHOSEN, Entry, Plan, photograph
 from solidtex_export.research.solids.materials import SOLIDS
 from solidtex_export.research.solids.solid import box, exemplar, phase, write_picture
 from solidtex_export.research.solids.statistics import solid_error
 from solidtex_export.whole_file import write_whole
 
 INTERRUPTED = 130
-CHOSEN = "default"  # leaves the method to solidtex-train
 BLOCK = 128  # voxels: side of the blocks for 3D statistics
 TRUE_PLACES = ((1000, 1000, 1000), (3000, 1000, 1000))
 
@@ -40,14 +39,26 @@ class Stopped(KeyboardInterrupt):
 
 
 class Cell:
-    """Folder of one pair; `root` holds all pairs, `photos` the photographs."""
+    """Folder of one pair; `root` holds all pairs, `photos` the photographs.
 
-    def __init__(self, plan: Plan, entry: Entry, method: str, root: Path, photos: Path) -> None:
+    `features` are weights for the feature distance, if any.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        entry: Entry,
+        method: str,
+        root: Path,
+        photos: Path,
+        features: Path | None = None,
+    ) -> None:
         self.entry = entry
         self.method = method
+        self._plan = plan
+        self._features = features
         self.shared = root / entry.name
         self.folder = self.shared / method
-        self._minutes = plan.minutes
         self._photos = photos
         self.model = self.folder / "model.solidtex"
         self.evaluation = self.folder / "eval.json"
@@ -62,24 +73,34 @@ class Cell:
 
     @property
     def finished(self) -> bool:
-        evaluated = self.evaluation.exists() and (
-            not self.entry.solid or self.solid_errors.exists()
-        )
+        evaluated = self._evaluated and (not self.entry.solid or self.solid_errors.exists())
         return self.model.exists() and evaluated
+
+    @property
+    def _evaluated(self) -> bool:
+        """Whether the evaluation exists, with the wanted feature distance."""
+        if not self.evaluation.exists():
+            return False
+        used = json.loads(self.evaluation.read_text())["settings"].get("features")
+        return self._features is None or used == self._features.name
+
+    def prepare(self) -> None:
+        """Make what the exemplar's other cells share."""
+        self.shared.mkdir(parents=True, exist_ok=True)
+        if self.entry.solid:
+            cut_exemplar(self.entry, self.shared)
 
     def run(self, threads: int) -> bool:
         """Run the missing steps; false if a step fails, with the reason in failure.txt."""
         self.folder.mkdir(parents=True, exist_ok=True)
         self.failure.unlink(missing_ok=True)
-        if self.entry.solid:
-            cut_exemplar(self.entry, self.shared)
         if not self.model.exists():
             result = self.folder / "result"
             if not self._step("train", *self._training(result), "--threads", str(threads)):
                 return False
             if not self._step("export", str(result), "-o", str(self.model)):
                 return False
-        if not self.evaluation.exists() and not self._step("evaluate", *self._evaluate_options()):
+        if not self._evaluated and not self._step("evaluate", *self._evaluate_options()):
             return False
         if self.entry.solid and not self.solid_errors.exists():
             errors = solid_errors(self.entry.solid, self.model, self.shared / "true.npy")
@@ -87,10 +108,13 @@ class Cell:
         return True
 
     def _training(self, result: Path) -> list[str]:
-        entry = self.entry
+        entry, plan = self.entry, self._plan
+        method = plan.method(self.method)
         options = {
-            "preset": None if self.method == CHOSEN else self.method,
-            "minutes": self._minutes,
+            "preset": None if method.preset == CHOSEN else method.preset,
+            "minutes": plan.minutes or plan.processor_minutes,
+            "clock": "processor" if plan.processor_minutes else None,
+            "steps": plan.steps,
             "size": entry.size,
             "resolution": entry.resolution,
             "crop": ",".join(map(str, entry.crop)) if entry.crop else None,
@@ -98,11 +122,13 @@ class Cell:
             "symmetry": entry.symmetry,
         }
         known = [f"--{name}={value}" for name, value in options.items() if value is not None]
-        return [str(self.photo), "-o", str(result), *known, *self._maps()]
+        known += [f"--set={override}" for override in method.set]
+        return [str(self.photo), "-o", str(result), *known, *method.options, *self._maps()]
 
     def _evaluate_options(self) -> list[str]:
         files = ["--json", str(self.evaluation), "-o", str(self.folder / "report.html")]
         files += ["--pictures", str(self.folder / "pictures"), "--force"]
+        files += [f"--features={self._features}"] if self._features else []
         return [str(self.model), str(self.photo), *files, *self._maps()]
 
     def _maps(self) -> list[str]:

@@ -22,14 +22,17 @@ from solidtex_export.whole_file import write_whole
 class Outcome:
     """Result of one pair: either `failure` or all the others.
 
-    `multiples`: distance of all slices by metric, relative to self-distance; `copied`: the largest
-    coherence of a correspondence map; `solid`: errors of the 3D statistics, by statistic.
+    `multiples`: distance of all slices by metric, relative to self-distance; `axes` and `oblique`:
+    the same of axis slices and of oblique ones; `copied`: the largest coherence of a
+    correspondence map; `solid`: errors of the 3D statistics, by statistic.
     """
 
     failure: str | None = None
     seconds: float = 0.0
     steps: int = 0
     multiples: dict[str, float | None] | None = None
+    axes: dict[str, float | None] | None = None
+    oblique: dict[str, float | None] | None = None
     copied: float = 0.0
     repeats: bool = False
     solid: dict[str, float] | None = None
@@ -91,20 +94,30 @@ def read_outcomes(path: Path) -> Outcomes:
     return Outcomes(pairs, solids)
 
 
-def _distances(evaluation: dict[str, Any]) -> dict[str, Any]:
-    """Distances of the colors, or of the first group of channels."""
-    overall: dict[str, Any] = next(iter(evaluation["distances"].values()))["overall"]
-    return overall
+def _multiples(views: list[dict[str, Any]]) -> dict[str, float | None] | None:
+    """Mean over views of the relative distances by metric, None where a view has none."""
+    if not views:
+        return None
+    return {metric: _mean([view[metric]["multiple"] for view in views]) for metric in views[0]}
+
+
+def _mean(values: list[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known) if len(known) == len(values) else None
 
 
 def _outcome(cell: Cell) -> Outcome:
     evaluation = json.loads(cell.evaluation.read_text())
     training = model_file.read(cell.model).document["training"]
+    distances = next(iter(evaluation["distances"].values()))  # of the colors
+    views = distances["views"]
     tests = [evaluation["repetition"][key] for key in ("block", "far blocks")]
     return Outcome(
         seconds=training["seconds"],
         steps=training["step"],
-        multiples={name: found["multiple"] for name, found in _distances(evaluation).items()},
+        multiples=_multiples([distances["overall"]]),
+        axes=_multiples([view for name, view in views.items() if name != "oblique"]),
+        oblique=_multiples([view for name, view in views.items() if name == "oblique"]),
         copied=max(evaluation["copying"]["views"].values()),
         repeats=any(found and found["repeats"] for found in tests),
         solid=_solid_errors(cell)["model"] if cell.entry.solid else None,

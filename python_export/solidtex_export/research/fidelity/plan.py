@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from solidtex_export.research.solids.materials import SOLIDS
@@ -18,9 +19,13 @@ from solidtex_export.settings import (
     validated,
     wrong,
 )
+from solidtex_export.spaces.photographs import find_sources
 
 SKIMAGE = "skimage:"
 NAME = "[a-z0-9][a-z0-9-]*"
+CHOSEN = "default"  # leaves the preset to solidtex-train
+DIRECTIONS = {"vertical-grain": "xy", "layered": "xy"}
+"""Training directions of a list's hints; others are trained in all directions."""
 
 
 def _named(name: str) -> str:
@@ -63,20 +68,75 @@ class Entry(Settings):
         return self
 
 
-class Plan(Settings):
-    """All pairs of `exemplar` and `methods`, each trained for `minutes`; `note` heads the table."""
+class Photographs(Settings):
+    """Exemplars from a folder: all images of `folder`, or the rows of a CSV file of one `split`.
 
-    minutes: float
+    Both are inside the folder of the photographs. The CSV has the columns file and licence, and
+    optionally split and direction (isotropic, vertical-grain, layered). `count` takes so many of
+    them, evenly spread over the list. The others are options of solidtex-train.
+    """
+
+    folder: str = "."
+    list: str | None = None
+    split: str = "validation"
+    count: int | None = None
+    size: int | None = None
+    resolution: int | None = None
+
+
+class Method(Settings):
+    """Settings of a method whose name is not that of a preset."""
+
+    preset: str = CHOSEN
+    set: Array[str] = ()
+    """Overrides as for solidtex-train --set."""
+    options: Array[str] = ()
+    """Further options of solidtex-train."""
+
+
+class Plan(Settings):
+    """All pairs of exemplars and `methods`; `note` heads the table.
+
+    Each is trained for `minutes` on a clock, for `processor_minutes` of processor time, or for
+    `steps`.
+    """
+
+    minutes: float | None = None
+    processor_minutes: float | None = None
+    steps: int | None = None
     methods: Array[Name]
-    exemplars: Array[Entry] = Field(alias="exemplar")
+    named_methods: dict[str, Method] = Field(alias="method", default={})
+    exemplars: Array[Entry] = Field(alias="exemplar", default=())
+    photographs: Photographs | None = None
     note: str = ""
 
-    @field_validator("minutes")
+    @field_validator("minutes", "processor_minutes", "steps")
     @classmethod
-    def _some_time(cls, minutes: float) -> float:
-        if minutes <= 0:
+    def _some_time(cls, amount: float | None) -> float | None:
+        if amount is not None and amount <= 0:
             raise expected("more than 0")
-        return minutes
+        return amount
+
+    @model_validator(mode="after")
+    def _one_budget(self) -> Plan:
+        given = [b for b in (self.minutes, self.processor_minutes, self.steps) if b is not None]
+        if len(given) != 1:
+            raise wrong("minutes", given, "one of minutes, processor_minutes and steps")
+        if not self.exemplars and self.photographs is None:
+            raise wrong("exemplar", [], "exemplars or photographs")
+        return self
+
+    @property
+    def budget(self) -> str:
+        """What each training gets, in words."""
+        if self.steps is not None:
+            return f"{self.steps} steps"
+        if self.minutes is not None:
+            return f"{self.minutes:g} minutes"
+        return f"{self.processor_minutes:g} minutes of processor time"
+
+    def method(self, name: str) -> Method:
+        return self.named_methods.get(name) or Method(preset=name)
 
     @field_validator("methods")
     @classmethod
@@ -89,7 +149,7 @@ class Plan(Settings):
     @classmethod
     def _different_names(cls, entries: tuple[Entry, ...]) -> tuple[Entry, ...]:
         names = [entry.name for entry in entries]
-        if len(set(names)) < len(names) or not names:
+        if len(set(names)) < len(names):
             raise wrong("name", names, "different ones")
         return entries
 
@@ -99,19 +159,46 @@ class Plan(Settings):
         return note.strip()
 
 
-def read_plan(path: Path) -> Plan:
+def read_plan(path: Path, folder: Path | None = None) -> Plan:
+    """Read a plan; its photographs are in `folder`, or else beside it."""
     try:
         document: dict[str, Any] = read_toml(path)
-        return validated(Plan, document, str(path))
+        plan = validated(Plan, document, str(path))
     except SettingsError as error:
         raise PlanError(str(error)) from error
+    if plan.photographs is None:
+        return plan
+    listed = entries_of(plan.photographs, folder or path.parent)
+    return plan.model_copy(update={"exemplars": (*plan.exemplars, *listed)})
+
+
+def entries_of(photographs: Photographs, folder: Path) -> list[Entry]:
+    files = folder / photographs.folder
+    source = files if photographs.list is None else folder / photographs.list
+    if not source.exists():
+        raise PlanError(f"{source}: found no such file, expected photographs (--photos FOLDER)")
+    sources = find_sources([source], files, photographs.split)
+    if photographs.count is not None:
+        steps = np.linspace(0, len(sources) - 1, min(photographs.count, len(sources)))
+        sources = [sources[round(i)] for i in steps]
+    return [
+        Entry(
+            name=re.sub("[^a-z0-9]+", "-", source.path.stem.lower()).strip("-"),
+            photo=str(source.path.relative_to(folder)),
+            size=photographs.size,
+            resolution=photographs.resolution,
+            directions=DIRECTIONS.get(source.direction),
+        )
+        for source in sources
+    ]
 
 
 def photograph(entry: Entry, folder: Path) -> Path:
     """The file of an exemplar that is a photograph."""
     assert entry.photo is not None
     if entry.photo.startswith(SKIMAGE):
-        from skimage.data import data_dir
+        import skimage.data
 
-        return Path(data_dir) / f"{entry.photo.removeprefix(SKIMAGE)}.png"
+        name = entry.photo.removeprefix(SKIMAGE)
+        return Path(skimage.data.__file__).with_name(f"{name}.png")
     return folder / entry.photo

@@ -14,6 +14,7 @@ from solidtex_export.evaluation.report import number
 from solidtex_export.research.fidelity.cell import Cell
 from solidtex_export.research.fidelity.outcome import Outcome, Outcomes, read_outcomes
 from solidtex_export.research.fidelity.plan import Entry, Plan
+from solidtex_export.research.fidelity.summary import FEATURE_DISTANCE, summary
 from solidtex_export.whole_file import write_whole
 
 THUMBNAIL = 128  # pixels
@@ -27,10 +28,13 @@ SHORT = {
     "sliced_wasserstein": "Wasserstein",
     "spectrum": "spectrum",
     "sifid": "SIFID",
+    "feature_distance": "features",
+    "feature_sifid": "SIFID (SqueezeNet)",
 }
 OVERVIEWS = {
     "binary_patterns": "LBP distance",
     "spectrum": "Spectrum distance",
+    FEATURE_DISTANCE: "Feature distance",
 }
 SOLID_COLUMNS = {
     "two_point": "two-point",
@@ -42,7 +46,7 @@ SOLID_COLUMNS = {
     "euler": "Euler",
 }
 INTRODUCTION = """\
-`solidtex-fidelity {plan}` makes this page: it trains each preset for {minutes:g} minutes on each
+`solidtex-fidelity {plan}` makes this page: it trains each preset for {budget} on each
 exemplar. Distances of slices are relative to self-distance ([evaluation](evaluation.md)): at about
 1 a slice is as close to the exemplar as another piece of the material. "copied" is the largest
 coherence of a correspondence map. The images are the slice normal to x, and an oblique one. Errors
@@ -65,9 +69,10 @@ def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) 
         if cell.finished:
             _save_pictures(cell, images)
     parts = ["# Fidelity of the presets\n"]
-    for text in (INTRODUCTION.format(plan=plan_name, minutes=plan.minutes), plan.note):
+    for text in (INTRODUCTION.format(plan=plan_name, budget=plan.budget), plan.note):
         parts += [paragraph + "\n" for paragraph in _paragraphs(text)]
-    parts += [_overview(plan, outcomes, metric) for metric in OVERVIEWS]
+    parts.append(summary(plan, outcomes))
+    parts += [_overview(plan, outcomes, m) for m in OVERVIEWS if _is_measured(m, outcomes)]
     parts += [_section(plan, entry, outcomes, images.name) for entry in plan.exemplars]
     outcomes.write(figures)
     write_whole(path, ("\n".join(parts) + "\n").encode())
@@ -80,6 +85,11 @@ def _paragraphs(text: str) -> list[str]:
         for paragraph in text.split("\n\n")
         if paragraph.strip()
     ]
+
+
+def _is_measured(metric: str, outcomes: Outcomes) -> bool:
+    pairs = [outcome for row in outcomes.pairs.values() for outcome in row.values()]
+    return any(metric in (outcome.multiples or {}) for outcome in pairs)
 
 
 def _overview(plan: Plan, outcomes: Outcomes, metric: str) -> str:
