@@ -65,7 +65,7 @@ def from_model(path: Path, side: int, seed: int, compared: Mapping[str, int]) ->
     with engine.open_model(path, seed) as texture:
         views = {d: [_axis_slice(texture, d, side, rng) for _ in range(SLICES)] for d in SLICE_AXES}
         planes = _oblique_planes("z" if "z" not in compared else None, rng)
-        views["oblique"] = [_oblique_slice(texture, *plane, side, rng) for plane in planes]
+        views["oblique"] = [oblique_slice(texture, *plane, side, rng) for plane in planes]
         blocks = [texture.eval_box(origin, (BLOCK,) * 3) for origin in ((0, 0, 0), FAR_BLOCK)]
     if document["color_space"] == "linear":
         blocks = [_displayed(block, channels) for block in blocks]
@@ -106,7 +106,7 @@ def _oblique_planes(grain: str | None, rng: np.random.Generator) -> list[Plane]:
     return [upright[0], *((turn[0], turn[1]) for turn in turns)]
 
 
-def _oblique_slice(
+def oblique_slice(
     texture: Texture, right: np.ndarray, down: np.ndarray, side: int, rng: np.random.Generator
 ) -> np.ndarray:
     steps = np.arange(side)[:, None]
