@@ -119,9 +119,11 @@ def test_an_interrupted_training_resumes_to_the_same_bits_and_is_exported(
     assert export_space.main([str(tmp_path / "whole"), "-o", str(path)]) == 1  # exists
 
 
-@pytest.mark.parametrize("name", ["lattice", "sampler", "gramgan-space"])
+@pytest.mark.parametrize(
+    ("name", "tolerance"), [("lattice", 0.15), ("sampler", 0.5), ("gramgan-space", 1e-3)]
+)
 def test_the_encoder_in_the_file_gives_the_trained_codes(
-    photos: Path, tmp_path: Path, name: str
+    photos: Path, tmp_path: Path, name: str, tolerance: float
 ) -> None:
     runtime = pytest.importorskip("onnxruntime")
     preset = save_preset(tmp_path / "preset.toml", name)
@@ -135,10 +137,10 @@ def test_the_encoder_in_the_file_gives_the_trained_codes(
     if name == "gramgan-space":
         inputs = material.restored(inputs.transpose(0, 1)).transpose(0, 1)
     found = runtime.InferenceSession(encoder).run(None, {"patches": inputs.numpy()})[0]
-    # Weights are stored in 8 and 16 bits, and three materials are whitened strongly.
+    # Ours is stored in 8 and 16 bits, which weighs more where there are only three materials.
     errors = np.linalg.norm(found.mean(0) - codes, axis=1)
     assert errors.argmin() == 1
-    assert errors[1] < 0.15 * np.linalg.norm(codes[1])
+    assert errors[1] < tolerance * np.linalg.norm(codes[1])
 
 
 def test_noise_is_standard_normal_and_continuous_across_tiles() -> None:
