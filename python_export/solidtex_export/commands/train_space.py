@@ -16,7 +16,13 @@ from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.losses.descriptor.weights import SHIPPED, WeightsError, load_weights
 from solidtex_export.settings import SettingsError
 from solidtex_export.spaces.photographs import Material, find_sources, load_materials
-from solidtex_export.spaces.settings import SpaceRecipe, load_space_recipe, shipped_presets
+from solidtex_export.spaces.reptile import StartTrainer
+from solidtex_export.spaces.settings import (
+    SpaceRecipe,
+    StartRecipe,
+    load_space_recipe,
+    shipped_presets,
+)
 from solidtex_export.spaces.trainer import PATCH, SpaceTrainer
 from solidtex_export.training import ranks
 from solidtex_export.training.divergence import TrainError
@@ -40,7 +46,7 @@ class SpaceConfig:
     """Everything that a space's result depends on, but how long it is trained."""
 
     preset: str
-    recipe: SpaceRecipe
+    recipe: SpaceRecipe | StartRecipe
     resolution: int
     seed: int
     photographs: list[dict[str, str]]
@@ -48,7 +54,7 @@ class SpaceConfig:
     def document(self) -> dict[str, Any]:
         return {
             "version": 1,
-            "kind": "space",
+            "kind": "space" if isinstance(self.recipe, SpaceRecipe) else "start",
             "preset": self.preset,
             "recipe": self.recipe.model_dump(mode="json", exclude_none=True),
             "resolution": self.resolution,
@@ -95,7 +101,7 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error("--device: found no CUDA device, expected one (or use --device cpu)")
 
 
-def make_trainer(args: argparse.Namespace) -> SpaceTrainer:
+def make_trainer(args: argparse.Namespace) -> SpaceTrainer | StartTrainer:
     """Open the training in the result folder: new, or resumed from its checkpoint."""
     recipe = load_space_recipe(args.preset)
     materials = _materials(args.photos, args, recipe)
@@ -110,17 +116,23 @@ def make_trainer(args: argparse.Namespace) -> SpaceTrainer:
         folder.open(config, [])
     own_ranks.wait()
     descriptor = load_weights(SHIPPED) if recipe.uses_descriptor else None
-    print(f"{args.result}: measuring {len(materials)} photographs", flush=True)
-    trainer = SpaceTrainer(
-        recipe, materials, held_out, args.seed, device, folder, descriptor, own_ranks
-    )
+    trainer: SpaceTrainer | StartTrainer
+    if isinstance(recipe, StartRecipe):
+        trainer = StartTrainer(recipe, materials, held_out, args.seed, device, folder, descriptor)
+    else:
+        print(f"{args.result}: measuring {len(materials)} photographs", flush=True)
+        trainer = SpaceTrainer(
+            recipe, materials, held_out, args.seed, device, folder, descriptor, own_ranks
+        )
     trainer.steps = args.steps
     trainer.minutes = 120.0 if args.steps is args.minutes is None else args.minutes
     folder.resume(trainer.restore)
     return trainer
 
 
-def _materials(paths: list[Path], args: argparse.Namespace, recipe: SpaceRecipe) -> list[Material]:
+def _materials(
+    paths: list[Path], args: argparse.Namespace, recipe: SpaceRecipe | StartRecipe
+) -> list[Material]:
     upright, scales = recipe.directions == "xy", recipe.slicing.scales
     sources = find_sources(paths, args.folder)
     return load_materials(sources, args.resolution, PATCH, recipe.colors, scales, upright)

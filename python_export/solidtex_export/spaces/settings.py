@@ -10,7 +10,7 @@ from pydantic import Field
 
 from solidtex_export.discriminators.settings import CriticSettings
 from solidtex_export.settings import Settings, SettingsError, read_toml, validated, within
-from solidtex_export.training.recipe import Optimizer
+from solidtex_export.training.recipe import GeneratorSettings, Optimizer
 
 Size = Annotated[int, within(1, 4096)]
 
@@ -108,12 +108,39 @@ class SpaceRecipe(Settings):
         return self.encoder.kind == "descriptor" or self.losses.descriptor > 0
 
 
+class Reptile(Settings):
+    """Reptile (Nichol, Achiam and Schulman 2018): short inner trainings, each of one photograph."""
+
+    steps: Annotated[int, within(1, 10000)] = 24
+    """Number of steps of an inner training."""
+    rate: Annotated[float, within(1e-6, 1)] = 0.5
+    """Share of the way to the inner training's weights that the start goes."""
+    final_rate: Annotated[float, within(0, 1)] = 0.1
+    """Final rate after half a cosine, as a fraction of the first."""
+
+
+class StartRecipe(Settings):
+    """Training of a start: weights of an ordinary generator that are learned for being adapted."""
+
+    reptile: Reptile
+    generator: GeneratorSettings
+    directions: Literal["xyz", "xy"] = "xyz"
+    colors: Literal["photograph"] = "photograph"
+    slicing: SlicingSettings = SlicingSettings()
+    losses: LossSettings
+    optimizer: Optimizer
+
+    @property
+    def uses_descriptor(self) -> bool:
+        return self.losses.descriptor > 0
+
+
 def shipped_presets() -> list[str]:
     files = (f.name for f in (resources.files("solidtex_export") / "presets" / "spaces").iterdir())
     return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
 
 
-def load_space_recipe(name: str) -> SpaceRecipe:
+def load_space_recipe(name: str) -> SpaceRecipe | StartRecipe:
     """Load a recipe by the name of a shipped preset or the path of a TOML file."""
     if name in shipped_presets():
         path = resources.files("solidtex_export") / "presets" / "spaces" / f"{name}.toml"
@@ -122,7 +149,10 @@ def load_space_recipe(name: str) -> SpaceRecipe:
     else:
         names = ", ".join(shipped_presets())
         raise SettingsError(f"--preset: found {name}, expected one of {names} or a .toml file")
-    recipe = validated(SpaceRecipe, read_toml(path), name)
+    table = read_toml(path)
+    if "reptile" in table:
+        return validated(StartRecipe, table, name)
+    recipe = validated(SpaceRecipe, table, name)
     if (recipe.lattice is None) == (recipe.sampler is None):
         raise SettingsError(f"{name}: expected one of the tables lattice and sampler")
     if (recipe.losses.style > 0 or recipe.losses.adversarial > 0) and recipe.critic is None:

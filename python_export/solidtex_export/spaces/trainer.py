@@ -8,8 +8,7 @@ critic, where a recipe has one, is not conditioned.
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -24,10 +23,12 @@ from solidtex_export.images.sheet import sheet_of_rows
 from solidtex_export.losses.descriptor.weights import Trained
 from solidtex_export.spaces.encoder import make_encoder
 from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
+from solidtex_export.spaces.loop import ResumableTraining
 from solidtex_export.spaces.noise import TiledNoise
 from solidtex_export.spaces.photographs import Material, patches
 from solidtex_export.spaces.settings import SpaceRecipe
 from solidtex_export.spaces.targets import DescriptorTargets, WaveletTargets
+from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
 from solidtex_export.training.optimizer import half_cosine
 from solidtex_export.training.ranks import Ranks
@@ -36,15 +37,12 @@ from solidtex_export.training.result import ResultFolder
 
 PATCH = 128  # pixels
 PATCHES = 6  # of each photograph
-CHECKPOINT_SECONDS = 180.0
-PREVIEW_SECONDS = 600.0
-LOG_STEPS = 50
 NOISE_STEPS = 500  # after which the sampler's tiles of noise are drawn anew
 MAX_DISTANCE = 4096.0  # of the sampler's slices from the origin, in texels
 MAX_NORM = 1.0  # of the gradient, relative to its running mean
 
 
-class SpaceTrainer:
+class SpaceTrainer(ResumableTraining):
     """A space's training; `run` may be interrupted between any two steps and resumed later."""
 
     def __init__(
@@ -61,10 +59,6 @@ class SpaceTrainer:
         make_reproducible(seed, device)
         self.recipe, self.materials, self.held_out = recipe, materials, held_out
         self.device, self.folder, self.ranks = device, folder, ranks or Ranks()
-        self.steps: int | None = None
-        self.minutes: float | None = None
-        self.step = 0
-        self.seconds = 0.0
         self.watch = DivergenceWatch()
         self.generator = make_generator(recipe).to(device)
         self.encoder = make_encoder(recipe.encoder, recipe.code, descriptor).to(device)
@@ -120,46 +114,6 @@ class SpaceTrainer:
             for _, measured in self._targets.values():
                 measured.add(image)
 
-    @property
-    def progress(self) -> float:
-        """Fraction of the training that is done."""
-        if self.steps is not None:
-            return self.step / self.steps
-        assert self.minutes is not None
-        return self.seconds / (60 * self.minutes)
-
-    def run(self, stop: Callable[[], bool], report: Callable[[SpaceTrainer], None]) -> None:
-        """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
-        saved = previewed = time.monotonic()
-        recent: list[dict[str, float]] = []
-        while True:
-            now = time.monotonic()
-            due = stop(), now - saved > CHECKPOINT_SECONDS, now - previewed > PREVIEW_SECONDS
-            self.seconds, stopping, saving, previewing = self.ranks.agree(self.seconds, *due)
-            if saving:
-                self.save()
-                saved = now
-            if previewing:
-                self.save_preview()
-                previewed = now
-            if self.progress >= 1 or stopping:
-                break
-            start = time.monotonic()
-            recent.append(self._train_step())
-            self.seconds += time.monotonic() - start
-            if self.step % LOG_STEPS == 0:
-                self._log(recent)
-                recent = []
-            report(self)
-        self.save()
-        self.save_preview()
-
-    def _log(self, rows: list[dict[str, float]]) -> None:
-        """Log the mean losses of recent steps: they differ more between materials than in time."""
-        if self.ranks.is_main:
-            means = {name: sum(row[name] for row in rows) / len(rows) for name in rows[0]}
-            self.folder.log({"step": self.step, "seconds": round(self.seconds, 1)} | means)
-
     def _train_step(self) -> dict[str, float]:
         """One step; its losses."""
         settings = self.recipe.optimizer
@@ -170,7 +124,7 @@ class SpaceTrainer:
         self._adam.zero_grad(set_to_none=True)
         count = self.recipe.slicing.batch
         chosen = torch.randperm(len(self.materials))[:count].tolist()
-        with self._autocast():
+        with fast_autocast(self.device):
             slices = self.draw(self._codes(chosen), self.recipe.slicing.size)
         gradient, sums = self._gradient(slices.detach().float(), chosen)
         if not gradient.isfinite().all():
@@ -236,7 +190,7 @@ class SpaceTrainer:
         gradient = torch.zeros_like(slices)
         sums: dict[str, float] = {}
         unit = self.recipe.losses.mixing == "unit-gradients"
-        with self._autocast():
+        with fast_autocast(self.device):
             for place, index in enumerate(chosen):
                 one = slices[place : place + 1].detach().requires_grad_()
                 turned = random_symmetry(one, self.recipe.slicing.symmetry)
@@ -270,7 +224,7 @@ class SpaceTrainer:
         assert self.critic is not None
         reals = torch.cat([self._reals(index, 1) for index in chosen])
         self._critic_adam.zero_grad(set_to_none=True)
-        with self._autocast():
+        with fast_autocast(self.device):
             loss = self.critic.loss(slices, reals)
         loss.backward()
         self.ranks.average_gradients(self.critic)
@@ -278,14 +232,6 @@ class SpaceTrainer:
         if not math.isfinite(loss.item()):
             raise not_finite(self.step, "the critic's loss")
         return loss.item()
-
-    def _autocast(self) -> torch.autocast:
-        """bfloat16 where the processor supports it, for speed."""
-        if self.device.type == "cuda":
-            fast = torch.cuda.is_bf16_supported()
-        else:
-            fast = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)()
-        return torch.autocast(self.device.type, torch.bfloat16, enabled=fast)
 
     @torch.no_grad()
     def material_codes(self, materials: Sequence[Material] | None = None) -> Tensor:
@@ -310,12 +256,6 @@ class SpaceTrainer:
                 images += [photograph, material.restored(y)]
             self._noise, self.step = kept, step
         self.folder.save_preview(sheet_of_rows(images, 8))
-
-    def save(self) -> None:
-        state = self.state()
-        if self.ranks.is_main:
-            self.folder.save_checkpoint(state)
-        self.ranks.wait()
 
     def state(self) -> dict[str, Any]:
         critic = None

@@ -1,7 +1,8 @@
-"""torch.compile for the repeated parts of a generator."""
+"""torch.compile for the repeated parts of a generator, and bfloat16."""
 
 from __future__ import annotations
 
+import torch
 from torch import nn
 
 from solidtex_export.generators.lattice import ConvBlock
@@ -22,3 +23,12 @@ def compile_generator(generator: nn.Module) -> None:
         if isinstance(module, ConvBlock | PlaneConvolution | HiddenLayer) and not inside:
             module.compile(dynamic=True)
             compiled.add(module)
+
+
+def fast_autocast(device: torch.device) -> torch.autocast:
+    """bfloat16 where the processor supports it, for speed."""
+    if device.type == "cuda":
+        fast = torch.cuda.is_bf16_supported()
+    else:
+        fast = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)()
+    return torch.autocast(device.type, torch.bfloat16, enabled=fast)

@@ -19,6 +19,7 @@ from solidtex_export.analysis.grain import channel_axes, whiten
 from solidtex_export.discriminators.trainer import DiscriminatorTrainer
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
+from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.batch_norm import measure_statistics
 from solidtex_export.training.config import Config
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
@@ -76,7 +77,7 @@ class Trainer:
             photographs,
             self.discriminators,
             source,
-            self._autocast,
+            lambda: fast_autocast(device),
         )
         self.watch = DivergenceWatch()
         self.step = 0
@@ -186,7 +187,7 @@ class Trainer:
         if oblique:
             assert self.oblique is not None
             source, size = self.oblique, self._oblique_size()
-        with self._autocast():
+        with fast_autocast(self.device):
             drawn = source.draw(direction, size, self.recipe.slicing.batch)
         index = self.config.exemplar_index(direction)
         view = source.view(direction)
@@ -217,14 +218,6 @@ class Trainer:
         if not math.isfinite(mean):
             raise not_finite(self.step, "a discriminator's loss")
         return mean
-
-    def _autocast(self) -> torch.autocast:
-        """bfloat16 where the processor supports it, for speed."""
-        if self.device.type == "cuda":
-            fast = torch.cuda.is_bf16_supported()
-        else:
-            fast = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)()
-        return torch.autocast(self.device.type, torch.bfloat16, enabled=fast)
 
     def _measure_statistics(self) -> None:
         config = self.config

@@ -1,0 +1,81 @@
+"""Loop of a resumable training: progress, checkpoints, previews and the log."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, Self
+
+from solidtex_export.training.ranks import Ranks
+from solidtex_export.training.result import ResultFolder
+
+CHECKPOINT_SECONDS = 180.0
+PREVIEW_SECONDS = 600.0
+
+
+class ResumableTraining:
+    """A training of `steps` or `minutes`; `run` may be interrupted between any two steps."""
+
+    folder: ResultFolder
+    ranks: Ranks
+    log_steps = 50
+    steps: int | None = None
+    minutes: float | None = None
+    step = 0
+    seconds = 0.0
+
+    @property
+    def progress(self) -> float:
+        """Fraction of the training that is done."""
+        if self.steps is not None:
+            return self.step / self.steps
+        assert self.minutes is not None
+        return self.seconds / (60 * self.minutes)
+
+    def run(self, stop: Callable[[], bool], report: Callable[[Self], None]) -> None:
+        """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
+        saved = previewed = time.monotonic()
+        recent: list[dict[str, float]] = []
+        while True:
+            now = time.monotonic()
+            due = stop(), now - saved > CHECKPOINT_SECONDS, now - previewed > PREVIEW_SECONDS
+            self.seconds, stopping, saving, previewing = self.ranks.agree(self.seconds, *due)
+            if saving:
+                self.save()
+                saved = now
+            if previewing:
+                self.save_preview()
+                previewed = now
+            if self.progress >= 1 or stopping:
+                break
+            start = time.monotonic()
+            recent.append(self._train_step())
+            self.seconds += time.monotonic() - start
+            if self.step % self.log_steps == 0:
+                self._log(recent)
+                recent = []
+            report(self)
+        self.save()
+        self.save_preview()
+
+    def _log(self, rows: list[dict[str, float]]) -> None:
+        """Log the mean losses of recent steps: they differ more between materials than in time."""
+        if self.ranks.is_main:
+            means = {name: sum(row[name] for row in rows) / len(rows) for name in rows[0]}
+            self.folder.log({"step": self.step, "seconds": round(self.seconds, 1)} | means)
+
+    def save(self) -> None:
+        state = self.state()
+        if self.ranks.is_main:
+            self.folder.save_checkpoint(state)
+        self.ranks.wait()
+
+    def state(self) -> dict[str, Any]:
+        raise NotImplementedError
+
+    def save_preview(self) -> None:
+        raise NotImplementedError
+
+    def _train_step(self) -> dict[str, float]:
+        """One step; its losses."""
+        raise NotImplementedError
