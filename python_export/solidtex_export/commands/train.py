@@ -15,6 +15,7 @@ from solidtex_export.losses.descriptor.weights import WeightsError
 from solidtex_export.losses.statistics import LayerError
 from solidtex_export.losses.vgg import VggError
 from solidtex_export.settings import SettingsError
+from solidtex_export.spaces.space_reader import SpaceError
 from solidtex_export.training import ranks
 from solidtex_export.training.acceleration import compile_generator
 from solidtex_export.training.divergence import TrainError
@@ -28,6 +29,7 @@ FAILURES = (
     LayerError,
     ResultError,
     SettingsError,
+    SpaceError,
     TrainError,
     VggError,
     WeightsError,
@@ -47,7 +49,13 @@ def make_trainer(request: Request, result: Path, use_cuda: bool, compiled: bool)
         folder.open(resolved.config, resolved.exemplars)
     own_ranks.wait()
     trainer = Trainer(
-        resolved.config, resolved.exemplars, device, folder, own_ranks, resolved.weights
+        resolved.config,
+        resolved.exemplars,
+        device,
+        folder,
+        own_ranks,
+        resolved.weights,
+        resolved.start,
     )
     if compiled:
         compile_generator(trainer.generator)
@@ -58,10 +66,10 @@ def make_trainer(request: Request, result: Path, use_cuda: bool, compiled: bool)
 def main(arguments: list[str] | None = None) -> int:
     p = parser()
     args = p.parse_args(arguments)
-    request = request_of(p, args)
     if args.threads:
         torch.set_num_threads(args.threads)
     try:
+        request = request_of(p, args)
         use_cuda = args.device != "cpu" and torch.cuda.is_available()
         trainer = make_trainer(request, args.result, use_cuda, args.compile)
         if trainer.finished:

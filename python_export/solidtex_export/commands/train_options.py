@@ -11,8 +11,10 @@ from solidtex_export.analysis.choice import LATTICE, SAMPLER
 from solidtex_export.commands import cli
 from solidtex_export.images.channels import check_map_name
 from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.spaces.start import learned_start, space_start
 from solidtex_export.training.presets import PresetError, load_recipe, shipped
 from solidtex_export.training.resolve import DEFAULT_SIZE, Request, smallest_size, uses_learned
+from solidtex_export.training.start import StartSource
 
 DEFAULT_MINUTES = 15.0
 
@@ -20,6 +22,7 @@ EXAMPLES = """  solidtex-train granite.jpg -o results/granite
   solidtex-train plank.png --directions xy -o results/plank
   solidtex-train granite.jpg --preset lattice -o results/granite
   solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
+  solidtex-train granite.jpg --space stones.solidtex-space --minutes 1 -o results/granite
   solidtex-train front.png side.png top.png -o results/cube
   solidtex-train granite.jpg --preset gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
   solidtex-train granite.jpg --descriptor results/descriptor/weights.safetensors -o results/granite
@@ -55,6 +58,13 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--set", dest="settings", metavar="KEY=VALUE", action="append", default=[],
                    help="change one key of the preset, for example optimizer.learning_rate=0.01 or"
                    " losses.wavelets.weight=2")  # fmt: skip
+    start = p.add_mutually_exclusive_group()
+    start.add_argument("--space", type=Path, metavar="SPACE",
+                       help="start from the photograph's code in a texture space: a"
+                       " .solidtex-space file, or a result of solidtex-train-space")  # fmt: skip
+    start.add_argument("--start", type=Path, metavar="START",
+                       help="start from learned weights: a .solidtex-start file, or a result"
+                       " of solidtex-train-space --preset start-lattice")  # fmt: skip
     p.add_argument("--vgg", type=Path, metavar="FILE",
                    help="weights of VGG-19, torchvision's or those of Gatys et al., for presets"
                    " that use it (default: the built-in descriptor instead)")  # fmt: skip
@@ -135,7 +145,9 @@ def maps_of_photographs(
 def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
     """Convert the options to a request; refuses invalid combinations."""
     check_numbers(p, args)
-    directions = args.directions or ("xy" if len(args.photos) == 2 else "xyz")
+    start = start_of(p, args)
+    default = start.directions if start else "xy" if len(args.photos) == 2 else "xyz"
+    directions = args.directions or default
     if len(args.photos) not in (1, len(directions)):
         p.error(
             f"--directions: found {len(directions)} ({directions}) for {len(args.photos)}"
@@ -161,12 +173,27 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
         source=args.source,
         vgg=args.vgg,
         descriptor=args.descriptor,
+        start=start,
     )
     try:
         check_preset(p, request)
     except PresetError as error:
         p.error(str(error))
     return request
+
+
+def start_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> StartSource | None:
+    """Open the texture space or the learned start."""
+    if args.space is args.start is None:
+        return None
+    option = "--space" if args.space else "--start"
+    if len(args.photos) != 1:
+        p.error(f"{option}: found {len(args.photos)} photographs, expected one")
+    if args.maps:
+        p.error(f"{option}: found --map {args.maps[0][0]}, expected none: it has colors only")
+    if args.color_space != "srgb":
+        p.error(f"{option}: found --color-space {args.color_space}, expected srgb")
+    return space_start(args.space) if args.space else learned_start(args.start)
 
 
 def check_preset(p: argparse.ArgumentParser, request: Request) -> None:

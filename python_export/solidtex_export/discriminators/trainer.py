@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import torch
@@ -88,6 +88,11 @@ class DiscriminatorTrainer:
         order = torch.randperm(len(self._buffer)).tolist()
         picks = [order[i % len(order)] for i in range(self._settings.batch)]
         return torch.cat([random_crops(self._buffer[p], 1, side, side) for p in picks])
+
+    def load(self, weights: Mapping[str, Tensor]) -> None:
+        """Give every discriminator these weights; raises RuntimeError where they do not fit."""
+        for discriminator in self.discriminators:
+            discriminator.load_state_dict(dict(weights))
 
     def state(self) -> dict[str, Any]:
         return {

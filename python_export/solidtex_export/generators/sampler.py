@@ -118,11 +118,14 @@ class OctaveSampler(nn.Module):
         coarsest: float = 48.0,
         finest: float = 1.0,
         noise_at: str = "hidden",
+        conditions: bool = False,
     ) -> None:
         """`coarsest` and `finest`: the lattice spacings, in texels, that the octaves start with.
 
         `noise_at`: a bin of octaves enters each hidden layer but the last ("hidden", GramGAN), or
         all octaves enter the first ("input", Henzler et al. 2020, the ablation NI of GramGAN).
+
+        `conditions`: scale gamma and shift delta of each hidden layer's output, equation 5.
         """
         super().__init__()
         if noise_at not in ("hidden", "input"):
@@ -141,6 +144,8 @@ class OctaveSampler(nn.Module):
             HiddenLayer(width, self.bin_size if i < bins else 0, slope)
             for i in range(hidden_layers)
         )
+        self.gamma = nn.Parameter(torch.ones(hidden_layers, width)) if conditions else None
+        self.delta = nn.Parameter(torch.zeros(hidden_layers, width)) if conditions else None
         self.output_weight = nn.Parameter(torch.randn(out_channels, width))
         self.output_bias = nn.Parameter(torch.zeros(out_channels))
         scales = ladder(1 / coarsest, 1 / finest, octaves)
@@ -164,6 +169,8 @@ class OctaveSampler(nn.Module):
         for i, layer in enumerate(self.hidden):
             octaves = eta[:, i * self.bin_size : (i + 1) * self.bin_size]
             x = layer(x, octaves if layer.noise is not None else None)
+            if self.gamma is not None and self.delta is not None:
+                x = torch.addcmul(self.delta[i].to(x.dtype), x, self.gamma[i].to(x.dtype))
         return F.linear(x, _equalized(self.output_weight), self.output_bias)
 
     def colors(self, y: Tensor) -> Tensor:
@@ -194,7 +201,18 @@ class OctaveSampler(nn.Module):
                 tensors[f"hidden.{i}.{name}"] = tensor
             if i < bins and layer.noise is None:
                 tensors[f"hidden.{i}.noise"] = basis.new_zeros(len(layer.bias), self.bin_size)
+        self._fold_conditions(tensors)
         return tensors
+
+    def _fold_conditions(self, tensors: dict[str, Tensor]) -> None:
+        """Fold gamma and delta of each hidden layer into the layer after it."""
+        if self.gamma is None or self.delta is None:
+            return
+        after = [f"hidden.{i}" for i in range(1, len(self.hidden))] + ["output"]
+        for name, gamma, delta in zip(after, self.gamma.double(), self.delta.double(), strict=True):
+            weight = tensors[f"{name}.weight"]
+            tensors[f"{name}.bias"] = tensors[f"{name}.bias"] + weight @ delta
+            tensors[f"{name}.weight"] = weight * gamma
 
 
 def _equalized(weight: Tensor, gain: float = 1.0, dtype: torch.dtype | None = None) -> Tensor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 from typing import Any
@@ -11,21 +12,21 @@ import torch
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.settings import validated
 from solidtex_export.spaces.encoder import make_encoder
-from solidtex_export.spaces.settings import SpaceRecipe
+from solidtex_export.spaces.settings import SpaceRecipe, StartRecipe
 from solidtex_export.spaces.space_file import Photograph, Space
+from solidtex_export.spaces.start_file import COLORS, LearnedStart, StartDocument, check_state
 from solidtex_export.spaces.trainer import PATCH, make_generator
 from solidtex_export.training.result import ResultError
 
 
 def read_space(folder: Path, name: str, license: str) -> Space:
     """Read config.json and checkpoint.pt without executing anything in them."""
-    config = _config(folder / "config.json")
+    config = read_config(folder / "config.json")
+    if config.get("kind") != "space":
+        found = json.dumps(config.get("kind"))
+        raise ResultError(f"{folder / 'config.json'}: kind: found {found}, expected a space")
     path = folder / "checkpoint.pt"
-    try:
-        state = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch raises many kinds for a damaged or unsafe file
-        reason = str(error).splitlines()[0]
-        raise ResultError(f"{path}: found no checkpoint that loads safely ({reason})") from error
+    state = _checkpoint(path)
     recipe = validated(SpaceRecipe, config["recipe"], str(folder / "config.json"))
     generator = make_generator(recipe)
     trained = load_weights(SHIPPED) if recipe.uses_descriptor else None
@@ -49,16 +50,54 @@ def read_space(folder: Path, name: str, license: str) -> Space:
         photographs,
         license,
         training,
+        state["critic"]["model"] if state["critic"] else None,
     )
 
 
-def _config(path: Path) -> dict[str, Any]:
+def read_start(folder: Path, name: str, license: str) -> LearnedStart:
+    """Read the result of a start preset."""
+    config = read_config(folder / "config.json")
+    if config.get("kind") != "start":
+        found = json.dumps(config.get("kind"))
+        raise ResultError(f"{folder / 'config.json'}: kind: found {found}, expected a start")
+    path = folder / "checkpoint.pt"
+    state = _checkpoint(path)
+    recipe = validated(StartRecipe, config["recipe"], str(folder / "config.json"))
+    training = {k: config[k] for k in ("preset", "recipe", "seed")}
+    training |= {"step": state["step"], "seconds": round(state["seconds"])}
+    document = StartDocument(
+        name=name,
+        generator={"kind": recipe.generator.kind, **recipe.generator.sizes},
+        directions=recipe.directions,
+        resolution=config["resolution"],
+        photographs=tuple(config["photographs"]),
+        license=license,
+        training=training,
+    )
+    tensors = {k: v for k, v in state["generator"].items() if k not in COLORS}
+    check_state(path, document, tensors)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return LearnedStart(folder, digest, document, tensors)
+
+
+def _checkpoint(path: Path) -> dict[str, Any]:
+    try:
+        state = torch.load(path, map_location="cpu", weights_only=True)
+    except Exception as error:  # torch raises many kinds for a damaged or unsafe file
+        reason = str(error).splitlines()[0]
+        raise ResultError(f"{path}: found no checkpoint that loads safely ({reason})") from error
+    if not isinstance(state, dict) or not isinstance(state.get("generator"), dict):
+        raise ResultError(f"{path}: generator: found no state dict, expected one")
+    return state
+
+
+def read_config(path: Path) -> dict[str, Any]:
     try:
         config = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise ResultError(
             f"{path}: found no readable JSON ({error}), expected a result of solidtex-train-space"
         ) from error
-    if not isinstance(config, dict) or config.get("kind") != "space":
+    if not isinstance(config, dict) or config.get("kind") not in ("space", "start"):
         raise ResultError(f"{path}: kind: expected a result of solidtex-train-space")
     return config

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,6 +48,8 @@ class Space:
     photographs: Sequence[Photograph]
     license: str
     training: dict[str, Any]
+    critic: Mapping[str, Tensor] | None = None
+    """Weights of the critic; they are not part of the file."""
 
     def document(self) -> dict[str, Any]:
         recipe = self.recipe

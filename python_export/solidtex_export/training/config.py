@@ -8,7 +8,8 @@ from pydantic import computed_field
 
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.settings import Array, Settings
-from solidtex_export.training.recipe import Recipe
+from solidtex_export.training.recipe import FineTuning, Recipe
+from solidtex_export.training.start import SpaceRecord
 
 
 class FileRecord(Settings):
@@ -54,6 +55,10 @@ class Config(Settings):
     """Weights of VGG-19, if used."""
     descriptor: FileRecord | None = None
     """Weights of the learned descriptor, if used."""
+    space: SpaceRecord | None = None
+    """Texture space, or learned start, that the training starts from."""
+    fine_tuned: FineTuning | None = None
+    """Trained part of the space's weights; such a model cannot be mixed."""
 
     @computed_field  # type: ignore[prop-decorator]
     @property

@@ -162,6 +162,17 @@ class InitialPhase(Settings):
         return max(step / self.steps, 2 * training) if self.steps else 1.0
 
 
+class FineTuning(Settings):
+    """Training that starts from a texture space."""
+
+    weights: Literal["all", "conditions"] = "all"
+    """conditions: only the transforms T_i, the scale and shift of every layer, and the weights A_l
+    of noise (GramGAN, section 3.3).
+    """
+    critic: Literal["trained", "frozen"] = "trained"
+    """frozen: the space's own critic, which is not trained."""
+
+
 class Recipe(Settings):
     """A complete recipe."""
 
@@ -176,6 +187,7 @@ class Recipe(Settings):
     projected_critic: ProjectedCriticSettings = ProjectedCriticSettings()
     mixing: Literal["sum", "unit-gradients"] = "sum"
     """Sum of weighted losses, or of weighted gradients of unit length with respect to the slice."""
+    fine_tuning: FineTuning | None = None
     match_histograms: bool = False
     """Give several photographs one common histogram per channel."""
 

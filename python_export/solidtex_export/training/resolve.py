@@ -10,6 +10,7 @@ from typing import Any
 
 from solidtex_export.analysis.choice import LATTICE, LATTICES, Choice, choose_lattice, choose_preset
 from solidtex_export.analysis.measurements import Measurements
+from solidtex_export.discriminators.critic import Critic
 from solidtex_export.generators.build import build_generator
 from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.images.channels import AS_IS, Reading
@@ -22,7 +23,8 @@ from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.vgg import read_weights
 from solidtex_export.training.config import Config, FileRecord, exemplar_records
 from solidtex_export.training.presets import PresetError, load_recipe
-from solidtex_export.training.recipe import Recipe
+from solidtex_export.training.recipe import FineTuning, Grain, Init, InitialPhase, Recipe
+from solidtex_export.training.start import Start, StartSource
 
 DEFAULT_SIZE = 128  # texels
 SMALLEST_SIZE = 32  # texels
@@ -58,11 +60,12 @@ class Request:
     source: str = ""
     vgg: Path | None = None
     descriptor: Path | None = None
+    start: StartSource | None = None
 
     @property
     def name(self) -> str:
         """Name of the preset against which sizes and options are checked."""
-        return self.preset or LATTICE
+        return self.preset or (self.start.preset if self.start else LATTICE)
 
     def recipes(self) -> list[Recipe]:
         """All recipes that the name may resolve to."""
@@ -72,7 +75,7 @@ class Request:
     @property
     def chooses_a_family(self) -> bool:
         """Whether the family is open: no preset is named, and a sampler serves the directions."""
-        unsaid = self.preset is None and not self.overrides
+        unsaid = self.preset is None and not self.overrides and self.start is None
         return unsaid and len(self.photos) == 1 and self.directions in ("xyz", "xy")
 
 
@@ -84,6 +87,7 @@ class Resolved:
     exemplars: list[Exemplar]
     weights: PretrainedWeights
     choices: tuple[Choice, ...]
+    start: Start | None = None
 
 
 def resolve(request: Request) -> Resolved:
@@ -102,6 +106,11 @@ def resolve(request: Request) -> Resolved:
     descriptor_loss = lambda: LearnedDescriptor(shipped()).loss  # noqa: E731
     measured = Measurements(exemplars, request.directions, descriptor_loss)
     preset, recipe, choices = decide(request, measured)
+    start = None
+    if request.start is not None:
+        recipe = starting_recipe(preset, recipe, request)
+        start = request.start.start(exemplars[0], _has_frozen_critic(recipe))
+        check_critic(preset, recipe, request.start, start)
     descriptor = request.descriptor or (SHIPPED if uses_learned(recipe, request.vgg) else None)
     config = Config(
         preset=preset,
@@ -124,12 +133,14 @@ def resolve(request: Request) -> Resolved:
         recipe=recipe,
         vgg=_record(request.vgg),
         descriptor=_record(descriptor),
+        space=start.record if start else None,
+        fine_tuned=(recipe.fine_tuning or FineTuning()) if start else None,
     )
     check_vgg(request, config)
     learned = None
     if descriptor is not None:
         learned = shipped() if descriptor == SHIPPED else load_weights(descriptor)
-    return Resolved(config, exemplars, PretrainedWeights(request.vgg, learned), choices)
+    return Resolved(config, exemplars, PretrainedWeights(request.vgg, learned), choices, start)
 
 
 def smallest_size(request: Request) -> int:
@@ -151,7 +162,8 @@ def scale(request: Request) -> tuple[int, int]:
         ]
         largest = min(DEFAULT_SIZE, request.resolution or DEFAULT_SIZE, *map(min, sizes))
         size = max(smallest_size(request), largest)
-    return size, request.resolution or 2 * size
+    whole = request.start.resolution if request.start else 2 * size
+    return size, request.resolution or whole
 
 
 def decide(request: Request, measured: Measurements) -> tuple[str, Recipe, tuple[Choice, ...]]:
@@ -222,6 +234,57 @@ def generator_arguments(preset: str, recipe: Recipe, channels: int) -> dict[str,
         needed = f"fewer than all {generator.octaves} octaves"
         raise PresetError(f"{preset}: grain.short_octaves: found {short}, expected {needed}")
     return arguments
+
+
+def starting_recipe(preset: str, recipe: Recipe, request: Request) -> Recipe:
+    """The recipe with the generator of the start, which needs no initial phase."""
+    source = request.start
+    assert source is not None
+    sizes = dict(source.generator)
+    kind = sizes.pop("kind")
+    found = recipe.generator
+    if found.kind != kind:
+        raise PresetError(
+            f"{preset}: generator.kind: found {found.kind}, expected {kind} as in {source.label}"
+        )
+    if found.statistics != "measured":
+        raise PresetError(
+            f"{preset}: generator.statistics: found {found.statistics}, expected measured for"
+            f" {source.label}"
+        )
+    for override in request.overrides:
+        if override.startswith("generator."):
+            raise PresetError(f"--set: found {override}, expected the sizes of {source.label}")
+    generator = found.model_copy(update={"sizes": sizes})
+    grain = Grain(elongation=None)
+    return recipe.model_copy(
+        update={"generator": generator, "initial_phase": InitialPhase(), "init": Init(),
+                "grain": grain}
+    )  # fmt: skip
+
+
+def _has_frozen_critic(recipe: Recipe) -> bool:
+    return recipe.fine_tuning is not None and recipe.fine_tuning.critic == "frozen"
+
+
+def check_critic(preset: str, recipe: Recipe, source: StartSource, start: Start) -> None:
+    """Refuse a frozen critic that is absent or has other sizes."""
+    if not _has_frozen_critic(recipe):
+        return
+    if start.critic is None:
+        raise PresetError(
+            f"{preset}: fine_tuning.critic: found no critic in {source.label}, expected the result"
+            " folder of a space that was trained with one"
+        )
+    settings = recipe.critic
+    critic = Critic(3, settings.widths, settings.equalized_learning_rate)
+    try:
+        critic.load_state_dict(dict(start.critic))
+    except RuntimeError as error:
+        raise PresetError(
+            f"{preset}: critic.widths: found {list(settings.widths)}, expected those of"
+            f" {source.label}"
+        ) from error
 
 
 def check_vgg(request: Request, config: Config) -> None:

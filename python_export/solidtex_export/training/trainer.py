@@ -30,6 +30,7 @@ from solidtex_export.training.preview import preview_sheet
 from solidtex_export.training.ranks import Ranks, on_cpu
 from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
+from solidtex_export.training.start import Start, freeze
 
 CHECKPOINT_SECONDS = 60.0
 PREVIEW_SECONDS = 120.0
@@ -47,6 +48,7 @@ class Trainer:
         folder: ResultFolder,
         ranks: Ranks | None = None,
         weights: PretrainedWeights | None = None,
+        start: Start | None = None,
     ) -> None:
         make_reproducible(config.seed, device)
         self.config = config
@@ -56,9 +58,14 @@ class Trainer:
         self.ranks = ranks or Ranks()
         self.originals = exemplars
         self.generator, self.slices, self.oblique = build(config)
-        mean, basis = channel_axes(exemplars)
+        mean, basis = start.axes if start else channel_axes(exemplars)
         self.generator.color_mean.copy_(mean)
         self.generator.color_basis.copy_(basis)
+        self.settled = start is not None
+        if start is not None:
+            self.generator.load_state_dict(start.state)
+            self.generator.eval()
+            freeze(self.generator, self.recipe.fine_tuning)
         self.generator.to(device)
         self.optimizer = GeneratorOptimizer(
             self.generator, self.recipe.optimizer, self.recipe.initial_phase
@@ -72,6 +79,13 @@ class Trainer:
             {name: DiscriminatorTrainer(s, p, source) for name, s in settings.items()}
             for p in photographs
         ]
+        self._critic_is_frozen = config.fine_tuned is not None and (
+            config.fine_tuned.critic == "frozen"
+        )
+        if self._critic_is_frozen:
+            assert start is not None and start.critic is not None
+            for discriminators in self.discriminators:
+                discriminators["critic"].load(start.critic)
         self.objective = Objective(
             config,
             photographs,
@@ -82,7 +96,6 @@ class Trainer:
         self.watch = DivergenceWatch()
         self.step = 0
         self.seconds = 0.0
-        self.settled = False
         self.finished = False
         self._settle_when_due()
         if not self.ranks.is_main:
@@ -143,8 +156,9 @@ class Trainer:
     def _train_step(self) -> dict[str, float]:
         self._settle_when_due()
         progress = self.progress
-        active = self.recipe.discriminators_at(progress)
-        rate = self.optimizer.prepare(self.step, progress, bool(active))
+        used = self.recipe.discriminators_at(progress)
+        active = [] if self._critic_is_frozen else used
+        rate = self.optimizer.prepare(self.step, progress, bool(used))
         passes = self._passes()
         compared = set()
         sums: dict[str, float] = {}
