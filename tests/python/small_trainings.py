@@ -36,7 +36,15 @@ SMALL = {
     "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
 }
 SMALL |= {name: SMALL["lattice"] for name in LATTICES}
-PRESETS = sorted(set(SMALL) - set(LATTICES))
+STARTING = {
+    "space-lattice": SMALL["lattice"],
+    "start-lattice": SMALL["lattice"],
+    "space-sampler": SMALL["sampler"],
+    "gramgan-extrapolate": SMALL["gramgan"],
+}
+"""Presets of trainings that start from a texture space or from learned weights."""
+SMALL |= STARTING
+PRESETS = sorted(set(SMALL) - set(LATTICES) - set(STARTING))
 """One for each of which `lattice` may stand."""
 
 

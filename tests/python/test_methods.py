@@ -62,7 +62,7 @@ def test_method_trains_resumes_and_exports(method: str, photo: Path, tmp_path: P
     assert export.main([str(whole), "-o", str(tmp_path / "m.solidtex")]) == 0
 
 
-@pytest.mark.parametrize("method", sorted(SMALL))
+@pytest.mark.parametrize("method", sorted(set(SMALL) - {"gramgan-extrapolate"}))  # needs a space
 def test_every_loss_of_a_method_moves_the_generator(
     method: str, photo: Path, tmp_path: Path
 ) -> None:

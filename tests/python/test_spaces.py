@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import subprocess
 import sys
@@ -13,81 +12,22 @@ import pytest
 import torch
 from PIL import Image
 from safetensors import safe_open
+from small_spaces import PRESETS, begin, run, save_photos, save_preset
 
 from solidtex_export.commands import export_space, train_space
 from solidtex_export.images.file_kinds import ExemplarError
-from solidtex_export.settings import SettingsError, read_toml
+from solidtex_export.settings import SettingsError
 from solidtex_export.spaces import settings
 from solidtex_export.spaces.colors import color_axes
 from solidtex_export.spaces.noise import TiledNoise
 from solidtex_export.spaces.photographs import find_sources, load_materials, patches
-from solidtex_export.spaces.trainer import SpaceTrainer
 
 torch.set_num_threads(1)
-SMALL = {
-    "lattice": {"lattice": {"levels": 3, "step_channels": 2}},
-    "sampler": {"sampler": {"octaves": 4, "hidden_layers": 3, "width": 8}},
-    "gramgan-space": {
-        "sampler": {"octaves": 4, "hidden_layers": 3, "width": 8},
-        "critic": {"widths": [4, 6]},
-        "encoder": {"width": 4},
-    },
-    "henzler-space": {
-        "sampler": {"octaves": 4, "hidden_layers": 3, "width": 8},
-        "encoder": {"width": 4},
-    },
-}
-PRESETS = sorted(SMALL)
-
-
-def value(v: object) -> str:
-    return json.dumps(v)
-
-
-def save_preset(path: Path, name: str) -> Path:
-    """The preset with small networks and small slices, as a file."""
-    tables = read_toml(Path(settings.__file__).parents[1] / "presets" / "spaces" / f"{name}.toml")
-    for table, values in SMALL[name].items():
-        tables[table] = tables[table] | values
-    tables["slicing"] = tables["slicing"] | {"size": 40, "batch": 2}
-    tables |= {"code": 4, "style_width": 8}
-    plain = [f"{k} = {value(v)}" for k, v in tables.items() if not isinstance(v, dict)]
-    parts = [
-        "\n".join([f"[{k}]", *(f"{n} = {value(x)}" for n, x in v.items())])
-        for k, v in tables.items()
-        if isinstance(v, dict)
-    ]
-    path.write_text("\n".join(plain + parts))
-    return path
 
 
 @pytest.fixture
 def photos(tmp_path: Path) -> Path:
-    """Folder of three photographs and the CSV that lists them."""
-    random = np.random.default_rng(1)
-    folder = tmp_path / "photos"
-    folder.mkdir()
-    with (folder / "list.csv").open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["split", "file", "licence", "source"])
-        for i, step in enumerate((2, 5, 9)):
-            pixels = random.integers(60 + 20 * i, 160, (136, 144, 3))
-            pixels[::step] = (200, 120, 60)
-            Image.fromarray(pixels.astype(np.uint8)).save(folder / f"p{i}.png")
-            writer.writerow(["train", f"p{i}.png", "CC0-1.0", "drawn by the test"])
-        writer.writerow(["validation", "missing.png", "CC0-1.0", ""])
-    return folder
-
-
-def begin(photos: Path, preset: Path, result: Path, steps: int) -> SpaceTrainer:
-    arguments = [str(photos / "list.csv"), "--preset", str(preset), "--device", "cpu"]
-    arguments += ["--steps", str(steps), "-o", str(result)]
-    return train_space.make_trainer(train_space.parser().parse_args(arguments))
-
-
-def run(trainer: SpaceTrainer, steps: int) -> SpaceTrainer:
-    trainer.run(lambda: trainer.step >= steps, lambda _: None)
-    return trainer
+    return save_photos(tmp_path / "photos")
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -209,8 +149,23 @@ def test_two_processes_train_one_space(photos: Path, tmp_path: Path) -> None:
     preset = save_preset(tmp_path / "preset.toml", "lattice")
     launcher = [sys.executable, "-m", "torch.distributed.run", "--standalone"]
     launcher += ["--nproc-per-node", "2", "-m", "solidtex_export.commands.train_space"]
-    options = ["--preset", str(preset), "--steps", "2", "--threads", "1", "--device", "cpu"]
-    command = [*launcher, str(photos / "list.csv"), *options, "-o", str(tmp_path / "result")]
+    options = [
+        "--preset",
+        str(preset),
+        "--steps",
+        "2",
+        "--threads",
+        "1",
+        "--device",
+        "cpu",
+    ]
+    command = [
+        *launcher,
+        str(photos / "list.csv"),
+        *options,
+        "-o",
+        str(tmp_path / "result"),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     state = torch.load(tmp_path / "result" / "checkpoint.pt", weights_only=True)

@@ -26,6 +26,8 @@ class Settings:
     seed: int = 0
     inception: Path | None = None
     features: Path | None = None
+    metrics: tuple[str, ...] = ()
+    """Names of the metrics to compute; all if empty."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,8 @@ class Reference:
         self.exemplar = exemplar
         self.settings = settings
         self.side = crop_side(exemplar, settings.side)
-        self.metrics = standard_metrics(exemplar, settings.inception, settings.features)
+        every = standard_metrics(exemplar, settings.inception, settings.features)
+        self.metrics = [m for m in every if not settings.metrics or m.name in settings.metrics]
         self.halves = halvings(exemplar, self.side)
         rng = np.random.default_rng(settings.seed)  # other places in each half: it may be a tile
         self._crops = [tuple(self._draw([h], rng) for h in pair) for pair in self.halves]

@@ -101,7 +101,8 @@ def _reduced(subject: Subject, indices: list[int]) -> Subject:
 
 
 def _settings(settings: Settings, images: list[np.ndarray]) -> dict[str, Any]:
-    used = {key: value for key, value in asdict(settings).items() if key != "inception"}
+    left_out = ("inception", "metrics")
+    used = {key: value for key, value in asdict(settings).items() if key not in left_out}
     features = settings.features.name if settings.features else None
     sizes = [list(image.shape[1::-1]) for image in images]
     return used | {"features": features, "exemplar_sizes": sizes}

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +20,7 @@ from torch import Tensor
 from solidtex_export.settings import Array, Settings, SettingsError, validated, within
 from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
 from solidtex_export.spaces.settings import LatticeSettings, SamplerSettings, Size
-from solidtex_export.spaces.space_file import METADATA_KEY
+from solidtex_export.spaces.space_file import METADATA_KEY, SUFFIX
 
 MAX_BYTES = 1 << 28
 PROGRAMS = "a file of solidtex-export-space or a result of solidtex-train-space"
@@ -84,8 +86,27 @@ class OpenSpace:
 
 
 def open_space(path: Path) -> OpenSpace:
-    """Open a space file, or a result folder of solidtex-train-space."""
-    return _open_result(path) if path.is_dir() else _open_file(path)
+    """Open a space file, a shipped space by its bare name, or a result of solidtex-train-space."""
+    if path.is_dir():
+        return _open_result(path)
+    bare = path.name == str(path) and not path.suffix and not path.exists()
+    return _open_file(_shipped(path.name) if bare else path)
+
+
+def _shipped(name: str) -> Path:
+    """Path of a shipped space, searched where libsolidtex searches models."""
+    folders = [Path(f) for f in os.environ.get("SOLIDTEX_MODEL_PATH", "").split(":") if f]
+    folders += [Path(__file__).parents[3] / "models"]
+    if (module := importlib.util.find_spec("solidtex")) and module.origin:
+        folders += [Path(module.origin).parent / "share" / "solidtex" / "models"]
+    for folder in folders:
+        if (file := folder / f"{name}{SUFFIX}").is_file():
+            return file
+    searched = ", ".join(map(str, folders))
+    raise SpaceError(
+        f"--space: found no space named {name} in {searched}, expected {PROGRAMS}"
+        f" (a path needs a slash or the ending {SUFFIX})"
+    )
 
 
 def _open_result(folder: Path) -> OpenSpace:

@@ -106,6 +106,8 @@ def resolve(request: Request) -> Resolved:
     descriptor_loss = lambda: LearnedDescriptor(shipped()).loss  # noqa: E731
     measured = Measurements(exemplars, request.directions, descriptor_loss)
     preset, recipe, choices = decide(request, measured)
+    if recipe.fine_tuning is not None and request.start is None:
+        raise PresetError(f"{preset}: fine_tuning: found no --space, expected one to start from")
     start = None
     if request.start is not None:
         recipe = starting_recipe(preset, recipe, request)

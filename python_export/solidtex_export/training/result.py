@@ -77,9 +77,9 @@ class ResultFolder:
             )
         if isinstance(found, dict) and "reasons" in wanted:
             found["reasons"] = wanted["reasons"]  # they decide nothing
-        if isinstance(found, dict) and found.get("space") and wanted.get("space"):
-            for key in ("code", "colors"):  # of the photograph; last bits differ between machines
-                found["space"] |= {k: wanted["space"][k] for k in (key,) if k in wanted["space"]}
+        if isinstance(found, dict) and isinstance(found.get("space"), dict) and "space" in wanted:
+            encoded = ("code", "colors")  # of the photograph; their last bits depend on the machine
+            found["space"] |= {k: wanted["space"][k] for k in encoded}
         if difference := first_difference(found, wanted):
             raise ResultError(
                 f"{self._config}: {difference}; to resume, repeat the same command, else choose"

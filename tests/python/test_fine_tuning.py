@@ -1,0 +1,214 @@
+"""Trainings that start from a texture space or from a learned start."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+from small_spaces import begin as begin_space
+from small_spaces import run, save_photos, save_preset
+from small_trainings import assert_equal, begin, train
+
+from solidtex_export.commands import export, export_space
+from solidtex_export.commands import train as cli_train
+from solidtex_export.export.file_format import model_file
+from solidtex_export.generators.regions import Box
+from solidtex_export.generators.sampler import HashedLattice, OctaveSampler, trilinear
+from solidtex_export.spaces.generators import ConditionedLattice
+from solidtex_export.spaces.result import read_space
+from solidtex_export.spaces.space_reader import SpaceError, open_space
+from solidtex_export.spaces.start_file import open_start
+from solidtex_export.training.presets import PresetError
+from solidtex_export.training.trainer import Trainer
+
+torch.set_num_threads(1)
+BOX = Box((-3, 2, 5), (6, 8, 13))
+PRESETS = ("lattice", "sampler", "gramgan-space")
+CRITIC = ["critic.widths=[4,6]", "critic.batch=2", "projected_critic.head_width=4"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Photographs, and results of small spaces and of a start."""
+    folder = tmp_path_factory.mktemp("spaces")
+    photos = save_photos(folder / "photos")
+    turned = Image.open(photos / "p1.png").transpose(Image.Transpose.TRANSPOSE)
+    turned.save(photos / "upright.png")
+    for name in (*PRESETS, "start-lattice"):
+        preset = save_preset(folder / f"{name}.toml", name)
+        run(begin_space(photos, preset, folder / name, 2), 2)
+        suffix = "start" if name.startswith("start") else "space"
+        output = str(folder / f"{name}.solidtex-{suffix}")
+        assert export_space.main([str(folder / name), "-o", output]) == 0
+    return folder
+
+
+def start(folder: Path, source: str, result: Path, *more: str) -> Trainer:
+    """Training of a photograph that the space has learned: a sampler turned its grain upright."""
+    option = "--start" if "start" in source else "--space"
+    settings = [part for setting in CRITIC for part in ("--set", setting)]
+    photo = "upright.png" if source.startswith("sampler") else "p1.png"
+    arguments = [str(folder / "photos" / photo), option, str(folder / source)]
+    return begin(*arguments, "-o", str(result), "--size", "40", *settings, *more)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("suffix", ["", ".solidtex-space"])
+def test_a_training_starts_with_the_encoded_solid(
+    folder: Path, tmp_path: Path, name: str, suffix: str
+) -> None:
+    """Through the file's encoder, its decoding, the export and the engine."""
+    if suffix:
+        pytest.importorskip("onnxruntime")
+    trainer = start(folder, name + suffix, tmp_path / "result", "--steps", "4")
+    train(trainer, 0)
+    space = read_space(folder / name, name, "")
+    record = trainer.config.space
+    assert record is not None
+    code = torch.tensor([record.code])
+    assert (code - space.photographs[1].code).abs().max() < 1e-4  # a training photograph
+    conditioned, generator = space.generator, trainer.generator
+    with torch.no_grad():
+        if isinstance(conditioned, ConditionedLattice):
+            noise = conditioned.draw_noise(BOX)
+            expected, found = conditioned(code, noise, BOX), generator(noise, BOX)
+        else:
+            assert isinstance(generator, OctaveSampler)
+            lattice = HashedLattice(generator.octaves, torch.device("cpu"))
+            points = 9 * torch.randn(1, 50, 3)
+            expected = conditioned(code, points, lambda p: trilinear(lattice, p[0])[None])
+            expected, found = expected.transpose(1, 2), generator(points[0], lattice).T[None]
+        if space.recipe.colors == "network":
+            expected = 0.5 + 0.5 * expected
+            found = generator.colors(found)
+    assert (found - expected).abs().max() < 2e-4 * max(1.0, float(expected.abs().max()))
+    output = tmp_path / "mine.solidtex"
+    assert export.main([str(tmp_path / "result"), "-o", str(output)]) == 0  # compares the engine
+    training = model_file.read(output).document["training"]
+    assert training["space"]["name"] == name and len(training["space"]["code"]) == 4
+    assert training["fine_tuned"] == {"weights": "all", "critic": "trained"}
+
+
+@pytest.mark.parametrize("source", ["lattice", "sampler", "start-lattice.solidtex-start"])
+def test_steps_change_the_weights_and_resume_to_the_same_bits(
+    folder: Path, tmp_path: Path, source: str
+) -> None:
+    whole = start(folder, source, tmp_path / "whole", "--steps", "3")
+    before = {k: v.clone() for k, v in whole.generator.state_dict().items()}
+    train(whole)
+    train(start(folder, source, tmp_path / "parts", "--steps", "3"), 2)
+    parts = train(start(folder, source, tmp_path / "parts", "--steps", "3"))
+    assert_equal(whole.generator.state_dict(), parts.generator.state_dict())
+    after = whole.generator.state_dict()
+    for key, value in before.items():
+        if "running" in key or key.startswith("color"):
+            assert torch.equal(value, after[key]), key
+        elif key.endswith("conv1.weight") or key == "output_weight":
+            assert not torch.equal(value, after[key]), key
+    assert export.main([str(tmp_path / "whole"), "-o", str(tmp_path / "m.solidtex")]) == 0
+
+
+def test_gramgans_extrapolation_trains_conditions_with_the_spaces_critic(
+    folder: Path, tmp_path: Path
+) -> None:
+    options = ("--preset", "gramgan-extrapolate", "--steps", "2")
+    trainer = start(folder, "gramgan-space", tmp_path / "result", *options)
+    before = {k: v.clone() for k, v in trainer.generator.state_dict().items()}
+    critic = {k: v.clone() for k, v in _critic(trainer).items()}
+    checkpoint = torch.load(folder / "gramgan-space" / "checkpoint.pt", weights_only=True)
+    assert_equal(critic, checkpoint["critic"]["model"])
+    train(trainer)
+    assert_equal(critic, _critic(trainer))
+    changed = {
+        k for k, v in trainer.generator.state_dict().items() if not torch.equal(v, before[k])
+    }
+    assert changed == {"linear", "gamma", "delta", "hidden.0.noise", "hidden.1.noise"}
+    with pytest.raises(PresetError, match=r"found no critic in --space .*solidtex-space"):
+        start(folder, "gramgan-space.solidtex-space", tmp_path / "other", *options)
+
+
+def _critic(trainer: Trainer) -> dict[str, torch.Tensor]:
+    (network,) = trainer.discriminators[0]["critic"].discriminators
+    return network.state_dict()  # type: ignore[attr-defined,no-any-return]
+
+
+def test_a_start_resumes_to_the_same_bits(folder: Path, tmp_path: Path) -> None:
+    whole = open_start(folder / "start-lattice.solidtex-start")
+    preset = folder / "start-lattice.toml"
+    run(begin_space(folder / "photos", preset, tmp_path / "parts", 2), 1)
+    run(begin_space(folder / "photos", preset, tmp_path / "parts", 2), 2)
+    assert_equal(dict(whole.state), dict(open_start(tmp_path / "parts").state))
+    assert_equal(dict(whole.state), dict(open_start(folder / "start-lattice").state))
+
+
+def test_refusals(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    photo, space = folder / "photos" / "p1.png", folder / "lattice.solidtex-space"
+
+    def refused(*more: str, source: Path = space, image: Path = photo) -> str:
+        options = [
+            "--space",
+            str(source),
+            "-o",
+            str(tmp_path / "result"),
+            "--steps",
+            "1",
+        ]
+        try:
+            code = cli_train.main([str(image), *options, "--size", "40", *more])
+        except SystemExit as error:
+            code = int(error.code or 0)
+        assert code in (1, 2)
+        assert not (tmp_path / "result").exists()
+        return capsys.readouterr().err
+
+    assert "found --map roughness, expected none" in refused("--map", f"roughness={photo}")
+    assert "generator.kind: found sampler, expected lattice" in refused("--preset", "sampler")
+    assert "expected the sizes of --space" in refused("--set", "generator.sizes.levels=4")
+    assert "found no such file" in refused(source=tmp_path / "absent")
+    assert "expected a space" in refused(source=folder / "start-lattice")
+    cut = tmp_path / "cut.solidtex-space"
+    cut.write_bytes(space.read_bytes()[:-100])
+    assert "found no whole safetensors file" in refused(source=cut)
+    model = tmp_path / "start.solidtex-space"
+    shutil.copy(folder / "start-lattice.solidtex-start", model)
+    assert "metadata: found solidtex-start, expected solidtex-space" in refused(source=model)
+    small = tmp_path / "small.png"
+    pixels = np.random.default_rng(0).integers(0, 255, (100, 144, 3)).astype(np.uint8)
+    Image.fromarray(pixels).save(small)
+    assert "found 144 x 100 pixels, expected at least 128 x 128" in refused(image=small)
+
+
+def test_a_space_with_other_values_is_refused(folder: Path, tmp_path: Path) -> None:
+    from safetensors.numpy import load, save
+
+    data = (folder / "lattice.solidtex-space").read_bytes()
+    header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    text = header["__metadata__"]["solidtex-space"]
+
+    def opened(tensors: dict[str, np.ndarray], document: str) -> None:
+        path = tmp_path / "other.solidtex-space"
+        path.write_bytes(save(tensors, {"solidtex-space": document}))
+        open_space(path)
+
+    pytest.importorskip("onnxruntime")
+    opened(load(data), text)
+    for name, match in (("last_conv.bias", "found float32"), ("encoder", "encoder")):
+        with pytest.raises(SpaceError, match=match):
+            opened(load(data) | {name: np.zeros((2, 2), np.float32)}, text)
+    with pytest.raises(SpaceError, match=r"tensor last_conv.bias: found nothing, expected one"):
+        opened({k: v for k, v in load(data).items() if k != "last_conv.bias"}, text)
+    with pytest.raises(SpaceError, match="tensor more: found one, expected none"):
+        opened(load(data) | {"more": np.zeros(2, np.float32)}, text)
+    with pytest.raises(SpaceError, match="not finite"):
+        opened(load(data) | {"last_conv.bias": np.full(3, np.nan, np.float32)}, text)
+    with pytest.raises(SpaceError, match="encoder: found no usable ONNX"):
+        opened(load(data) | {"encoder": np.zeros(9, np.uint8)}, text)
+    with pytest.raises(SpaceError, match="version: found 2, expected 1"):
+        opened(load(data), text.replace('"version":1', '"version":2'))
+    with pytest.raises(SpaceError, match="family"):
+        opened(load(data), text.replace('"family":"lattice"', '"family":"cubes"'))
