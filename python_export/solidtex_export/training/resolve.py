@@ -6,7 +6,7 @@ import functools
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from solidtex_export.analysis.choice import LATTICE, LATTICES, Choice, choose_lattice, choose_preset
 from solidtex_export.analysis.measurements import Measurements
@@ -52,7 +52,7 @@ class Request:
     symmetry: str | None = None
     seed: int = 0
     minutes: float | None = None
-    clock: str = "wall"
+    clock: Literal["wall", "processor"] = "wall"
     steps: int | None = None
     color_space: str = "srgb"
     reading: Reading = AS_IS
