@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from textwrap import fill
 
 import numpy as np
 from scipy.stats import bootstrap, wilcoxon
@@ -22,6 +23,7 @@ MEASURES: dict[str, tuple[str, str]] = {
 }
 """Title -> slices and metric."""
 RESAMPLES = 2000
+WIDTH = 100  # columns of the page
 FEWEST = 6  # exemplars: fewer give no interval and no test
 
 Statistic = Callable[..., np.ndarray]
@@ -129,16 +131,14 @@ def summary(plan: Plan, outcomes: Outcomes) -> str:
 
 
 def _text(found: dict[str, dict[str, dict[str, float]]]) -> str:
-    missing = (
-        ""
-        if "feature distance" in found
-        else " The feature distance is left out: no weights were given (`--features`)."
+    text = (
+        f"Relative distances over all exemplars, from {FEWEST} exemplars on with 95 % bootstrap"
+        " intervals. In the last table a ratio below 1 is nearer to the exemplars than the first"
+        " method; the count says on how many, p is Wilcoxon's signed-rank test."
     )
-    return (
-        "Relative distances over all exemplars, with 95 % bootstrap intervals over the exemplars."
-        f"{missing} In the last table a ratio below 1 is nearer to the exemplars than the first"
-        " method; the count says on how many exemplars, p is Wilcoxon's signed-rank test.\n"
-    )
+    if "feature distance" not in found:
+        text += " The feature distance is left out: it needs `--features`."
+    return fill(text, WIDTH, break_on_hyphens=False) + "\n"
 
 
 def _header(corner: str, titles: list[str]) -> list[str]:

@@ -14,12 +14,11 @@ from solidtex_export.evaluation.report import number
 from solidtex_export.research.fidelity.cell import Cell
 from solidtex_export.research.fidelity.outcome import Outcome, Outcomes, read_outcomes
 from solidtex_export.research.fidelity.plan import Entry, Plan
-from solidtex_export.research.fidelity.summary import FEATURE_DISTANCE, summary
+from solidtex_export.research.fidelity.summary import FEATURE_DISTANCE, WIDTH, summary
 from solidtex_export.whole_file import write_whole
 
 THUMBNAIL = 128  # pixels
 GAP = 4
-WIDTH = 100  # columns of the page
 QUALITY = 85  # of JPEG
 SHORT = {
     "binary_patterns": "LBP",
