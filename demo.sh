@@ -7,6 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 source setup/common.sh
 say "1/3  Debian packages"
 install_debian_packages setup/debian-build.txt
+prepare_onnxruntime
 say "2/3  building solidtex into build/"
 build_solidtex
 say "3/3  rendering scenes/demo.json"

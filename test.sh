@@ -16,6 +16,7 @@ fi
 source setup/common.sh
 say "1/4  Debian packages"
 install_debian_packages setup/debian-build.txt setup/debian-test.txt
+prepare_onnxruntime
 say "2/4  Python environment in .venv"
 prepare_venv
 say "3/4  building solidtex into build/"

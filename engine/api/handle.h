@@ -7,6 +7,7 @@
 #include <atomic>
 #include <exception>
 #include <filesystem>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 
 #include "engine/common/error.h"
 #include "engine/query/texture.h"
+#include "engine/space/encoder.h"
 #include "engine/space/space.h"
 
 namespace solidtex::engine {
@@ -48,6 +50,10 @@ struct solidtex_space {
 
   std::atomic<std::uint64_t> references = 1;
   const solidtex::engine::Space space;
+
+  // The encoder is made when it is first needed. A failure is tried again.
+  mutable std::mutex encoder_mutex;
+  mutable std::optional<solidtex::engine::Encoder> encoder;
 };
 
 namespace solidtex::engine {

@@ -11,6 +11,7 @@
 #include "engine/common/sha256.h"
 #include "engine/space/colors.h"
 #include "engine/space/decode.h"
+#include "engine/space/encode.h"
 
 using namespace solidtex::engine;
 
@@ -52,6 +53,12 @@ void copy(const Space& space, const Material& material, float* code, float* colo
   if (colors && space.has_colors) std::ranges::copy(material.colors, colors);
 }
 
+const Encoder& encoder(const solidtex_space& space) {
+  const std::lock_guard lock(space.encoder_mutex);
+  if (!space.encoder) space.encoder.emplace(space.space);
+  return *space.encoder;
+}
+
 void write_file(const std::string& path, std::span<const std::byte> bytes) {
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   const bool is_open = file.is_open();
@@ -68,7 +75,8 @@ void write_file(const std::string& path, std::span<const std::byte> bytes) {
 
 std::vector<std::byte> solidtex::engine::decode(const solidtex_space* space, const float* code,
                                                 const float* colors, const char* details) {
-  return decode(opened(space), material_at(space->space, code, colors), details ? details : "");
+  const Space& from = opened(space);
+  return decode(from, material_at(from, code, colors), details ? details : "");
 }
 
 solidtex_space* solidtex_space_open(const char* space) {
@@ -139,7 +147,26 @@ const char* solidtex_space_photograph_name(const solidtex_space* space, size_t i
 solidtex_status solidtex_space_photograph(const solidtex_space* space, size_t index, float* code,
                                           float* colors) {
   return guarded(nullptr, [&] {
-    copy(space->space, photograph(opened(space), index).material, code, colors);
+    const Space& from = opened(space);
+    copy(from, photograph(from, index).material, code, colors);
+  });
+}
+
+solidtex_status solidtex_space_encode(const solidtex_space* space, const float* pixels,
+                                      size_t width, size_t height, solidtex_patches patches,
+                                      float* code, float* colors) {
+  return guarded(nullptr, [&] {
+    const Space& from = opened(space);
+    require(pixels, "pixels is null");
+    require(code, "code is null");
+    if (from.has_colors) require(colors, "colors is null: materials of this space have colors");
+    if (patches != SOLIDTEX_PATCHES_AVERAGE && patches != SOLIDTEX_PATCHES_MEDOID)
+      throw Error(SOLIDTEX_INVALID_ARGUMENT, "patches is " + std::to_string(patches) +
+                                                 ", expected a value of solidtex_patches");
+    check_photograph_size(from, width, height);
+    const Patches chosen = patches == SOLIDTEX_PATCHES_MEDOID ? Patches::medoid : Patches::average;
+    copy(from, encode(from, encoder(*space), {pixels, 3 * width * height}, width, height, chosen),
+         code, colors);
   });
 }
 

@@ -4,6 +4,7 @@
 #include "engine/common/sha256.h"
 #include "engine/model/checks.h"
 #include "engine/model/container.h"
+#include "engine/space/onnx_file.h"
 #include "engine/space/space.h"
 
 namespace solidtex::engine {
@@ -189,6 +190,7 @@ Space parse_space(std::span<const std::byte> bytes, const std::string& label) {
   std::visit(reader, space.sizes);
   read_photograph_tensors(source, space);
   space.encoder = source.take_bytes("encoder", max_encoder_bytes);
+  check_onnx(space.encoder, label + ": tensor \"encoder\"");
   source.expect_all_taken();
   space.sha256 = sha256(bytes);
   return space;

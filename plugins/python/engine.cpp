@@ -1,12 +1,10 @@
 // solidtex._engine: solidtex.h for Python. Checks the memory of arrays, runs queries without the
 // interpreter's lock and lets signals cancel them. solidtex/texture.py is the public interface.
-#include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
-#include <solidtex/solidtex.h>
 
 #include <array>
 #include <cstdint>
@@ -15,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "space.h"
+
 namespace nb = nanobind;
 using nb::literals::operator""_a;
 
@@ -22,26 +22,6 @@ namespace {
 
 using AnyArray = nb::ndarray<>;
 using Floats = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
-
-// Names of the exceptions in solidtex/errors.py, by solidtex_status.
-constexpr const char* kExceptions[] = {nullptr,       "InvalidArgument", "FileError", "ModelError",
-                                       "OutOfMemory", "InternalError",   "Cancelled"};
-
-[[noreturn]] void raise(solidtex_status status, const std::string& message) {
-  const nb::object type = nb::module_::import_("solidtex.errors").attr(kExceptions[status]);
-  PyErr_SetString(type.ptr(), message.c_str());
-  throw nb::python_error();
-}
-
-void check(solidtex_status status) {
-  if (status != SOLIDTEX_OK) raise(status, solidtex_error_message());
-}
-
-void require(bool condition, const std::string& message) {
-  if (!condition) raise(SOLIDTEX_INVALID_ARGUMENT, message);
-}
-
-std::string text(const char* found) { return found ? found : ""; }
 
 // Progress callback: cancels the query when the handler of a signal has raised.
 int signal_has_raised(void*, double) {
@@ -105,6 +85,18 @@ class Texture {
     Texture result(seed, precision, cache_limit, threads);
     result.open(
         [&] { return solidtex_open_memory(result.handle_.get(), data.c_str(), data.size()); });
+    return result;
+  }
+
+  // Opens the material of a space.
+  static Texture from_space(const Space& space, const Material& material, const nb::bytes& details,
+                            std::uint64_t seed, const std::string& precision,
+                            std::uint64_t cache_limit, std::uint64_t threads) {
+    Texture result(seed, precision, cache_limit, threads);
+    result.open([&] {
+      return solidtex_space_texture(space.get(), material.code.data(), material.colors.data(),
+                                    details.c_str(), result.handle_.get());
+    });
     return result;
   }
 
@@ -215,7 +207,8 @@ class Texture {
 NB_MODULE(_engine, m) {
   m.doc() = "Bindings of libsolidtex. Use the package solidtex instead.";
   m.def(
-      "version", [] { return std::string(solidtex_version()); }, "Return the version of libsolidtex.");
+      "version", [] { return std::string(solidtex_version()); },
+      "Return the version of libsolidtex.");
   m.def(
       "target",
       [] {
@@ -225,12 +218,15 @@ NB_MODULE(_engine, m) {
         return std::string(name);
       },
       "Return the name of the instruction set in use.");
+  bind_space(m);
   nb::class_<Texture>(m, "Texture", "An open model.")
       .def(nb::init<const nb::bytes&, std::uint64_t, const std::string&, std::uint64_t,
                     std::uint64_t>(),
            "model"_a, "seed"_a, "precision"_a, "cache_limit"_a, "threads"_a)
       .def_static("from_bytes", &Texture::from_bytes, "data"_a, "seed"_a, "precision"_a,
                   "cache_limit"_a, "threads"_a)
+      .def_static("from_space", &Texture::from_space, "space"_a, "material"_a, "details"_a,
+                  "seed"_a, "precision"_a, "cache_limit"_a, "threads"_a)
       .def("close", &Texture::close)
       .def_prop_ro("family", &Texture::family)
       .def_prop_ro("color_space", &Texture::color_space)

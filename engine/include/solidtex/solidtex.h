@@ -49,7 +49,8 @@ typedef enum solidtex_status {
   SOLIDTEX_INVALID_MODEL = 3,    /* the file is not a valid model or texture space */
   SOLIDTEX_OUT_OF_MEMORY = 4,
   SOLIDTEX_INTERNAL_ERROR = 5,
-  SOLIDTEX_CANCELLED = 6 /* the progress callback cancelled the query */
+  SOLIDTEX_CANCELLED = 6,  /* the progress callback cancelled the query */
+  SOLIDTEX_UNAVAILABLE = 7 /* an optional library is missing; the message names it */
 } solidtex_status;
 
 /* Texture: its parameters and, once it is open, its model. Opaque and reference-counted. */
@@ -330,6 +331,27 @@ SOLIDTEX_API const char* solidtex_space_photograph_name(const solidtex_space* sp
 /* Gets the code and the colors of a training photograph. Either may be NULL. */
 SOLIDTEX_API solidtex_status solidtex_space_photograph(const solidtex_space* space, size_t index,
                                                        float* code, float* colors);
+
+/* How patches of a photograph become one code. */
+typedef enum solidtex_patches {
+  SOLIDTEX_PATCHES_AVERAGE = 0, /* mean of the patches' codes */
+  SOLIDTEX_PATCHES_MEDOID = 1   /* code of the patch that is nearest to all others */
+} solidtex_patches;
+
+/* Encodes a photograph. Needs ONNX Runtime, which is loaded by the first call: the library beside
+ * libsolidtex, else the system's, or the one that the environment variable SOLIDTEX_ONNXRUNTIME
+ * names. Without it the call returns SOLIDTEX_UNAVAILABLE. The photograph is reduced to the space's
+ * resolution; patches on a grid that reaches all four corners are encoded. The last bits of a code
+ * depend on the version of ONNX Runtime and on the machine.
+ *
+ * pixels  width x height x 3 floats, rows from the top, sRGB-encoded, 0 to 1.
+ * width, height  At least solidtex_space_patch_size each.
+ * code    Receives code size floats.
+ * colors  Receives 12 floats. */
+SOLIDTEX_API solidtex_status solidtex_space_encode(const solidtex_space* space, const float* pixels,
+                                                   size_t width, size_t height,
+                                                   solidtex_patches patches, float* code,
+                                                   float* colors);
 
 /* Blends materials. Codes, and means and covariances of colors, are blended linearly. The weights
  * are divided by their sum, which must be positive.

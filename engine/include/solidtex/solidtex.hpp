@@ -268,6 +268,20 @@ class space {
     return found;
   }
 
+  // Encodes a photograph: width x height x 3 floats, sRGB, 0 to 1. Needs ONNX Runtime.
+  material encode(std::span<const float> pixels, std::size_t width, std::size_t height,
+                  solidtex_patches patches = SOLIDTEX_PATCHES_AVERAGE) const {
+    detail::require(
+        width > 0 && pixels.size() / 3 / width == height && pixels.size() == 3 * width * height,
+        "pixels must hold width x height x 3 floats");
+    material result = room();
+    detail::check([&] {
+      return solidtex_space_encode(handle(), pixels.data(), width, height, patches,
+                                   result.code.data(), result.colors.data());
+    });
+    return result;
+  }
+
   // Blends materials. The weights are divided by their sum.
   material blend(std::span<const material> materials, std::span<const double> weights) const {
     detail::require(materials.size() == weights.size(), "weights must hold one for each material");

@@ -20,7 +20,9 @@ from solidtex.errors import (
     InvalidArgument,
     ModelError,
     OutOfMemory,
+    Unavailable,
 )
+from solidtex.space import Material, Space
 from solidtex.texture import Statistics, Texture
 
 __all__ = [
@@ -29,10 +31,13 @@ __all__ = [
     "FileError",
     "InternalError",
     "InvalidArgument",
+    "Material",
     "ModelError",
     "OutOfMemory",
+    "Space",
     "Statistics",
     "Texture",
+    "Unavailable",
     "target",
     "version",
 ]

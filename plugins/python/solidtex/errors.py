@@ -27,3 +27,7 @@ class InternalError(Error, RuntimeError):
 
 class Cancelled(Error, RuntimeError):
     """The query was cancelled."""
+
+
+class Unavailable(Error, RuntimeError):
+    """An optional library is missing. The message names it."""

@@ -107,6 +107,19 @@ class Texture:
         texture._engine = _engine.Texture.from_bytes(data, *texture._options)
         return texture
 
+    @classmethod
+    def _from_space(
+        cls,
+        space: _engine.Space,
+        material: _engine.Material,
+        details: bytes,
+        options: tuple[int, Precision, int, int],
+    ) -> Texture:
+        texture = cls.__new__(cls)
+        texture._options = _options(*options)
+        texture._engine = _engine.Texture.from_space(space, material, details, *texture._options)
+        return texture
+
     @property
     def name(self) -> str:
         """Name of the material."""
@@ -283,7 +296,7 @@ class Texture:
 
     def __reduce__(self) -> tuple[Any, ...]:
         if not self.path:
-            raise TypeError("a texture opened from bytes cannot be pickled")
+            raise TypeError("a texture opened from bytes or a space cannot be pickled")
         return Texture, (self.path, *self._options)
 
 
