@@ -70,6 +70,8 @@ def test_a_training_starts_with_the_encoded_solid(
     space = read_space(folder / name, name, "")
     record = trainer.config.space
     assert record is not None
+    family = "lattice" if name == "lattice" else "sampler"
+    assert trainer.config.reasons[-1].endswith(f"so --preset space-{family}")
     code = torch.tensor([record.code])
     tolerance = 0.5 if suffix else 1e-4  # the file's encoder is stored in 8 bits
     trained = space.photographs[1].code  # it is a training photograph

@@ -113,6 +113,8 @@ def resolve(request: Request) -> Resolved:
         recipe = starting_recipe(preset, recipe, request)
         start = request.start.start(exemplars[0], _has_frozen_critic(recipe))
         check_critic(preset, recipe, request.start, start)
+        if request.preset is None:
+            choices += (Choice("preset", preset, f"start from {start.record.name}"),)
     descriptor = request.descriptor or (SHIPPED if uses_learned(recipe, request.vgg) else None)
     config = Config(
         preset=preset,
