@@ -160,7 +160,7 @@ def test_outputs_are_not_replaced_without_force(
 
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
-    [(["--help"], 0, "examples:"), (["--version"], 0, "0."), ([], 2, "usage:")],
+    [(["--help"], 0, "examples:"), (["--version"], 0, "0."), ([], 2, "See solidtex-export --help")],
 )
 def test_usage(arguments: list[str], code: int, text: str, capsys: Any) -> None:
     with pytest.raises(SystemExit) as exit_info:

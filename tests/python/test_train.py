@@ -19,6 +19,7 @@ from PIL import Image
 from small_trainings import make_trainer, save_photo, save_specks
 
 from solidtex_export.analysis.grain import channel_axes, grain_ratio, whiten
+from solidtex_export.commands import export as cli_export
 from solidtex_export.commands import terminal
 from solidtex_export.commands import train as cli_train
 from solidtex_export.commands.terminal import run_in_terminal
@@ -381,6 +382,8 @@ def test_slices_are_half_of_a_photograph_or_all_of_a_small_one(
         ),
         (["PHOTO", "PHOTO", "PHOTO"], "PHOTO: found 4"),
         (["--steps", "0"], "--steps: found 0"),
+        (["--steps", "ten"], "solidtex-train: --steps: found ten, expected a whole number"),
+        (["--device", "gpu"], "--device: found gpu, expected one of auto, cpu, cuda"),
         (["--steps", "5", "--minutes", "1"], "--steps: found together with --minutes"),
         (["--minutes", "nan"], "--minutes: found nan"),
         (["--resolution", "30"], "--resolution: found 30"),
@@ -451,3 +454,33 @@ def test_without_a_terminal_lines_report_the_progress(
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("step")]
     assert [line.partition(",")[0] for line in lines] == ["step 1", "step 2"]
     assert lines[-1] == "step 2, 0.0 min left, 100%"
+
+
+def test_more_steps_continue_a_finished_training(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = tmp_path / "result"
+    assert cli_train.main(arguments(photo, result, "--steps", "2")) == 0
+    assert cli_train.main(arguments(photo, result, "--steps", "3")) == 0
+    printed = capsys.readouterr()
+    assert "continues a training of 2 steps" in printed.err
+    assert "resuming at step 2" in printed.out
+    state = torch.load(result / "checkpoint.pt", weights_only=True)
+    assert state["step"] == 3 and state["finished"]
+    assert json.loads((result / "config.json").read_text())["steps"] == 3
+    assert cli_train.main(arguments(photo, result, "--steps", "2")) == 1
+    assert "steps: found 3, expected 2" in capsys.readouterr().err
+    assert cli_train.main(arguments(photo, result, "--minutes", "2")) == 1
+
+
+def test_a_reduction_and_an_unfinished_export_are_announced(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = tmp_path / "result"
+    assert cli_train.main(arguments(photo, result, "--steps", "1", "--resolution", "49")) == 0
+    reduced = "photo.png: 64 x 56 pixels reduced to 56 x 49; --resolution 56 keeps them"
+    assert reduced in capsys.readouterr().err
+    state = torch.load(result / "checkpoint.pt", weights_only=True)
+    torch.save(state | {"finished": False}, result / "checkpoint.pt")
+    assert cli_export.main([str(result), "-o", str(tmp_path / "early.solidtex")]) == 0
+    assert "not finished, it stopped at step 1 of 1" in capsys.readouterr().err

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NoReturn
 
 from solidtex_export import __version__
+from solidtex_export.commands.completion import SHELLS, Completion
 from solidtex_export.export.file_format.checks import ModelFileError
 from solidtex_export.export.lattice_state import StateError
 from solidtex_export.export.verification import engine
@@ -21,15 +24,41 @@ from solidtex_export.images.value_range import Range, parse_range
 FAILURES = (ModelFileError, OutputError, StateError, OSError)
 
 
+NUMBERS = {"int": "a whole number", "float": "a number"}
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser whose errors are one line: what was found, and what was expected."""
+
+    def error(self, message: str) -> NoReturn:
+        print(f"{self.prog}: {_in_words(message)}", file=sys.stderr)
+        print(f"See {self.prog} --help for all options.", file=sys.stderr)
+        raise SystemExit(2)
+
+
+def _in_words(message: str) -> str:
+    """Rewrite messages of argparse as this package writes its own."""
+    message = re.sub(r"^argument (\S+?)(/\S+)?: ", r"\1: ", message)
+    if number := re.fullmatch(r"(\S+): invalid (int|float) value: '(.*)'", message):
+        option, kind, found = number.groups()
+        return f"{option}: found {found}, expected {NUMBERS[kind]}"
+    if choice := re.fullmatch(r"(\S+): invalid choice: '?(.*?)'? \(choose from (.*)\)", message):
+        option, found, allowed = choice.groups()
+        return f"{option}: found {found}, expected one of {allowed.replace(chr(39), '')}"
+    return message
+
+
 def parser(program: str, description: str, examples: str) -> argparse.ArgumentParser:
     """Argument parser with --version, and with examples below its help."""
-    p = argparse.ArgumentParser(
+    p = Parser(
         prog=program,
         description=description,
         epilog="examples:\n" + examples,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    p.add_argument("--completion", action=Completion, choices=SHELLS,
+                   help="print a completion script for this shell and exit")  # fmt: skip
     return p
 
 

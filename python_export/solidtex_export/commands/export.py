@@ -49,9 +49,21 @@ def make_parser() -> argparse.ArgumentParser:
 def export(args: argparse.Namespace) -> None:
     check_output(args.output, args.force)
     result = read_result(args.result)
+    if not result.finished:
+        print(f"{args.result}: {unfinished(result)}", file=sys.stderr)
     model = build_model(result, args.name or args.output.stem, args.license)
     found = write_verified(args.output, model, unfolded_network(result))
     print(summary(args.output, model, found))
+
+
+def unfinished(result: TrainingResult) -> str:
+    step = result.progress.get("step", 0)
+    steps, minutes = result.config.get("steps"), result.config.get("minutes")
+    whole = f" of {steps}" if steps else f"; it was to take {minutes:g} minutes" if minutes else ""
+    return (
+        f"the training is not finished, it stopped at step {step}{whole}; repeat its command to"
+        " finish it"
+    )
 
 
 def build_model(result: TrainingResult, name: str, license: str | None) -> ModelFile:

@@ -22,6 +22,7 @@ class TrainingResult:
     config: dict[str, Any]
     progress: dict[str, float]
     generator: Generator
+    finished: bool = True
 
     @property
     def channels(self) -> list[str]:
@@ -45,7 +46,8 @@ def read_result(folder: Path) -> TrainingResult:
     except StateError as error:
         raise StateError(f"{checkpoint_path}: {error}") from error
     progress: dict[str, float] = {k: checkpoint[k] for k in ("step", "seconds") if k in checkpoint}
-    return TrainingResult(config["family"], config, progress, generator)
+    finished = bool(checkpoint.get("finished", True))
+    return TrainingResult(config["family"], config, progress, generator, finished)
 
 
 def _read_config(path: Path) -> dict[str, Any]:

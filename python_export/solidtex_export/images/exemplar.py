@@ -105,6 +105,11 @@ def load_exemplar(
     if COLOR[0] not in channels:
         color_space = "data"
     image = torch.from_numpy(np.stack([_reduced(p, resolution) for p in planes]))
+    if image.shape[1:] != (rows, columns):
+        notes += (
+            f"{path}: {columns} x {rows} pixels reduced to {image.shape[2]} x {image.shape[1]};"
+            f" --resolution {min(rows, columns)} keeps them",
+        )
     return Exemplar(
         path.name, photo.sha256, image, tuple(channels), color_space, records, reading, notes
     )

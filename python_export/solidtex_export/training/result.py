@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
@@ -51,7 +52,10 @@ class ResultFolder:
         self.path.mkdir(parents=True, exist_ok=True)
         for i, exemplar in enumerate(exemplars):
             self._save_exemplar(exemplar, self.path / f"exemplar-{i}")
-        text = json.dumps(config.document(), indent=2) + "\n"
+        self._write_config(config.document())
+
+    def _write_config(self, document: dict[str, Any]) -> None:
+        text = json.dumps(document, indent=2) + "\n"
         self._replace(self._config, lambda temporary: temporary.write_text(text))
 
     @staticmethod
@@ -80,6 +84,10 @@ class ResultFolder:
         if isinstance(found, dict) and isinstance(found.get("space"), dict) and "space" in wanted:
             encoded = ("code", "colors")  # of the photograph; their last bits depend on the machine
             found["space"] |= {k: wanted["space"][k] for k in encoded}
+        if lengthened := _lengthened(found, wanted):
+            self._write_config(wanted)
+            print(f"{self.path}: continues a training of {lengthened}", file=sys.stderr)
+            return
         if difference := first_difference(found, wanted):
             raise ResultError(
                 f"{self._config}: {difference}; to resume, repeat the same command, else choose"
@@ -132,6 +140,19 @@ class ResultFolder:
     def _replace(target: Path, write: Callable[[Path], object]) -> None:
         with replacing(target) as temporary:
             write(temporary)
+
+
+def _lengthened(found: object, wanted: dict[str, Any]) -> str | None:
+    """Return the old length, "60 steps" say, if `wanted` differs by a larger one only."""
+    if not isinstance(found, dict):
+        return None
+    for key in ("steps", "minutes"):
+        before, now = found.get(key), wanted.get(key)
+        if before is None or now is None or not before < now:
+            continue
+        if found | {key: now} == wanted:
+            return f"{before:g} {key}"
+    return None
 
 
 def first_difference(found: object, wanted: object, key: str = "") -> str | None:

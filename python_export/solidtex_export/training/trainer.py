@@ -295,7 +295,7 @@ class Trainer:
         self.step = state["step"]
         self.seconds = state["seconds"]
         self.settled = state["settled"]
-        self.finished = state["finished"]
+        self.finished = state["finished"] and self.progress >= 1  # not if it is lengthened
         if self.settled and self.recipe.generator.statistics == "measured":
             self.generator.eval()
         torch.set_rng_state(own["rng"])
