@@ -30,12 +30,14 @@ SHADERS = (HERE.parent / "openimageio" / "solidtex.osl", HERE.parent / "solidtex
 # Levels of detail: footprints of up to 2^(LEVELS - 1) texels are averaged.
 LEVELS = 6
 COLORS = 3
+# Texels along the longest side of an object whose scale is not said, as in solidtex-bake.
+EXTENT = 512
 
 
 def apply(
     target: bpy.types.Object,
     model: str | Path,
-    texels_per_unit: float = 1.0,
+    texels_per_unit: float | None = None,
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
     seed: int = 0,
 ) -> bpy.types.Material:
@@ -43,13 +45,15 @@ def apply(
 
     model: a file, or a shipped one as "marble.solidtex".
     texels_per_unit, origin: a point p of the object is looked up at origin + texels_per_unit * p,
-        in texels.
+        in texels. Without texels_per_unit the longest side of the object has 512 texels.
     seed: which variant of the material.
 
     The scene is set to Cycles with OSL, on the processor. The script is kept in the .blend file;
     the model is not. What grows beyond the object's bounding box of now is black there.
     """
     _find_modules_of_blender()
+    if texels_per_unit is None:
+        texels_per_unit = fitting_scale(target)
     query = _query(target, model, texels_per_unit, origin, seed)
     channels, is_encoded = _found(query)
     scene = bpy.context.scene
@@ -77,6 +81,15 @@ def apply(
     target.data.materials.clear()
     target.data.materials.append(material)
     return material
+
+
+def fitting_scale(target: bpy.types.Object) -> float:
+    """Texels per unit with which the longest side of the object has EXTENT texels."""
+    sides = [max(c[axis] for c in target.bound_box) - min(c[axis] for c in target.bound_box)
+             for axis in range(3)]  # fmt: skip
+    if max(sides) <= 0:
+        raise ValueError(f"{target.name}: found all vertices at one point, expected a surface")
+    return EXTENT / max(sides)
 
 
 def _find_modules_of_blender() -> None:
@@ -143,7 +156,11 @@ def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(prog="solidtex_osl.py", description=__doc__.splitlines()[0])
     parser.add_argument("model")
     parser.add_argument("object", help="name of a mesh in the .blend file")
-    parser.add_argument("--texels-per-unit", type=float, default=1.0)
+    parser.add_argument(
+        "--texels-per-unit",
+        type=float,
+        help="default: 512 along the longest side of the object",
+    )
     parser.add_argument("--origin", type=float, nargs=3, default=(0.0, 0.0, 0.0))
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args(arguments)

@@ -23,12 +23,14 @@ import bpy
 
 COLOR = "albedo"
 NAME = "solidtex"
+# Texels along the longest side of an object whose scale is not said, as in solidtex-bake.
+EXTENT = 512
 
 
 def apply(
     target: bpy.types.Object,
     vdb: str | Path,
-    texels_per_unit: float = 1.0,
+    texels_per_unit: float | None = None,
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
     subdivide: int = 0,
     channels: tuple[str, ...] = (),
@@ -37,7 +39,8 @@ def apply(
     """Give a mesh the solid texture of a .vdb of solidtex-bake, and a material that shows it.
 
     texels_per_unit, origin: a point p of the object is looked up at origin + texels_per_unit * p,
-        in texels; the .vdb must cover that (solidtex-bake --origin and --size).
+        in texels; the .vdb must cover that (solidtex-bake --origin and --size). Without
+        texels_per_unit the longest side of the object has 512 texels.
     subdivide: how often faces are cut into four first, because only vertices are looked up.
     channels: grids beside the albedo that become attributes; "roughness" and "metallic" go into
         the material too.
@@ -47,6 +50,8 @@ def apply(
         raise RuntimeError(f"Blender {bpy.app.version_string}, expected 5.0 or later: Sample Grid")
     if not Path(vdb).is_file():
         raise FileNotFoundError(f"{vdb}: found no such file, expected a .vdb of solidtex-bake")
+    if texels_per_unit is None:
+        texels_per_unit = fitting_scale(target)
     group = _node_group(Path(vdb), texels_per_unit, origin, subdivide, channels, srgb)
     modifier = target.modifiers.new(NAME, "NODES")
     modifier.node_group = group
@@ -54,6 +59,15 @@ def apply(
     target.data.materials.clear()
     target.data.materials.append(material)
     return material
+
+
+def fitting_scale(target: bpy.types.Object) -> float:
+    """Texels per unit with which the longest side of the object has EXTENT texels."""
+    sides = [max(c[axis] for c in target.bound_box) - min(c[axis] for c in target.bound_box)
+             for axis in range(3)]  # fmt: skip
+    if max(sides) <= 0:
+        raise ValueError(f"{target.name}: found all vertices at one point, expected a surface")
+    return EXTENT / max(sides)
 
 
 def _node_group(
@@ -159,7 +173,11 @@ def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(prog="solidtex_vdb.py", description=__doc__.splitlines()[0])
     parser.add_argument("vdb", type=Path)
     parser.add_argument("object", help="name of a mesh in the .blend file")
-    parser.add_argument("--texels-per-unit", type=float, default=1.0)
+    parser.add_argument(
+        "--texels-per-unit",
+        type=float,
+        help="default: 512 along the longest side of the object",
+    )
     parser.add_argument("--origin", type=float, nargs=3, default=(0.0, 0.0, 0.0))
     parser.add_argument("--subdivide", type=int, default=0)
     parser.add_argument("--channel", action="append", default=[], help="beside the albedo")
