@@ -139,3 +139,10 @@ def test_output_names_in_capitals_are_accepted(tmp_path: Path) -> None:
     check_output(tmp_path / "M.SOLIDTEX", force=False)
     with pytest.raises(OutputError, match=r"found extension '\.npy', expected \.solidtex"):
         check_output(tmp_path / "m.npy", force=False)
+
+
+def test_a_bare_name_is_that_of_an_installed_model() -> None:
+    path = REPOSITORY / "models" / "marble.solidtex"
+    assert read("marble").document == read(path).document
+    with pytest.raises(ModelFileError, match='no model is named "marzipan"; there are: '):
+        read("marzipan")

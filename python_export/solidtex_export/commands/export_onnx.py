@@ -38,7 +38,12 @@ def make_parser() -> argparse.ArgumentParser:
         " number of points.",
         EXAMPLES,
     )
-    p.add_argument("model", metavar="SOLIDTEX", type=Path, help="the .solidtex file to read")
+    p.add_argument(
+        "model",
+        metavar="SOLIDTEX",
+        type=Path,
+        help="a .solidtex file, or the name of a shipped model",
+    )
     p.add_argument("--size", metavar="N|X,Y,Z", type=size,
                    help="lattice family: voxels along each axis (default 64)")  # fmt: skip
     p.add_argument("--origin", metavar="X,Y,Z", type=triple,

@@ -33,10 +33,16 @@ class ModelFile:
 
 
 def read(path: str | os.PathLike[str]) -> ModelFile:
-    """Read a model file that the engine accepts; raise ModelFileError for any other."""
-    with engine.checking(ModelFileError):
-        engine.open_model(Path(path).absolute()).close()
-    return _loaded(Path(path).read_bytes())
+    """Read a model file that the engine accepts; raise ModelFileError for any other.
+
+    A bare name ("granite-grey") that is no file is that of an installed model.
+    """
+    given = Path(path)
+    is_name = given.parent == Path() and not given.suffix and not given.exists()
+    model = path if is_name else given.absolute()
+    with engine.checking(ModelFileError), engine.open_model(model) as texture:
+        found = Path(texture.path)
+    return _loaded(found.read_bytes())
 
 
 def parse(data: bytes, label: str) -> ModelFile:
