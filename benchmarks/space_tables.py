@@ -59,6 +59,9 @@ def make_parser() -> argparse.ArgumentParser:
                        help="weights of SqueezeNet v1.0")  # fmt: skip
         p.add_argument("--slices", metavar="N", type=int, default=50,
                        help="slices of each model, each of its own seed (default: 50)")  # fmt: skip
+        p.add_argument("--upright", action="store_true",
+                       help="cut slices that contain z, the grain of woods (default: of models"
+                       " trained with --directions xy)")  # fmt: skip
 
     one = command("variants", "table 1: SIFID of randomly oriented slices")
     one.add_argument("folder", type=Path, help="results of solidtex-fidelity")
@@ -91,20 +94,21 @@ def labeled(text: str) -> tuple[str, Path]:
     return label, Path(file)
 
 
-def random_slices(model: Path, count: int, side: int) -> np.ndarray:
+def random_slices(model: Path, args: argparse.Namespace, side: int) -> np.ndarray:
     """Randomly oriented slices [slice, row, column, channel], each of another seed and place.
 
-    Slices of a model that was trained with grain along z contain z.
+    They contain z if --upright says so, or the model's training: encoded models do not tell.
     """
-    directions = model_file.read(model).document.get("training", {}).get("directions", "xyz")
+    training = model_file.read(model).document.get("training", {})
+    upright = args.upright or "z" not in training.get("directions", "xyz")
     rng = np.random.default_rng(0)
     found = []
-    for seed in range(count):
-        if "z" in directions:
-            right, down = np.linalg.qr(rng.standard_normal((3, 3)))[0][:2]
-        else:
+    for seed in range(args.slices):
+        if upright:
             angle = rng.uniform(0, 2 * np.pi)
             right, down = np.array([np.cos(angle), np.sin(angle), 0]), np.array([0, 0, -1.0])
+        else:
+            right, down = np.linalg.qr(rng.standard_normal((3, 3)))[0][:2]
         with engine.open_model(model, seed) as texture:
             found.append(oblique_slice(texture, right, down, side, rng)[..., :3])
     return to_8_bit(np.stack(found))
@@ -136,7 +140,7 @@ def variants(args: argparse.Namespace) -> None:
         config = json.loads((model.parent / "result" / "config.json").read_text())
         stored = model.parent / "result" / "exemplar-0.png"
         exemplar = photograph(stored, config["resolution"])
-        slices = random_slices(model, args.slices, min(exemplar.shape[:2]))
+        slices = random_slices(model, args, min(exemplar.shape[:2]))
         found = mean_and_deviation(sifid_of_slices(metric, exemplar, slices))
         rows.setdefault(model.parent.parent.name, {})[model.parent.name] = found
     columns = sorted({name for row in rows.values() for name in row})
@@ -214,7 +218,7 @@ def held_out(args: argparse.Namespace) -> None:
                 crops = truth[None]
             else:
                 model = args.folder / "models" / label / f"{patch.stem}.solidtex"
-                crops = random_slices(model, args.slices, PATCH)
+                crops = random_slices(model, args, PATCH)
             for metric in metrics:
                 wanted = metric.features(reference[None])
                 found = [metric.distance(wanted, metric.features(crop[None])) for crop in crops]
@@ -243,7 +247,7 @@ def sheet(args: argparse.Namespace) -> None:
     side = min(exemplar.shape[:2])
     shown = [("exemplar", "", exemplar[:side, :side])]
     for label, model in args.models:
-        slices = random_slices(model, args.slices, side)
+        slices = random_slices(model, args, side)
         found = mean_and_deviation(sifid_of_slices(metric, exemplar, slices))
         print(f"{label}: SIFID {found}")
         shown.append((label, f"SIFID {found}", slices[0]))
