@@ -1,0 +1,116 @@
+"""Prints the tables of docs/porous-media.md: solidtex.transport beside known permeabilities.
+
+    python benchmarks/permeability.py                                    # seconds
+    python benchmarks/permeability.py --volume berea-200.npz --axes xyz  # minutes
+    python benchmarks/permeability.py --volume berea.tif --axes x        # tens of minutes
+
+Without a volume: slits, ducts and tubes beside exact laws. The volume is Berea sandstone: a TIFF
+stack that is 0 where there is a pore, or an NPZ archive whose array "im" is true there.
+"""
+
+import argparse
+import math
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from solidtex import transport
+
+SQUARE_MICROMETERS_PER_DARCY = 0.9869233
+# Whole Berea of 400^3 voxels of 5.345 um (Imperial College London), as OpenPNM's tests state them.
+BEREA = {
+    "permeability": dict(zip("xyz", (1360, 1304, 1193), strict=True)),
+    "formation factor": dict(zip("xyz", (23.12, 23.99, 25.22), strict=True)),
+}
+
+
+def row(*cells: object) -> None:
+    print("| " + " | ".join(f"{c:.5g}" if isinstance(c, float) else str(c) for c in cells) + " |",
+          flush=True)  # fmt: skip
+
+
+def compare(name: str, found: float, exact: float, steps: int) -> None:
+    row(name, found, exact, f"{100 * (found / exact - 1):+.2f} %", steps)
+
+
+def analytic_rows() -> None:
+    row("channel", "solver", "exact", "difference", "steps")
+    row(*["---"] * 5)
+    for width in (1, 2, 5, 10, 20):
+        section = np.zeros((width + 2, 1), bool)
+        section[1:-1] = True
+        flow(f"slit, {width} voxels", section, width**3 / 12 / (width + 2))
+    for a, b in ((4, 4), (8, 8), (8, 12)):
+        terms = sum(math.tanh(n * math.pi * b / 2 / a) / n**5 for n in range(1, 200, 2))
+        exact = a**3 * b / 12 * (1 - 192 * a / math.pi**5 / b * terms)
+        flow(f"duct, {a} x {b}", np.pad(np.ones((a, b), bool), 1), exact / (a + 2) / (b + 2))
+    for radius in (4, 8, 12, 16, 24):
+        side = 2 * radius + 3
+        at = np.arange(side) - (side - 1) / 2
+        section = np.hypot(*np.meshgrid(at, at)) < radius
+        area = np.count_nonzero(section)
+        flow(f"tube, radius {radius}", section, area**2 / (8 * math.pi) / side**2)
+
+
+def flow(name: str, section: np.ndarray, exact: float) -> None:
+    found = transport.permeability(np.repeat(section[None], 3, 0), 0, "periodic", tolerance=1e-3)
+    compare(name, found.value, exact, found.steps)
+
+
+def read_pores(path: Path) -> np.ndarray:
+    if path.suffix == ".npz":
+        return np.load(path)["im"].astype(bool)
+    import tifffile
+
+    if path.suffix == ".zip":
+        with zipfile.ZipFile(path) as archive:
+            name = next(n for n in archive.namelist() if n.endswith(".tif"))
+            with archive.open(name) as file:
+                values = tifffile.imread(file)
+    else:
+        values = tifffile.imread(path)
+    # The axes as they are stored, like the reference values.
+    return values == 0
+
+
+def volume_rows(path: Path, voxel: float, axes: str, threads: int) -> None:
+    pores = read_pores(path)
+    print(f"\n{path.name}: {pores.shape}, porosity {pores.mean():.4f}")
+    row("figure", "solver", "whole Berea", "difference", "steps", "seconds")
+    row(*["---"] * 6)
+    per_square = voxel**2 / SQUARE_MICROMETERS_PER_DARCY * 1e3
+    for name in axes:
+        axis = "xyz".index(name)
+        begin = time.monotonic()
+        diffusion = transport.diffusivity(pores, axis, tolerance=1e-4, threads=threads)
+        volume_row("formation factor", name, 1 / diffusion.value, diffusion.steps, begin)
+        begin = time.monotonic()
+        found = transport.permeability(pores, axis, threads=threads)
+        volume_row("permeability", name, found.value * per_square, found.steps, begin)
+
+
+def volume_row(figure: str, axis: str, value: float, steps: int, begin: float) -> None:
+    known = BEREA[figure][axis]
+    seconds = f"{time.monotonic() - begin:.0f}"
+    row(f"{figure}, {axis}", value, known, f"{100 * (value / known - 1):+.1f} %", steps, seconds)
+
+
+def main() -> None:
+    p = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    p.add_argument("--volume", type=Path, action="append", default=[], metavar="FILE",
+                   help="binary volume of Berea: .npz, .tif or a .zip of it")  # fmt: skip
+    p.add_argument("--voxel-size", type=float, default=5.345, metavar="UM",
+                   help="in micrometers (default: 5.345)")  # fmt: skip
+    p.add_argument("--axes", default="xyz", help="axes of the volumes (default: xyz)")
+    p.add_argument("--threads", type=int, default=0, help="0: one per core (default)")
+    args = p.parse_args()
+    if not args.volume:
+        analytic_rows()
+    for path in args.volume:
+        volume_rows(path, args.voxel_size, args.axes, args.threads)
+
+
+if __name__ == "__main__":
+    main()
