@@ -22,7 +22,7 @@ namespace solidtex::engine {
 
 // Parameters of a texture.
 struct Parameters {
-  std::uint64_t seed = 0, cache_limit_bytes = std::uint64_t{256} << 20, threads = 0;
+  std::uint64_t seed = 0, cache_limit_bytes = std::uint64_t{256} << 20, threads = 0, period = 0;
   std::string precision = "full";
 };
 

@@ -26,7 +26,7 @@ void open(solidtex_texture& texture, Model model, std::string path) {
   const Parameters& chosen = texture.parameters;
   const Precision precision = chosen.precision == "fast" ? Precision::fast : Precision::full;
   texture.open.emplace(std::move(model), chosen.seed, chosen.cache_limit_bytes, precision,
-                       static_cast<int>(chosen.threads));
+                       static_cast<int>(chosen.threads), chosen.period);
   texture.path = std::move(path);
 }
 

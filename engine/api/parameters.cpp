@@ -13,6 +13,7 @@ struct IntegerParameter {
   std::uint64_t max = std::numeric_limits<std::uint64_t>::max();
 };
 constexpr IntegerParameter kIntegers[] = {{"cache_limit_bytes", &Parameters::cache_limit_bytes},
+                                          {"period", &Parameters::period},
                                           {"seed", &Parameters::seed},
                                           {"threads", &Parameters::threads, 1024}};
 

@@ -31,7 +31,7 @@ Cube box_of(const Lattice& lattice, const LightChannels& light, std::size_t numb
   box.hi = {box.lo[0] + kEdge, kEdge, kEdge};
   Cube cube{kEdge, static_cast<std::size_t>(lattice.channels()), {}};
   cube.values.resize(static_cast<std::size_t>(kEdge * kEdge * kEdge) * cube.channels);
-  lattice.evaluate(box, cube.values.data());
+  lattice.evaluate_endless(box, cube.values.data());  // a period would repeat these boxes
   light.to_light(cube.values.data(), cube.values.size() / cube.channels);
   for (int halved = 0; halved < level; ++halved) cube.halve_edge();
   return cube;

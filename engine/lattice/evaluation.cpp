@@ -147,8 +147,8 @@ void Evaluation::compute(const Step& step, const Box& box) {
   const PlaneRing& ring = rings_[step.node];
   if (step.is_chain()) return convolve(step, box);
   if (const auto* noise = std::get_if<NoiseOp>(&node.op))
-    return fill_noise({scheme_, seed_, node.level, noise->distribution}, ring, box.lo[0],
-                      box.hi[0]);
+    return fill_noise({scheme_, seed_, node.level, noise->distribution, period_ >> node.level},
+                      ring, box.lo[0], box.hi[0]);
   is_upsample(step.node) ? copy_coarse(step.node, box) : compute_general(step, box);
 }
 

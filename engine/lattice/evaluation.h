@@ -33,8 +33,10 @@ class Workspace {
 
 class Evaluation {
  public:
-  Evaluation(const LatticeModel& model, const Plan& plan, NoiseScheme scheme, std::uint64_t seed)
-      : model_(model), plan_(plan), scheme_(scheme), seed_(seed) {}
+  // `period` is in texels, 0 for none.
+  Evaluation(const LatticeModel& model, const Plan& plan, NoiseScheme scheme, std::uint64_t seed,
+             std::int64_t period)
+      : model_(model), plan_(plan), scheme_(scheme), seed_(seed), period_(period) {}
 
   void run(const Box& box, const BoxTarget& target, Workspace& workspace);
 
@@ -60,6 +62,7 @@ class Evaluation {
   const Plan& plan_;
   NoiseScheme scheme_;
   std::uint64_t seed_;
+  std::int64_t period_;
   std::vector<std::vector<Box>> regions_;  // [step along x][node]
   std::vector<PlaneRing> rings_;           // [node]
   float* scratch_ = nullptr;

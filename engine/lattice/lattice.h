@@ -21,7 +21,8 @@ struct BoxTarget {
 
 class Lattice {
  public:
-  Lattice(LatticeModel model, NoiseScheme scheme, std::uint64_t seed);
+  // The solid repeats after `period` texels on every axis, 0 for never: noise does, level by level.
+  Lattice(LatticeModel model, NoiseScheme scheme, std::uint64_t seed, std::uint64_t period = 0);
   Lattice(Lattice&&) noexcept;
   ~Lattice();
 
@@ -32,14 +33,20 @@ class Lattice {
   void evaluate(const Box& box, const BoxTarget& target) const;
   // Evaluates one box into values in the order [x][y][z][channel].
   void evaluate(const Box& box, float* values) const;
+  // The same for the solid without a period.
+  void evaluate_endless(const Box& box, float* values) const;
 
  private:
   struct Workspaces;
+
+  BoxTarget whole(const Box& box, float* values) const;
+  void run(const Box& box, const BoxTarget& target, std::int64_t period) const;
 
   LatticeModel model_;
   Plan plan_;
   NoiseScheme scheme_;
   std::uint64_t seed_;
+  std::int64_t period_;
   std::unique_ptr<Workspaces> workspaces_;  // one per thread
 };
 

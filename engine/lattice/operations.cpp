@@ -15,19 +15,22 @@ struct Overloaded : Visitors... {
 template <class... Visitors>
 Overloaded(Visitors...) -> Overloaded<Visitors...>;
 
-// Lattice coordinates are taken modulo 2^32.
-std::uint32_t wrap(std::int64_t i) { return static_cast<std::uint32_t>(i); }
+// Lattice coordinates are taken modulo the period, and modulo 2^32.
+std::uint32_t wrap(std::int64_t i, std::int64_t period) {
+  if (period > 0) i = (i % period + period) % period;
+  return static_cast<std::uint32_t>(i);
+}
 
 // The y and z of one parity of a plane, in the order of its values.
 struct ParityPoints {
-  ParityPoints(const Planes& planes, int parity) {
+  ParityPoints(const Planes& planes, int parity, std::int64_t period) {
     const auto size = static_cast<std::size_t>(planes.rows * planes.row_pitch);
     y.reserve(size + kReadSlack);
     z.reserve(size + kReadSlack);
     for (std::int64_t row = 0; row < planes.rows; ++row)
       for (std::int64_t i = 0; i < planes.row_pitch; ++i) {
-        y.push_back(static_cast<std::int32_t>(wrap(2 * (planes.y_lo + row) + parity / 2)));
-        z.push_back(static_cast<std::int32_t>(wrap(2 * (planes.z_lo + i) + parity % 2)));
+        y.push_back(static_cast<std::int32_t>(wrap(2 * (planes.y_lo + row) + parity / 2, period)));
+        z.push_back(static_cast<std::int32_t>(wrap(2 * (planes.z_lo + i) + parity % 2, period)));
       }
     y.resize(size + kReadSlack);
     z.resize(size + kReadSlack);
@@ -41,12 +44,12 @@ void fill_noise(const LatticeNoise& noise, const PlaneRing& ring, std::int64_t x
                 std::int64_t x_hi) {
   const Planes& planes = ring.planes();
   for (int parity = 0; parity < 4; ++parity) {
-    const ParityPoints points(planes, parity);
+    const ParityPoints points(planes, parity, noise.period);
     for (int c = 0; c < planes.channels; ++c) {
       const NoiseStream stream(noise.scheme, noise.seed, static_cast<std::uint32_t>(noise.level),
                                static_cast<std::uint32_t>(c));
       for (std::int64_t x = x_lo; x < x_hi; ++x)
-        stream.plane(noise.distribution, {wrap(x), points.y.data(), points.z.data()},
+        stream.plane(noise.distribution, {wrap(x, noise.period), points.y.data(), points.z.data()},
                      static_cast<int>(planes.rows * planes.row_pitch),
                      planes.plane(x) + (4 * c + parity) * planes.parity_pitch);
     }

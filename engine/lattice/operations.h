@@ -14,6 +14,7 @@ struct LatticeNoise {
   std::uint64_t seed;
   int level;
   Distribution distribution;
+  std::int64_t period;  // in voxels of the level, 0 for none
 };
 
 // Fills the planes [x_lo, x_hi) of a ring with noise.

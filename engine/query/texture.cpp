@@ -4,8 +4,10 @@
 
 #include <array>
 #include <atomic>
+#include <string>
 #include <utility>
 
+#include "engine/common/error.h"
 #include "engine/common/parallel.h"
 #include "engine/query/family.h"
 
@@ -13,12 +15,18 @@ namespace solidtex::engine {
 namespace {
 
 std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
-                                    std::uint64_t cache_limit_bytes, Precision precision) {
+                                    std::uint64_t cache_limit_bytes, Precision precision,
+                                    std::uint64_t period) {
   LightChannels light(model.channels, model.color_space);
   if (auto* lattice = std::get_if<LatticeModel>(&model.architecture)) {
-    return make_lattice_family(Lattice(std::move(*lattice), model.noise_scheme, seed),
+    return make_lattice_family(Lattice(std::move(*lattice), model.noise_scheme, seed, period),
                                std::move(light), cache_limit_bytes);
   }
+  if (period > 0)
+    throw Error(SOLIDTEX_INVALID_ARGUMENT,
+                "parameter \"period\" is " + std::to_string(period) +
+                    ", expected 0 for a model of the sampler family: its octaves have no common "
+                    "period. Choose a model of the lattice family");
   return make_sampler_family(Sampler(std::move(std::get<SamplerModel>(model.architecture)),
                                      model.noise_scheme, seed, precision),
                              std::move(light));
@@ -77,11 +85,11 @@ struct Texture::Impl {
 };
 
 Texture::Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
-                 Precision precision, int threads)
+                 Precision precision, int threads, std::uint64_t period)
     : impl_(std::make_unique<Impl>()) {
   const DefaultFloatMode mode;
   impl_->model = std::move(model);
-  impl_->family = make_family(impl_->model, seed, cache_limit_bytes, precision);
+  impl_->family = make_family(impl_->model, seed, cache_limit_bytes, precision, period);
   if (threads > 0) impl_->arena = std::make_unique<tbb::task_arena>(threads);
 }
 

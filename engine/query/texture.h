@@ -24,8 +24,9 @@ struct QueryCounts {
 class Texture {
  public:
   // `threads` is the size of the arena in which queries run, 0 for the calling thread's arena.
+  // `period` is in texels, 0 for a solid that does not repeat (lattice family).
   Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
-          Precision precision = Precision::full, int threads = 0);
+          Precision precision = Precision::full, int threads = 0, std::uint64_t period = 0);
   ~Texture();
 
   // Returns the metadata of the model. Its tensors have moved into the family.

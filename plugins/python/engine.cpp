@@ -75,14 +75,15 @@ void require_apart(const float* out, std::size_t size, const Floats& input, cons
 class Texture {
  public:
   Texture(const nb::bytes& model, std::uint64_t seed, const std::string& precision,
-          std::uint64_t cache_limit, std::uint64_t threads)
-      : Texture(seed, precision, cache_limit, threads) {
+          std::uint64_t cache_limit, std::uint64_t threads, std::uint64_t period)
+      : Texture(seed, precision, cache_limit, threads, period) {
     open([&] { return solidtex_open(handle_.get(), model.c_str()); });
   }
 
   static Texture from_bytes(const nb::bytes& data, std::uint64_t seed, const std::string& precision,
-                            std::uint64_t cache_limit, std::uint64_t threads) {
-    Texture result(seed, precision, cache_limit, threads);
+                            std::uint64_t cache_limit, std::uint64_t threads,
+                            std::uint64_t period) {
+    Texture result(seed, precision, cache_limit, threads, period);
     result.open(
         [&] { return solidtex_open_memory(result.handle_.get(), data.c_str(), data.size()); });
     return result;
@@ -91,8 +92,9 @@ class Texture {
   // Opens the material of a space.
   static Texture from_space(const Space& space, const Material& material, const nb::bytes& details,
                             std::uint64_t seed, const std::string& precision,
-                            std::uint64_t cache_limit, std::uint64_t threads) {
-    Texture result(seed, precision, cache_limit, threads);
+                            std::uint64_t cache_limit, std::uint64_t threads,
+                            std::uint64_t period) {
+    Texture result(seed, precision, cache_limit, threads, period);
     result.open([&] {
       return solidtex_space_texture(space.get(), material.code.data(), material.colors.data(),
                                     details.c_str(), result.handle_.get());
@@ -171,7 +173,7 @@ class Texture {
   using Handle = std::shared_ptr<solidtex_texture>;
 
   Texture(std::uint64_t seed, const std::string& precision, std::uint64_t cache_limit,
-          std::uint64_t threads)
+          std::uint64_t threads, std::uint64_t period)
       : handle_(solidtex_new(), solidtex_release) {
     solidtex_clear_error();
     solidtex_texture* made = handle_.get();
@@ -179,6 +181,7 @@ class Texture {
     check(solidtex_set_string(made, "precision", precision.c_str()));
     check(solidtex_set_integer(made, "cache_limit_bytes", cache_limit));
     check(solidtex_set_integer(made, "threads", threads));
+    check(solidtex_set_integer(made, "period", period));
     check(solidtex_set_progress_callback(made, signal_has_raised, nullptr));
   }
 
@@ -221,12 +224,12 @@ NB_MODULE(_engine, m) {
   bind_space(m);
   nb::class_<Texture>(m, "Texture", "An open model.")
       .def(nb::init<const nb::bytes&, std::uint64_t, const std::string&, std::uint64_t,
-                    std::uint64_t>(),
-           "model"_a, "seed"_a, "precision"_a, "cache_limit"_a, "threads"_a)
+                    std::uint64_t, std::uint64_t>(),
+           "model"_a, "seed"_a, "precision"_a, "cache_limit"_a, "threads"_a, "period"_a)
       .def_static("from_bytes", &Texture::from_bytes, "data"_a, "seed"_a, "precision"_a,
-                  "cache_limit"_a, "threads"_a)
+                  "cache_limit"_a, "threads"_a, "period"_a)
       .def_static("from_space", &Texture::from_space, "space"_a, "material"_a, "details"_a,
-                  "seed"_a, "precision"_a, "cache_limit"_a, "threads"_a)
+                  "seed"_a, "precision"_a, "cache_limit"_a, "threads"_a, "period"_a)
       .def("close", &Texture::close)
       .def_prop_ro("family", &Texture::family)
       .def_prop_ro("color_space", &Texture::color_space)

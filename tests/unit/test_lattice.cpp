@@ -119,3 +119,36 @@ TEST_CASE("seeds give different textures", "[lattice]") {
 TEST_CASE("a scheme without normal noise refuses a model that needs it", "[lattice]") {
   CHECK_THROWS(Lattice(example::every_operation(), NoiseScheme::solidtexturenets, 0));
 }
+
+TEST_CASE("with a period a solid repeats bit by bit on every axis", "[lattice]") {
+  for (const auto& model : {example::every_operation(), example::gutierrez(3)})
+    for (const std::int64_t period : {8, 24, 40}) {
+      const Lattice field(model, NoiseScheme::solidtex_1, kSeed,
+                          static_cast<std::uint64_t>(period));
+      const Box whole = box_at({-5, 2, -period}, {13 + period, 7, 9 + period});
+      const std::vector<float> values = evaluate(field, whole);
+      const Box part = box_at({-3, 4, 1 - period}, {6, 4, 7});
+      const std::vector<float> expected = crop(values, whole, part, field.channels());
+      CHECK(evaluate(field, box_at({-3 + period, 4, 1 - period}, {6, 4, 7})) == expected);
+      CHECK(evaluate(field, box_at({-3, 4 - 5 * period, 1 + period}, {6, 4, 7})) == expected);
+      CHECK(crop(values, whole, box_at({-3 + period, 4, 1}, {6, 4, 7}), field.channels()) ==
+            expected);
+    }
+}
+
+TEST_CASE("a period changes no voxel that is far from its faces", "[lattice]") {
+  const Box box = box_at({250, 251, 252}, {9, 8, 7});
+  const Lattice endless(example::gutierrez(3), NoiseScheme::solidtex_1, kSeed);
+  const Lattice periodic(example::gutierrez(3), NoiseScheme::solidtex_1, kSeed, 512);
+  CHECK(evaluate(periodic, box) == evaluate(endless, box));
+  const Box outside = box_at({250 + 512, 251, 252}, {9, 8, 7});
+  CHECK(evaluate(periodic, outside) != evaluate(endless, outside));
+}
+
+TEST_CASE("a period of no whole number of coarse voxels is refused", "[lattice]") {
+  for (const std::uint64_t period : {4ull, 12ull, 1ull << 31})
+    CHECK_THROWS_WITH(
+        Lattice(example::gutierrez(3), NoiseScheme::solidtex_1, kSeed, period),
+        "parameter \"period\" is " + std::to_string(period) +
+            ", expected a multiple of 8 texels up to 2^30 for this model, or 0 for none");
+}

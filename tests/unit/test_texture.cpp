@@ -235,6 +235,23 @@ TEST_CASE("texture: the seed changes everything, two textures with one seed noth
   }
 }
 
+TEST_CASE("texture: points and footprints of a periodic lattice repeat", "[texture]") {
+  const Model model = tiny_lattice();
+  const Texture texture(model, kSeed, kLargeCache, Precision::full, 0, 16);
+  const auto points = random_points(200, 30);
+  const Values values = points_of(texture, {0, 0, 0}, points);
+  CHECK(varied(values));
+  CHECK(same(values, points_of(texture, {16, -32, 160}, points)));
+  CHECK(!same(values, points_of(texture, {15, -32, 160}, points)));
+}
+
+TEST_CASE("texture: a sampler refuses a period", "[texture]") {
+  const Model model = tiny_sampler();
+  CHECK(message_of([&] {
+          Texture(model, kSeed, 0, Precision::full, 0, 64);
+        }).starts_with("parameter \"period\" is 64, expected 0 for a model of the sampler"));
+}
+
 TEST_CASE("texture: the host's rounding mode does not matter, and is restored", "[texture]") {
   for (const Model& model : models()) {
     const Texture texture(model, kSeed, 0);

@@ -98,6 +98,14 @@ void write_preview(const BakeOptions& options, const Volume& volume) {
   std::cout << options.preview.string() << std::endl;
 }
 
+std::uint64_t period_of(const Index3& size) {
+  if (size[0] != size[1] || size[0] != size[2])
+    throw std::runtime_error("--periodic: found --size " + std::to_string(size[0]) + "," +
+                             std::to_string(size[1]) + "," + std::to_string(size[2]) +
+                             ", expected a cube, such as --size " + std::to_string(size[0]));
+  return static_cast<std::uint64_t>(size[0]);
+}
+
 void run(BakeOptions& options) {
   install_interrupt_handler();
   name_output(options);
@@ -106,6 +114,7 @@ void run(BakeOptions& options) {
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
   solidtex::options chosen{.seed = options.seed, .precision = options.precision};
+  if (options.is_periodic) chosen.period = period_of(options.size);
   // Ctrl-C also stops the queries of a mesh, which may be long. Those of a volume are short.
   if (!options.mesh.empty()) chosen.progress_callback = [](double) { return interrupted(); };
   const solidtex::texture texture(options.model, std::move(chosen));

@@ -109,7 +109,7 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
       ->type_name("FILE")
       ->needs(mesh);
   for (const char* name : {"--format", "--slices", "--depth", "--color-space", "--channels",
-                           "--voxel-size", "--block"})
+                           "--voxel-size", "--block", "--periodic"})
     mesh->excludes(app.get_option(name));
 }
 
@@ -175,6 +175,8 @@ void add_options(CLI::App& app, BakeOptions& options) {
          "--seed", [&](const std::string& text) { options.seed = parse_seed(text); },
          "Random seed: variant of the material (default 0)")
       ->type_name("N");
+  app.add_flag("--periodic", options.is_periodic,
+               "Let opposite faces of the cube meet (lattice family)");
   add_precision(app, options.precision);
   app.add_option(
          "--block", options.block,

@@ -17,6 +17,7 @@ struct BakeOptions {
   bool has_size = false;  // given on the command line
   Index3 origin{0, 0, 0};
   std::uint64_t seed = 0;
+  bool is_periodic = false;  // opposite faces of the cube meet
   std::string precision = "full";
   std::int64_t block = 0;  // 0: chosen by the program
   int threads = 0;         // 0: all

@@ -111,6 +111,10 @@ SOLIDTEX_API void solidtex_release(solidtex_texture* texture);
  *                        1 to 1024: queries use an arena of the texture's own with this many slots,
  *                        including the caller's. A caller that finds the arena full waits, and a
  *                        worker thread may run its query and its callbacks.
+ *   "period"             0, the default: the solid never repeats. Otherwise it repeats after so many
+ *                        texels on every axis, bit by bit (lattice family only). A multiple of the
+ *                        pitch of the model's coarsest level, up to 2^30. The mean of the material
+ *                        stays that of the solid without a period.
  * Strings:
  *   "precision"          "full", the default: float32. "fast": bfloat16 products where the sampler
  *                        family finds a matrix unit (Intel AMX), otherwise the same as "full". See

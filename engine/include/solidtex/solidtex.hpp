@@ -49,6 +49,7 @@ struct options {
   // a solidtex_progress_callback does. It must not throw. Each querying thread calls it, several at
   // once.
   std::function<bool(double done)> progress_callback = {};
+  std::uint64_t period = 0;
 };
 
 // Footprints of the points of a query: a radius for each of n points, or nine floats of axes. Both
@@ -205,6 +206,7 @@ class texture {
     set("seed", chosen.seed);
     set("cache_limit_bytes", chosen.cache_limit_bytes);
     set("threads", chosen.threads);
+    set("period", chosen.period);
     detail::check(
         [&] { return solidtex_set_string(state_->handle, "precision", chosen.precision.c_str()); });
     if (!state_->progress_callback) return;

@@ -74,6 +74,7 @@ class Texture:
         precision: Precision = "full",
         cache_limit: int = CACHE_LIMIT,
         threads: int = 0,
+        period: int = 0,
     ) -> None:
         """Open a model.
 
@@ -85,11 +86,13 @@ class Texture:
         cache_limit: Memory bound of the brick cache in bytes (lattice family).
         threads: Number of threads that run queries, 1 to 1024. 0 means one per core. With a number
             a query may run on another thread than the caller's, where Ctrl-C cannot cancel it.
+        period: The solid repeats after so many texels on every axis (lattice family), a multiple
+            of the pitch of the model's coarsest level. 0 means never.
         """
         encoded = os.fsencode(model)
         if b"\0" in encoded:
             raise InvalidArgument(f"model: found a null byte in {model!r}, expected none")
-        self._options = _options(seed, precision, cache_limit, threads)
+        self._options = _options(seed, precision, cache_limit, threads, period)
         self._engine = _engine.Texture(encoded, *self._options)
 
     @classmethod
@@ -100,10 +103,11 @@ class Texture:
         precision: Precision = "full",
         cache_limit: int = CACHE_LIMIT,
         threads: int = 0,
+        period: int = 0,
     ) -> Texture:
         """Open a model from the bytes of a .solidtex file. The bytes are copied."""
         texture = cls.__new__(cls)
-        texture._options = _options(seed, precision, cache_limit, threads)
+        texture._options = _options(seed, precision, cache_limit, threads, period)
         texture._engine = _engine.Texture.from_bytes(data, *texture._options)
         return texture
 
@@ -154,6 +158,11 @@ class Texture:
     def precision(self) -> Precision:
         """Precision: full or fast."""
         return self._options[1]
+
+    @property
+    def period(self) -> int:
+        """Period in texels, 0 for none."""
+        return self._options[4]
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -301,8 +310,8 @@ class Texture:
 
 
 def _options(
-    seed: int, precision: Precision, cache_limit: int, threads: int
-) -> tuple[int, Precision, int, int]:
+    seed: int, precision: Precision, cache_limit: int, threads: int, period: int = 0
+) -> tuple[int, Precision, int, int, int]:
     if precision not in PRECISIONS:
         raise InvalidArgument(f"precision: found {precision!r}, expected one of {PRECISIONS}")
     return (
@@ -310,6 +319,7 @@ def _options(
         precision,
         _unsigned("cache_limit", cache_limit),
         _unsigned("threads", threads),
+        _unsigned("period", period),
     )
 
 
