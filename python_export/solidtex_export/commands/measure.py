@@ -1,0 +1,192 @@
+"""solidtex-measure: geometry, transport and representative volumes of a solid or a volume."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidtex_export.commands import cli
+from solidtex_export.export.verification.model_output import OutputError, check_output
+from solidtex_export.measuring.volumes import (
+    METERS,
+    Volume,
+    VolumeError,
+    VoxelSize,
+    parse_voxel_size,
+    read_volume,
+)
+from solidtex_export.whole_file import write_whole
+
+PROGRAM = "solidtex-measure"
+TRANSPORT = ("diffusivity", "permeability")
+
+EXAMPLES = f"""  {PROGRAM} rock.tif --voxel-size 2.25um -o report.html
+  {PROGRAM} rock.npy --voxel-size 5.345um --axes x -o report.json
+  {PROGRAM} rock.solidtex --size 200 --voxel-size 2.25um --exemplar section.png -o report.html
+  {PROGRAM} gray.tif --voxel-size 2.25um --threshold 112 --phase 0 -o report.html
+
+Conventions, units and accuracy: docs/porous-media.md."""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(
+        PROGRAM,
+        "Measure a volume: fractions, specific surface, Euler characteristic, mean breadth,"
+        " two-point correlation, chords, pore sizes, connectivity, diffusivity, permeability and"
+        " representative volumes.",
+        EXAMPLES,
+    )
+    p.add_argument("volume", metavar="VOLUME", type=Path,
+                   help="TIFF stack, .npy [x, y, z], .nrrd, or a .solidtex model")  # fmt: skip
+    p.add_argument("--voxel-size", metavar="LENGTH", type=str,
+                   help=f"edge of a voxel with its unit ({', '.join(METERS)}), such as 2.25um"
+                   " (default: the file's)")  # fmt: skip
+    p.add_argument("-o", dest="outputs", metavar="REPORT", type=Path, action="append",
+                   required=True, help="the .html or .json file to write; may be repeated"
+                   )  # fmt: skip
+    p.add_argument("--force", action="store_true", help="replace files that exist")
+    p.add_argument("--threshold", metavar="T", type=float,
+                   help="split gray values: label 0 is below T, label 1 the rest (default: up to"
+                   " 8 integers are labels, other values are split by Otsu's method)")  # fmt: skip
+    p.add_argument("--phase", metavar="LABEL", type=int,
+                   help="the phase that conducts, the pores (default: the lowest label)"
+                   )  # fmt: skip
+    p.add_argument("--boundary", choices=("open", "periodic"), default="open",
+                   help="open: flow from face to face, the other faces sealed; periodic: the volume"
+                   " repeats (default: open)")  # fmt: skip
+    p.add_argument("--axes", metavar="AXES", default="xyz",
+                   help="axes of transport, such as x or xz (default: xyz)")  # fmt: skip
+    p.add_argument("--without", metavar="PART", action="append", default=[],
+                   choices=(*TRANSPORT, "pore-sizes"),
+                   help="leave out diffusivity, permeability or pore-sizes; may be repeated"
+                   )  # fmt: skip
+    p.add_argument("--representative", choices=("geometry", "transport", "none"),
+                   default="geometry",
+                   help="figures of smaller cubes: geometry, or transport along the first axis too"
+                   " (default: geometry)")  # fmt: skip
+    p.add_argument("--exemplar", metavar="PICTURE", type=Path,
+                   help="picture of the material at the same scale: its figures stand beside"
+                   )  # fmt: skip
+    p.add_argument("--size", type=int, default=128, metavar="N",
+                   help="edge of a model's cube in voxels (default: 128)")  # fmt: skip
+    p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed of a model")
+    p.add_argument("--periodic", action="store_true",
+                   help="let opposite faces of a model's cube meet; implies --boundary periodic"
+                   )  # fmt: skip
+    return p
+
+
+def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
+    if not args.axes or set(args.axes) - set("xyz") or len(set(args.axes)) < len(args.axes):
+        p.error(f"--axes: found {args.axes!r}, expected letters of xyz, each once")
+    if args.size < 2:
+        p.error(f"--size: found {args.size}, expected at least 2")
+    if args.periodic and args.volume.suffix.lower() != ".solidtex":
+        p.error("--periodic: found a volume, expected a model; --boundary periodic repeats volumes")
+    if args.periodic:
+        args.boundary = "periodic"
+    for path in args.outputs:
+        if path.suffix not in (".html", ".json"):
+            p.error(f"-o: found {path}, expected a name that ends in .html or .json")
+
+
+def run(args: argparse.Namespace) -> None:
+    with cli.optional_packages(PROGRAM, "measure"):
+        import jinja2  # noqa: F401
+        import matplotlib  # noqa: F401
+        import nrrd  # noqa: F401
+        import tifffile  # noqa: F401
+    from solidtex_export.measuring.measure import Settings, measure_volume
+    from solidtex_export.measuring.phases import find_phases
+
+    for path in args.outputs:
+        check_output(path, args.force, path.suffix)
+    given = parse_voxel_size(args.voxel_size) if args.voxel_size else None
+    volume = read_volume(args.volume, args.size, args.seed, args.size if args.periodic else 0)
+    voxel_size = given or volume.voxel_size
+    if voxel_size is None:
+        raise VolumeError(
+            f"{args.volume}: found no voxel size in the file, expected --voxel-size LENGTH, such as"
+            " 2.25um: without it surface and permeability have no units"
+        )
+    phases = find_phases(volume.values, args.threshold, args.volume.name)
+    settings = Settings(
+        voxel_size,
+        args.phase,
+        args.boundary,
+        args.axes,
+        tuple(part for part in TRANSPORT if part not in args.without),
+        "pore-sizes" not in args.without,
+        args.representative,
+    )
+    document: dict[str, Any] = {
+        "file": args.volume.name,
+        "notes": _notes(volume, voxel_size, given is not None, phases.note),
+    }
+    for note in document["notes"]:
+        print(note, file=sys.stderr)
+    document |= measure_volume(phases, settings, lambda text: print(text, file=sys.stderr))
+    if args.exemplar:
+        from solidtex_export.measuring.measure import measure_picture, read_picture
+
+        document["exemplar"] = measure_picture(
+            read_picture(args.exemplar), args.threshold, args.exemplar.name, settings,
+            document["phase"],
+        )  # fmt: skip
+    print(summary(document))
+    middle = [np.take(phases.labels, n // 2, axis) for axis, n in enumerate(phases.labels.shape)]
+    for path in args.outputs:
+        write_whole(path, _text(path, document, middle).encode())
+        print(path)
+
+
+def _notes(volume: Volume, size: VoxelSize, is_given: bool, note: str) -> list[str]:
+    notes = [*volume.notes, note]
+    if is_given and volume.voxel_size and str(volume.voxel_size) != str(size):
+        notes.append(f"voxel size: {size} as given, the file says {volume.voxel_size}")
+    elif not is_given:
+        notes.append(f"voxel size: {size}, as the file says")
+    return notes
+
+
+def _text(path: Path, document: dict[str, Any], middle: list[Any]) -> str:
+    if path.suffix == ".json":
+        return json.dumps(document, indent=1) + "\n"
+    from solidtex_export.measuring.report import render
+
+    return render(document, middle)
+
+
+def summary(document: dict[str, Any]) -> str:
+    """Fractions, and one line an axis."""
+    fractions = (f"{name}: {p['fraction']:.2%}" for name, p in document["phases"].items())
+    lines = ["phases  " + ", ".join(fractions)]
+    for name, axis in document["axes"].items():
+        parts = [f"{axis['conducting_fraction']:.1%} of phase {document['phase']} conducts"]
+        if axis.get("formation_factor"):
+            parts.append(f"formation factor {axis['formation_factor']:.4g}")
+            parts.append(f"tortuosity {axis['tortuosity']:.4g}")
+        if "permeability_mD" in axis:
+            parts.append(f"permeability {axis['permeability_mD']:.4g} mD")
+        lines.append(f"{name}  " + ", ".join(parts))
+        lines += [f"   {text}" for text in [axis["reason"], *axis["warnings"]] if text]
+    return "\n".join(lines)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    p = make_parser()
+
+    def work(args: argparse.Namespace) -> None:
+        check(p, args)
+        run(args)
+
+    return cli.run(p, arguments, work, (*cli.FAILURES, VolumeError, OutputError))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Measures volumes as material scientists do: geometry, transport and representative volumes."""

@@ -1,0 +1,140 @@
+"""All figures of a volume, and those of the picture it was made from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidtex_export.measuring import geometry, representative, transport
+from solidtex_export.measuring.geometry import Mask
+from solidtex_export.measuring.phases import Phases, find_phases
+from solidtex_export.measuring.volumes import VolumeError, VoxelSize
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is measured, and how."""
+
+    voxel_size: VoxelSize
+    phase: int | None = None  # whose pores conduct; None is the lowest label
+    boundary: str = "open"
+    axes: str = "xyz"
+    transport: tuple[str, ...] = transport.PARTS
+    pore_sizes: bool = True
+    representative: str = "geometry"  # geometry, transport or none
+
+
+def choose_phase(phases: Phases, wanted: int | None, what: str) -> int:
+    phase = phases.names[0] if wanted is None else wanted
+    if phase not in phases.names:
+        raise VolumeError(
+            f"--phase: found {phase}, expected one of the labels of {what}:"
+            f" {', '.join(map(str, phases.names))}"
+        )
+    return phase
+
+
+def measure_volume(phases: Phases, settings: Settings, say: Say) -> dict[str, Any]:
+    """The figures of every phase, and of the chosen one by axis."""
+    voxel, unit = settings.voxel_size.value, settings.voxel_size.unit
+    phase = choose_phase(phases, settings.phase, "the volume")
+    mask = phases.of(phase)
+    document: dict[str, Any] = {
+        "size": list(mask.shape),
+        "voxel_size": {"value": voxel, "unit": unit},
+        "phase": phase,
+        "boundary": settings.boundary,
+        "phases": _phase_figures(phases, voxel, unit, say),
+        "axes": {},
+    }
+    for name in settings.axes:
+        axis = "xyz".index(name)
+        say(f"axis {name}: correlation, chords, {', '.join(settings.transport) or 'no transport'}")
+        figures = geometry.measure_axis(mask, axis, voxel, unit)
+        figures |= transport.measure_transport(
+            mask, axis, settings.boundary, settings.voxel_size, settings.transport
+        )
+        document["axes"][name] = figures
+    if settings.pore_sizes:
+        say("pore sizes")
+        radii, covered = geometry.pore_sizes(mask)
+        document["pore_sizes"] = {
+            f"radius_{unit}": [radius * voxel for radius in radii],
+            "fraction_covered": covered,
+        }
+    if settings.representative != "none":
+        say("representative volumes")
+        further = _transport_figures(settings) if settings.representative == "transport" else {}
+        document["representative"] = representative.analyze(mask, voxel, unit, further)
+    return document
+
+
+def _phase_figures(phases: Phases, voxel: float, unit: str, say: Say) -> dict[str, Any]:
+    figures = {}
+    for label in phases.names:
+        say(f"phase {label}: fraction, surface, Euler characteristic, mean breadth")
+        figures[str(label)] = geometry.measure_phase(phases.of(label), voxel, unit)
+    return figures
+
+
+def _transport_figures(settings: Settings) -> dict[str, Callable[[Mask], float]]:
+    """Diffusivity and permeability of a cube along the first of the axes."""
+    axis = "xyz".index(settings.axes[0])
+
+    def figure(part: str, key: str) -> Callable[[Mask], float]:
+        return lambda cube: float(
+            transport.measure_transport(
+                cube, axis, settings.boundary, settings.voxel_size, (part,)
+            )[key]
+        )
+
+    keys = {"diffusivity": "relative_diffusivity", "permeability": "permeability_mD"}
+    return {keys[part]: figure(part, keys[part]) for part in settings.transport}
+
+
+def measure_picture(
+    pixels: NDArray[Any], threshold: float | None, name: str, settings: Settings, phase: int
+) -> dict[str, Any]:
+    """The same figures of a picture, where 2D has them.
+
+    For an isotropic solid the surface by volume is 4 / pi times the boundary length by area.
+    """
+    phases = find_phases(pixels, threshold, name)
+    phase = choose_phase(phases, phase, name)
+    voxel, unit = settings.voxel_size.value, settings.voxel_size.unit
+    mask = phases.of(phase)
+    figures = geometry.measure_phase(mask, voxel, unit)
+    return {
+        "file": name,
+        "note": phases.note,
+        "size": list(mask.shape),
+        "fraction": figures["fraction"],
+        f"specific_surface_per_{unit}": figures[f"specific_surface_per_{unit}"] * 4 / np.pi,
+        f"euler_density_per_{unit}2": figures[f"euler_density_per_{unit}2"],
+        "axes": {axis: geometry.measure_axis(mask, i, voxel, unit) for i, axis in enumerate("xy")},
+    }
+
+
+def read_picture(path: Path) -> NDArray[Any]:
+    """Pixels [x, y] of an image, the mean of its colors."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(path) as image:
+            pixels = np.asarray(image)
+    except (OSError, UnidentifiedImageError) as error:
+        raise VolumeError(f"{path}: found a file that is no image: {error}") from error
+    if pixels.ndim == 3:
+        colors = pixels[..., :3]
+        gray = (colors == colors[..., :1]).all()
+        pixels = colors[..., 0] if gray else colors.mean(axis=2)
+    if min(pixels.shape) < 2:
+        raise VolumeError(f"{path}: found {pixels.shape} pixels, expected at least 2 x 2")
+    return np.asarray(pixels.T)

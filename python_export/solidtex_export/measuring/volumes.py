@@ -1,0 +1,227 @@
+"""Volumes from files: TIFF stacks, NumPy arrays, NRRD files and models, with their voxel size."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+METERS = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
+SPELLINGS = {"µm": "um", "μm": "um", "micron": "um", "microns": "um"}
+SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".solidtex")
+SIDES_ALIKE = 1e-3  # relative difference up to which the sides of a voxel are the same
+
+
+class VolumeError(Exception):
+    """A volume cannot be measured. The message says why and what to do."""
+
+
+@dataclass(frozen=True)
+class VoxelSize:
+    """Edge of a cubic voxel, in the unit the user gave."""
+
+    value: float
+    unit: str
+
+    @property
+    def meters(self) -> float:
+        return self.value * METERS[self.unit]
+
+    def __str__(self) -> str:
+        return f"{self.value:g} {self.unit}"
+
+
+@dataclass
+class Volume:
+    """Values [x, y, z] of a file, and what is known of them."""
+
+    values: NDArray[Any]
+    voxel_size: VoxelSize | None = None
+    notes: list[str] = field(default_factory=list)
+
+
+def parse_voxel_size(text: str) -> VoxelSize:
+    """Parse "2.25um", or three of them that are the same."""
+    sizes = [_parse_length(part) for part in text.split(",")]
+    if len(sizes) not in (1, 3):
+        raise VolumeError(
+            f"voxel size: found {len(sizes)} lengths in {text!r}, expected 1, such as 2.25um"
+        )
+    units = {unit for _, unit in sizes}
+    if len(units) > 1:
+        raise VolumeError(f"voxel size: found the units {', '.join(sorted(units))}, expected one")
+    return cubic([value for value, _ in sizes], units.pop(), "voxel size")
+
+
+def _parse_length(text: str) -> tuple[float, str]:
+    match = re.fullmatch(r"\s*([-+.\deE]+)\s*(\S*)\s*", text)
+    try:
+        value = float(match[1]) if match else None
+    except ValueError:
+        value = None
+    if match is None or value is None:
+        raise VolumeError(f"voxel size: found {text!r}, expected a number and a unit, as 2.25um")
+    if not match[2]:
+        raise VolumeError(
+            f"voxel size: found {text!r} without a unit, expected one of {', '.join(METERS)},"
+            " such as 2.25um"
+        )
+    unit = SPELLINGS.get(match[2], match[2])
+    if unit not in METERS:
+        raise VolumeError(
+            f"voxel size: found the unit {match[2]!r}, expected one of {', '.join(METERS)}"
+        )
+    if not 0 < value < float("inf"):
+        raise VolumeError(f"voxel size: found {value:g}, expected a number above 0")
+    return value, unit
+
+
+def cubic(sides: Sequence[float], unit: str, what: str) -> VoxelSize:
+    """The size of a voxel with these sides. Every figure here is for cubic voxels."""
+    if max(sides) - min(sides) > SIDES_ALIKE * max(sides):
+        found = " x ".join(f"{side:g}" for side in sides)
+        raise VolumeError(
+            f"{what}: found voxels of {found} {unit}, expected cubes: resample the volume to one"
+            " voxel size first, for instance with scipy.ndimage.zoom"
+        )
+    return VoxelSize(float(sides[0]), unit)
+
+
+def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
+    """Read a file. `size`, `seed` and `period` are those of a model's box."""
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise VolumeError(f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise VolumeError(f"{path}: found no file, expected one")
+    if suffix == ".solidtex":
+        return _read_model(path, size, seed, period)
+    readers = {".npy": _read_numpy, ".nrrd": _read_nrrd, ".nhdr": _read_nrrd}
+    try:
+        volume = readers.get(suffix, _read_tiff)(path)
+    except (OSError, ValueError, KeyError, EOFError, RuntimeError) as error:
+        raise VolumeError(
+            f"{path}: found a file that cannot be read as {suffix}: {error or type(error).__name__}"
+        ) from error
+    return _three_axes(path, volume)
+
+
+def _three_axes(path: Path, volume: Volume) -> Volume:
+    """Drop axes of length 1, average channels, and refuse what is no volume."""
+    values = volume.values
+    if values.ndim == 4 and values.shape[3] <= 4:
+        if values.shape[3] > 1:
+            volume.notes.append(f"{path.name}: the mean of its {values.shape[3]} channels is used")
+            values = values.astype(np.float32).mean(axis=3)
+        else:
+            values = values[..., 0]
+    if values.ndim != 3 or min(values.shape) < 2:
+        raise VolumeError(
+            f"{path}: found an array of shape {volume.values.shape}, expected a volume of at least"
+            " 2 voxels along three axes"
+        )
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        raise VolumeError(f"{path}: found values that are not finite, expected numbers")
+    if values.dtype.kind not in "buif":
+        raise VolumeError(f"{path}: found values of type {values.dtype}, expected numbers")
+    volume.values = values
+    return volume
+
+
+def _read_numpy(path: Path) -> Volume:
+    return Volume(np.load(path, allow_pickle=False))
+
+
+def _read_nrrd(path: Path) -> Volume:
+    import nrrd
+
+    try:
+        values, header = nrrd.read(str(path))
+    except nrrd.NRRDError as error:
+        raise ValueError(error) from error
+    directions = header.get("space directions")
+    if directions is not None:
+        sides = [float(np.linalg.norm(row)) for row in np.asarray(directions)[-3:]]
+    else:
+        sides = [float(side) for side in header.get("spacings", [])][-3:]
+    units = [
+        SPELLINGS.get(unit, unit) for unit in header.get("space units", header.get("units", []))
+    ]
+    if len(sides) != 3 or not np.isfinite(sides).all() or not units or units[-1] not in METERS:
+        return Volume(values)
+    return Volume(values, cubic(sides, units[-1], path.name))
+
+
+def _read_tiff(path: Path) -> Volume:
+    import tifffile
+
+    with tifffile.TiffFile(path) as file:
+        series = file.series[0]
+        values = np.squeeze(series.asarray())
+        axes = [axis for axis, n in zip(series.axes, series.shape, strict=True) if n > 1]
+        sides, unit = _tiff_voxel(file)
+    if values.ndim == 3 and axes[-1] == "S":
+        values = values.mean(axis=2)  # one picture in color, refused later
+    elif values.ndim == 3:
+        values = values.transpose(2, 1, 0)  # pages, rows, columns
+    elif values.ndim == 4 and axes[-1] == "S":
+        values = values.transpose(2, 1, 0, 3)
+    elif values.ndim == 4 and "C" in axes[:2]:
+        values = np.moveaxis(values, axes.index("C"), 3).transpose(2, 1, 0, 3)
+    return Volume(values, cubic(sides, unit, path.name) if sides else None)
+
+
+def _tiff_voxel(file: Any) -> tuple[list[float], str]:
+    """Sides of a voxel by the OME or ImageJ metadata; none if they say nothing."""
+    if file.is_ome:
+        pixels = re.search(r"<(?:\w+:)?Pixels\b[^>]*>", file.ome_metadata or "")
+        found = dict(
+            re.findall(r'PhysicalSize([XYZ]|[XYZ]Unit)="([^"]*)"', pixels[0] if pixels else "")
+        )
+        unit = found.get("XUnit", "um")
+        unit = SPELLINGS.get(unit, unit)
+        if unit in METERS and {"X", "Y"} <= found.keys():
+            return [float(found.get(axis, found["X"])) for axis in "XYZ"], unit
+    metadata = file.imagej_metadata or {}
+    unit = str(metadata.get("unit", ""))
+    unit = SPELLINGS.get(unit, unit)
+    tags = file.pages[0].tags
+    if unit not in METERS or "XResolution" not in tags or "YResolution" not in tags:
+        return [], ""
+    sides = []
+    for name in ("XResolution", "YResolution"):
+        pixels, per_unit = tags[name].value
+        if pixels == 0:
+            return [], ""
+        sides.append(per_unit / pixels)
+    return [*sides, float(metadata.get("spacing", sides[0]))], unit
+
+
+def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:
+    import solidtex
+
+    with solidtex.Texture(path, seed=seed, period=period) as texture:
+        values = texture.eval_box((0, 0, 0), (size, size, size))
+        channels = list(texture.channels)
+    phases = [i for i, name in enumerate(channels) if name.startswith("phase.")]
+    if phases:
+        return Volume(
+            values[..., phases].argmax(axis=3).astype(np.uint8),
+            notes=[
+                f"{path.name}: labels are the most probable phase of each voxel: "
+                + json.dumps([channels[i] for i in phases])
+            ],
+        )
+    albedo = [i for i, name in enumerate(channels) if name.startswith("albedo.")] or [0]
+    return Volume(
+        values[..., albedo].mean(axis=3),
+        notes=[
+            f"{path.name}: gray values are the mean of {', '.join(channels[i] for i in albedo)}"
+        ],
+    )

@@ -1,0 +1,255 @@
+"""solidtex-measure: figures of analytic solids, files with and without units, refusals."""
+
+import json
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+nrrd = pytest.importorskip("nrrd")
+tifffile = pytest.importorskip("tifffile")
+
+from solidtex_export.commands.measure import main  # noqa: E402
+from solidtex_export.measuring import geometry, representative  # noqa: E402
+from solidtex_export.measuring.phases import find_phases  # noqa: E402
+from solidtex_export.measuring.volumes import (  # noqa: E402
+    VolumeError,
+    parse_voxel_size,
+    read_volume,
+)
+
+RADIUS = 20.3
+QUICK = ["--without", "permeability", "--without", "diffusivity", "--representative", "none"]
+
+
+def ball(radius: float = RADIUS, side: int = 64) -> np.ndarray:
+    at = np.indices((side,) * 3) - (side - 1) / 2
+    return np.sqrt((at**2).sum(0)) < radius
+
+
+def cylinder(radius: float, side: int = 64) -> np.ndarray:
+    at = np.indices((side,) * 2) - (side - 1) / 2
+    return np.repeat((np.hypot(*at) < radius)[:, :, None], side, 2)
+
+
+def slabs(side: int = 32) -> np.ndarray:
+    """Slabs across z: 4 voxels of the phase, 4 of the other."""
+    return np.broadcast_to(np.arange(side) % 8 < 4, (side,) * 3).copy()
+
+
+def test_the_surface_of_balls_cylinders_and_slabs() -> None:
+    assert geometry.specific_surface(ball()) * 64**3 == pytest.approx(
+        4 * math.pi * RADIUS**2, rel=0.03
+    )
+    assert geometry.specific_surface(cylinder(RADIUS)) == pytest.approx(
+        2 * math.pi * RADIUS / 64**2, rel=0.03
+    )
+    faces = 7  # between 8 bands
+    assert geometry.specific_surface(slabs()) == pytest.approx(faces / 31, rel=0.1)
+    assert geometry.specific_surface(np.ones((9, 9, 9), bool)) == 0
+
+
+def test_the_boundary_of_a_disk() -> None:
+    disk = cylinder(RADIUS)[:, :, 0]
+    assert geometry.specific_surface(disk) * 64**2 == pytest.approx(2 * math.pi * RADIUS, rel=0.02)
+
+
+def test_the_euler_characteristic_and_the_mean_breadth() -> None:
+    assert geometry.euler_characteristic(ball()) == 1
+    assert geometry.mean_breadth(ball()) == pytest.approx(2 * RADIUS, abs=1)
+    shell = ball() & ~ball(12.2)
+    assert geometry.euler_characteristic(shell) == 2  # one component, one cavity
+    assert geometry.mean_breadth(shell) == pytest.approx(2 * RADIUS - 2 * 12.2, abs=1)
+    ring = np.zeros((9, 9, 9), bool)
+    ring[2:7, 2:7, 4] = True
+    ring[4, 4, 4] = False
+    assert geometry.euler_characteristic(ring) == 0  # one component, one tunnel
+
+
+def test_s2_of_slabs_and_of_noise() -> None:
+    across, within = geometry.two_point(slabs(), 2), geometry.two_point(slabs(), 0)
+    assert within == [0.5] * 17
+    assert across[0] == 0.5 and across[4] == 0 and across[8] == 0.5
+    noise = np.random.default_rng(2).random((48, 48, 48)) < 0.3
+    found = geometry.two_point(noise, 1)
+    assert found[0] == noise.mean()
+    assert found[1:] == pytest.approx([0.09] * 24, abs=0.005)
+
+
+def test_chords_are_runs_that_no_border_cuts() -> None:
+    assert set(geometry.chords(slabs(), 2)) == {4}
+    assert len(geometry.chords(slabs(), 2)) == 3 * 32**2  # the band at the border does not count
+    assert len(geometry.chords(slabs(), 0)) == 0
+    mean = geometry.chords(ball(), 0).mean()
+    assert mean == pytest.approx(4 / 3 * RADIUS, rel=0.02)  # Cauchy
+
+
+def test_pore_sizes_of_slabs_and_of_two_balls() -> None:
+    two = np.zeros((80, 40, 40), bool)
+    at = np.indices(two.shape)
+    for center, radius in ((20, 15), (60, 8)):
+        middle = np.array([center, 20, 20]).reshape(3, 1, 1, 1)
+        two |= ((at - middle) ** 2).sum(0) < radius**2
+    radii, covered = map(np.array, geometry.pore_sizes(two))
+    assert (np.diff(covered) <= 0).all()
+    assert radii[-1] == pytest.approx(15, abs=0.5)
+    share = 15**3 / (15**3 + 8**3)
+    assert covered[radii > 8.5] == pytest.approx(share, abs=0.05)
+
+
+def test_cubes_of_a_uniform_solid_are_representative() -> None:
+    rows = representative.analyze(slabs(64), 2.0, "um", {})
+    assert [row["edge_voxels"] for row in rows] == [16, 32, 64]
+    assert [row["cubes"] for row in rows] == [27, 8, 1]
+    for row in rows:
+        assert row["fraction"]["mean"] == 0.5
+        assert row["edge_um"] == 2 * row["edge_voxels"]
+    assert rows[0]["fraction"]["deviation"] == 0 and rows[-1]["fraction"]["deviation"] is None
+
+
+@pytest.mark.parametrize(
+    ("text", "meters"),
+    [("2.25um", 2.25e-6), ("2.25 µm", 2.25e-6), ("1e3nm", 1e-6), ("5mm,5mm,5mm", 5e-3)],
+)
+def test_voxel_sizes(text: str, meters: float) -> None:
+    assert parse_voxel_size(text).meters == pytest.approx(meters)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("2.25", "voxel size: found '2.25' without a unit, expected one of nm, um"),
+        ("2 furlongs", "voxel size: found the unit 'furlongs', expected one of nm"),
+        ("um", "voxel size: found 'um', expected a number and a unit"),
+        ("0um", "voxel size: found 0, expected a number above 0"),
+        ("1um,1um,2um", "voxel size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
+        ("1um,2um", "voxel size: found 2 lengths in '1um,2um', expected 1"),
+        ("1um,1mm,1um", "voxel size: found the units mm, um, expected one"),
+    ],
+)
+def test_voxel_sizes_that_are_refused(text: str, message: str) -> None:
+    with pytest.raises(VolumeError) as caught:
+        parse_voxel_size(text)
+    assert str(caught.value).startswith(message)
+
+
+def test_labels_are_told_from_grays() -> None:
+    labels = find_phases(np.array([[0, 255], [255, 128]], np.uint8), None, "a")
+    assert labels.names == (0, 128, 255)
+    noise = np.random.default_rng(1).normal(0, 4, (30, 30, 30))
+    grays = np.where(ball(10, 30), 60, 180) + noise
+    for values in (grays, grays.round().astype(np.uint8)):
+        phases = find_phases(values, None, "b")
+        assert phases.names == (0, 1) and "by Otsu's method" in phases.note
+        assert (phases.of(0) == ball(10, 30)).mean() > 0.999
+    split = find_phases(grays, 175.0, "c")
+    assert split.of(1).mean() == pytest.approx((grays >= 175).mean())
+    with pytest.raises(VolumeError, match="found all values below the threshold 999"):
+        find_phases(grays, 999, "d")
+    with pytest.raises(VolumeError, match="found one label, 3, in every voxel"):
+        find_phases(np.full((4, 4, 4), 3), None, "e")
+
+
+def measure(tmp_path: Path, volume: Path, *options: str) -> dict:
+    report = tmp_path / "report.json"
+    assert main([str(volume), "-o", str(report), "--force", *options]) == 0
+    return json.loads(report.read_text())
+
+
+def test_a_tube_measured_by_the_command(tmp_path: Path) -> None:
+    labels = np.where(cylinder(12, 27), 0, 255).astype(np.uint8)[:, :, :4]
+    np.save(tmp_path / "tube.npy", labels)
+    found = measure(tmp_path, tmp_path / "tube.npy", "--voxel-size", "3um", "--axes", "xz",
+                    "--boundary", "periodic", "--representative", "none")  # fmt: skip
+    assert found["phase"] == 0 and set(found["phases"]) == {"0", "255"}
+    z = found["axes"]["z"]
+    area = np.count_nonzero(labels[:, :, 0] == 0)
+    exact = area**2 / (8 * math.pi) / 27**2 * 9e-12
+    assert z["permeability_m2"] == pytest.approx(exact, rel=0.02)
+    assert z["permeability_mD"] == pytest.approx(exact / 9.869233e-16, rel=0.02)
+    assert z["relative_diffusivity"] == pytest.approx(area / 27**2)
+    assert z["tortuosity"] == pytest.approx(1) and z["conducting_fraction"] == 1
+    x = found["axes"]["x"]
+    assert x["permeability_m2"] == 0 and x["tortuosity"] is None
+    assert x["reason"].startswith("no path of the phase leads through the volume along x")
+
+
+def test_the_report_has_diagrams_and_the_reason(tmp_path: Path) -> None:
+    from PIL import Image
+
+    np.save(tmp_path / "ball.npy", ball(10, 32).astype(np.uint8))
+    Image.fromarray(ball(10, 32)[:, :, 16].astype(np.uint8)).save(tmp_path / "cut.png")
+    report = tmp_path / "report.html"
+    options = ["--phase", "1", "--voxel-size", "1um", "--exemplar", str(tmp_path / "cut.png")]
+    assert main([str(tmp_path / "ball.npy"), "-o", str(report), *options]) == 0
+    text = report.read_text()
+    assert text.count("data:image/png;base64,") == 3
+    assert "no path of the phase leads through the volume along y" in text
+    assert "Beside the picture" in text
+
+
+def test_sizes_and_axes_of_files(tmp_path: Path) -> None:
+    volume = np.zeros((5, 6, 7), np.uint8)
+    volume[0, 1, 2] = 1
+    pages = volume.transpose(2, 1, 0)
+    imagej = {"imagej": True, "resolution": (2, 2)}
+    metadata = {"axes": "ZYX", "spacing": 0.5, "unit": "um"}
+    tifffile.imwrite(tmp_path / "a.tif", pages, metadata=metadata, **imagej)
+    ome = {"axes": "ZYX"} | {f"PhysicalSize{axis}": 0.5 for axis in "XYZ"}
+    tifffile.imwrite(tmp_path / "b.ome.tif", pages, metadata=ome, ome=True)
+    nrrd.write(str(tmp_path / "c.nrrd"), volume,
+               {"space directions": np.eye(3) * 0.5, "space units": ["um"] * 3, "space": "RAS"},
+               index_order="F")  # fmt: skip
+    for name in ("a.tif", "b.ome.tif", "c.nrrd"):
+        found = read_volume(tmp_path / name, 0, 0, 0)
+        assert (found.values == volume).all(), name
+        assert found.voxel_size is not None and found.voxel_size.meters == pytest.approx(5e-7), name
+    flat = metadata | {"spacing": 2.0}
+    tifffile.imwrite(tmp_path / "flat.tif", pages, metadata=flat, **imagej)
+    with pytest.raises(VolumeError, match=r"found voxels of 0.5 x 0.5 x 2 um, expected cubes"):
+        read_volume(tmp_path / "flat.tif", 0, 0, 0)
+
+
+def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
+    model = Path(__file__).parents[2] / "models" / "sandstone.solidtex"
+    found = measure(tmp_path, model, "--size", "24", "--voxel-size", "5um", *QUICK, "--periodic")
+    assert found["size"] == [24, 24, 24] and found["boundary"] == "periodic"
+    assert any("by Otsu's method" in note for note in found["notes"])
+    assert found["phases"]["0"]["fraction"] + found["phases"]["1"]["fraction"] == 1
+
+
+@pytest.mark.parametrize(
+    ("make", "options", "message"),
+    [
+        (lambda p: np.save(p, np.eye(8)[None] * np.ones((8, 1, 1))), [],
+         "found no voxel size in the file, expected --voxel-size LENGTH"),
+        (lambda p: np.save(p, np.eye(8)), ["--voxel-size", "1um"],
+         "found an array of shape (8, 8), expected a volume"),
+        (lambda p: p.write_bytes(b"\x93NUMPY junk"), ["--voxel-size", "1um"],
+         "found a file that cannot be read as .npy"),
+        (lambda p: None, ["--voxel-size", "1um"], "found no file, expected one"),
+        (lambda p: np.save(p, np.full((4, 4, 4), np.nan)), ["--voxel-size", "1um"],
+         "found values that are not finite"),
+        (lambda p: np.save(p, ball(3, 9)), ["--voxel-size", "1um", "--phase", "7"],
+         "--phase: found 7, expected one of the labels of the volume: 0, 1"),
+        (lambda p: np.save(p, ball(3, 9)), ["--voxel-size", "1"], "without a unit"),
+    ],
+)  # fmt: skip
+def test_refusals(tmp_path: Path, capfd, make, options: list[str], message: str) -> None:
+    path = tmp_path / "v.npy"
+    make(path)
+    assert main([str(path), "-o", str(tmp_path / "r.json"), *options]) == 1
+    error = capfd.readouterr().err
+    assert message in error and "Traceback" not in error
+    assert not os.path.exists(tmp_path / "r.json")
+
+
+@pytest.mark.parametrize("suffix", [".tif", ".nrrd", ".solidtex"])
+def test_files_of_junk_are_refused(tmp_path: Path, capfd, suffix: str) -> None:
+    path = tmp_path / f"junk{suffix}"
+    path.write_bytes(b"no such thing" * 40)
+    assert main([str(path), "-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]) == 1
+    assert str(path) in capfd.readouterr().err
