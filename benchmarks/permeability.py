@@ -75,7 +75,7 @@ def read_pores(path: Path) -> np.ndarray:
     return values == 0
 
 
-def volume_rows(path: Path, voxel: float, axes: str, threads: int) -> None:
+def volume_rows(path: Path, voxel: float, axes: str, threads: int, refinement: int) -> None:
     pores = read_pores(path)
     print(f"\n{path.name}: {pores.shape}, porosity {pores.mean():.4f}")
     row("figure", "solver", "whole Berea", "difference", "steps", "seconds")
@@ -87,7 +87,7 @@ def volume_rows(path: Path, voxel: float, axes: str, threads: int) -> None:
         diffusion = transport.diffusivity(pores, axis, tolerance=1e-4, threads=threads)
         volume_row("formation factor", name, 1 / diffusion.value, diffusion.steps, begin)
         begin = time.monotonic()
-        found = transport.permeability(pores, axis, threads=threads)
+        found = transport.permeability(pores, axis, threads=threads, refinement=refinement)
         volume_row("permeability", name, found.value * per_square, found.steps, begin)
 
 
@@ -104,12 +104,14 @@ def main() -> None:
     p.add_argument("--voxel-size", type=float, default=5.345, metavar="UM",
                    help="in micrometers (default: 5.345)")  # fmt: skip
     p.add_argument("--axes", default="xyz", help="axes of the volumes (default: xyz)")
+    p.add_argument("--refine", type=int, default=1, metavar="N",
+                   help="split voxels into N^3 for permeability (default: 1)")  # fmt: skip
     p.add_argument("--threads", type=int, default=0, help="0: one per core (default)")
     args = p.parse_args()
     if not args.volume:
         analytic_rows()
     for path in args.volume:
-        volume_rows(path, args.voxel_size, args.axes, args.threads)
+        volume_rows(path, args.voxel_size, args.axes, args.threads, args.refine)
 
 
 if __name__ == "__main__":

@@ -275,6 +275,24 @@ def writable(*shape: int) -> np.ndarray:
     return np.zeros(shape, np.float32)
 
 
+def test_a_period_repeats_every_bit_in_boxes_and_at_points() -> None:
+    with Texture(FIELD, seed=3, period=64) as texture:
+        assert texture.period == 64
+        tile = texture.eval_box((0, 0, 0), (64, 64, 64))
+        x, y, z = np.arange(-7, 70) % 64, np.arange(20), np.arange(130, 150) % 64
+        box = texture.eval_box((-7, 64, 130), (77, 20, 20))
+        assert same_bits(box, np.ascontiguousarray(tile[np.ix_(x, y, z)]))
+        points = texture.eval_points(places(), (0, 0, 0))
+        assert same_bits(points, texture.eval_points(places(), (64, -128, 640)))
+        assert not same_bits(points, texture.eval_points(places(), (32, 0, 0)))
+    with Texture(FIELD, seed=3) as endless:
+        assert not same_bits(tile, endless.eval_box((0, 0, 0), (64, 64, 64)))
+    with pytest.raises(solidtex.InvalidArgument, match="is 12, expected a multiple of 32 texels"):
+        Texture(FIELD, period=12)
+    with pytest.raises(solidtex.InvalidArgument, match="expected 0 for a model of the sampler"):
+        Texture(SAMPLER, period=64)
+
+
 def test_refusals_name_what_is_wrong(tmp_path: Path) -> None:
     texture = Texture(SAMPLER)
     frozen = writable(4, 3)

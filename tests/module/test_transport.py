@@ -76,6 +76,9 @@ def test_viscosity_and_threads_change_the_flow_little_and_not_at_all() -> None:
 def test_a_permeability_scales_with_the_square_of_the_voxels() -> None:
     section = framed(np.ones((4, 4), bool))
     coarse = transport.permeability(along(section, 0, 4), 0, "periodic").value
+    refined = transport.permeability(along(section, 0, 4), 0, "periodic", refinement=2)
+    assert refined.conducting_voxels == 16 * 4
+    assert refined.value == pytest.approx(duct_flow(4, 4) / 36, rel=0.01)
     fine = np.kron(section, np.ones((3, 3), bool))
     assert transport.permeability(along(fine, 0, 4), 0, "periodic").value == pytest.approx(
         9 * coarse, rel=0.03
@@ -189,6 +192,7 @@ def test_an_exception_in_the_report_ends_the_run() -> None:
         (np.ones((3, 0, 3), bool), {}, "pores: found bool of shape (3, 0, 3), expected bool"),
         (np.ones((3, 3, 3), bool), {"axis": 3}, "axis: found 3, expected 0, 1 or 2"),
         (np.ones((3, 3, 3), bool), {"boundary": "open wide"}, "boundary: found 'open wide'"),
+        (np.ones((3, 3, 3), bool), {"refinement": 0}, "refinement: found 0, expected 1 or more"),
         (np.ones((3, 3, 3), bool), {"viscosity": math.nan}, "viscosity: found nan, expected"),
     ],
 )

@@ -215,8 +215,8 @@ def test_sizes_and_axes_of_files(tmp_path: Path) -> None:
 
 def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
     model = Path(__file__).parents[2] / "models" / "sandstone.solidtex"
-    found = measure(tmp_path, model, "--size", "24", "--voxel-size", "5um", *QUICK, "--periodic")
-    assert found["size"] == [24, 24, 24] and found["boundary"] == "periodic"
+    found = measure(tmp_path, model, "--size", "32", "--voxel-size", "5um", *QUICK, "--periodic")
+    assert found["size"] == [32, 32, 32] and found["boundary"] == "periodic"
     assert any("by Otsu's method" in note for note in found["notes"])
     assert found["phases"]["0"]["fraction"] + found["phases"]["1"]["fraction"] == 1
 

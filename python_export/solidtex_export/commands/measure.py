@@ -59,6 +59,9 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("--boundary", choices=("open", "periodic"), default="open",
                    help="open: flow from face to face, the other faces sealed; periodic: the volume"
                    " repeats (default: open)")  # fmt: skip
+    p.add_argument("--refine", type=int, choices=(1, 2, 3), default=1, metavar="N",
+                   help="split voxels into N^3 for permeability: 2 where throats are one to three"
+                   " voxels wide (default: 1)")  # fmt: skip
     p.add_argument("--axes", metavar="AXES", default="xyz",
                    help="axes of transport, such as x or xz (default: xyz)")  # fmt: skip
     p.add_argument("--without", metavar="PART", action="append", default=[],
@@ -122,6 +125,7 @@ def run(args: argparse.Namespace) -> None:
         args.axes,
         tuple(part for part in TRANSPORT if part not in args.without),
         "pore-sizes" not in args.without,
+        args.refine,
         args.representative,
     )
     document: dict[str, Any] = {

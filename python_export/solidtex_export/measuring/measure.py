@@ -28,6 +28,7 @@ class Settings:
     axes: str = "xyz"
     transport: tuple[str, ...] = transport.PARTS
     pore_sizes: bool = True
+    refinement: int = 1  # of voxels, for permeability
     representative: str = "geometry"  # geometry, transport or none
 
 
@@ -51,6 +52,7 @@ def measure_volume(phases: Phases, settings: Settings, say: Say) -> dict[str, An
         "voxel_size": {"value": voxel, "unit": unit},
         "phase": phase,
         "boundary": settings.boundary,
+        "refinement": settings.refinement,
         "phases": _phase_figures(phases, voxel, unit, say),
         "axes": {},
     }
@@ -59,7 +61,12 @@ def measure_volume(phases: Phases, settings: Settings, say: Say) -> dict[str, An
         say(f"axis {name}: correlation, chords, {', '.join(settings.transport) or 'no transport'}")
         figures = geometry.measure_axis(mask, axis, voxel, unit)
         figures |= transport.measure_transport(
-            mask, axis, settings.boundary, settings.voxel_size, settings.transport
+            mask,
+            axis,
+            settings.boundary,
+            settings.voxel_size,
+            settings.transport,
+            settings.refinement,
         )
         document["axes"][name] = figures
     if settings.pore_sizes:
@@ -91,7 +98,7 @@ def _transport_figures(settings: Settings) -> dict[str, Callable[[Mask], float]]
     def figure(part: str, key: str) -> Callable[[Mask], float]:
         return lambda cube: float(
             transport.measure_transport(
-                cube, axis, settings.boundary, settings.voxel_size, (part,)
+                cube, axis, settings.boundary, settings.voxel_size, (part,), settings.refinement
             )[key]
         )
 

@@ -12,7 +12,12 @@ PARTS = ("diffusivity", "permeability")
 
 
 def measure_transport(
-    mask: Mask, axis: int, boundary: str, voxel_size: VoxelSize, parts: tuple[str, ...] = PARTS
+    mask: Mask,
+    axis: int,
+    boundary: str,
+    voxel_size: VoxelSize,
+    parts: tuple[str, ...] = PARTS,
+    refinement: int = 1,
 ) -> dict[str, Any]:
     """The figures of a phase along an axis; `reason` says why flow and diffusion are zero."""
     from solidtex import transport
@@ -32,7 +37,11 @@ def measure_transport(
         result["tortuosity"] = float(mask.mean()) / value if value else None
         _warn(result, "diffusivity", found)
     if "permeability" in parts:
-        found = transport.permeability(mask, axis, boundary) if fraction else None
+        found = (
+            transport.permeability(mask, axis, boundary, refinement=refinement)
+            if fraction
+            else None
+        )
         value = (found.value if found else 0.0) * voxel_size.meters**2
         result["permeability_m2"] = value
         result["permeability_mD"] = value / SQUARE_METERS_PER_DARCY * 1e3
