@@ -231,7 +231,7 @@ TEST_CASE("misuse: parameters that are unknown, out of range or set too late", "
   solidtex_texture* texture = closed.texture;
   CHECK(refused(solidtex_set_integer(texture, "sed", 1),
                 "no parameter \"sed\" of this type; there are the integers cache_limit_bytes, "
-                "seed, threads and the string precision"));
+                "period, seed, threads and the string precision"));
   CHECK(refused(solidtex_set_integer(texture, "precision", 1), "no parameter \"precision\""));
   CHECK(refused(solidtex_set_string(texture, "seed", "1"), "no parameter \"seed\""));
   CHECK(refused(solidtex_set_string(texture, "precision", "half"),
