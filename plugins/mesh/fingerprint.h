@@ -37,6 +37,7 @@ class Fingerprint {
     add(mesh.normals);
     add(mesh.uvs);
     add(mesh.triangles);
+    if (!mesh.attribute.empty()) add(mesh.attribute);
     if (mesh.origin != glm::dvec3(0)) add(&mesh.origin, sizeof mesh.origin);
   }
   void add(const std::string& text) { add(text.data(), text.size()); }

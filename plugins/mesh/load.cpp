@@ -67,7 +67,7 @@ std::optional<OtherContent> find_other_content(std::string_view content) {
   return std::nullopt;
 }
 
-Mesh load_mesh(const std::filesystem::path& file) {
+Mesh load_mesh(const std::filesystem::path& file, const std::string& attribute) {
   if (!std::filesystem::is_regular_file(file)) {
     const bool is_there = std::filesystem::exists(file);
     const char* other = std::filesystem::is_directory(file) ? "a folder" : "no regular file";
@@ -81,7 +81,12 @@ Mesh load_mesh(const std::filesystem::path& file) {
       refuse(file.string(), other->found,
              std::string("a mesh, ") + kMeshFormats + ": " + other->remedy);
     }
-    return to_mesh(format.read(file.string(), content));
+    if (attribute.empty()) return to_mesh(format.read(file.string(), content));
+    if (format.extension != ".ply") {
+      refuse(file.string(), "a " + std::string(format.extension) + " file",
+             "a .ply file, whose vertices can have the attribute \"" + attribute + "\"");
+    }
+    return to_mesh(read_ply(file.string(), content, attribute));
   } catch (const std::bad_alloc&) {
     refuse(file.string(), "more than fits into memory", "a smaller mesh");
   }

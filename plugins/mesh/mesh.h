@@ -16,7 +16,7 @@ struct MeshError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// normals and uvs are empty, or as long as positions.
+// normals, uvs and attribute are empty, or as long as positions.
 struct Mesh {
   std::string file;
   std::vector<glm::vec3> positions, normals;  // positions relative to the origin
@@ -29,6 +29,8 @@ struct Mesh {
   double rounding_error = 0;
   // Warnings of the reader, one line each, without the file's name.
   std::vector<std::string> warnings{};
+  // Of each vertex, if load_mesh was asked for one.
+  std::vector<float> attribute{};
 
   glm::dvec3 position(std::size_t vertex) const { return origin + glm::dvec3(positions[vertex]); }
 };
@@ -51,8 +53,10 @@ inline constexpr const char* kMeshFormats = "*.ply, *.obj, *.gltf, *.glb, *.stl 
 
 // Reads a PLY, OBJ, glTF, STL or OFF file by its extension, in lower or upper case. Triangulates
 // polygons. Throws MeshError for a mesh that is missing, unreadable or empty, has a vertex that is
-// not finite, or a face with an invalid vertex index.
-Mesh load_mesh(const std::filesystem::path& file);
+// not finite, or a face with an invalid vertex index. `attribute` names a property of the vertices
+// of a PLY file to read, "" means none; whole numbers of 8 and 16 bits become fractions of 255 and
+// 65535.
+Mesh load_mesh(const std::filesystem::path& file, const std::string& attribute = "");
 
 // Other content in place of a mesh or an image (nothing, an HTML page, an archive ...), and its
 // remedy.

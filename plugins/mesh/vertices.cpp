@@ -8,6 +8,7 @@ Mesh share_vertices(Mesh mesh) {
   if (mesh.positions.size() < 3 * mesh.triangles.size()) return mesh;
   Mesh shared = mesh;
   shared.positions.clear(), shared.normals.clear(), shared.uvs.clear();
+  shared.attribute.clear();
   VertexTable table(shared, !mesh.normals.empty(), !mesh.uvs.empty());
   std::vector<unsigned> index(mesh.positions.size());
   for (std::size_t v = 0; v < index.size(); ++v) {

@@ -364,3 +364,44 @@ TEST_CASE("Mutated PLY files are refused or read") {
   CHECK(read > 100);
   CHECK(read < 5000);
 }
+
+TEST_CASE("An attribute of the vertices of a PLY") {
+  const auto file = [](Order order, const std::string& type, double step) {
+    PlyFile file(order);
+    vertex_header(file, "float").line("property " + type + " wear");
+    file.line("element face 6").line("property list uchar int vertex_indices").line("end_header");
+    for (std::size_t i = 0; i < kCorners.size(); ++i) {
+      const glm::dvec3& p = kCorners[i];
+      file.add("float", p.x).add("float", p.y).add("float", p.z);
+      file.add(type, step * static_cast<double>(i)).end_row();
+    }
+    return add_sides(file, "uchar", "int").content();
+  };
+  const auto attribute_of = [](const std::string& content, const std::string& name) {
+    return to_mesh(read_ply("a file", content, name)).attribute;
+  };
+  for (const Order order : kOrders) {
+    const std::vector<float> floats = attribute_of(file(order, "float", 0.25), "wear");
+    const std::vector<float> bytes = attribute_of(file(order, "uchar", 15), "wear");
+    const std::vector<float> words = attribute_of(file(order, "ushort", 655), "wear");
+    REQUIRE((floats.size() == 8 && bytes.size() == 8 && words.size() == 8));
+    CHECK(floats[3] == 0.75f);
+    CHECK(bytes[3] == Approx(45 / 255.0));
+    CHECK(words[3] == Approx(1965 / 65535.0));
+  }
+  const std::string content = file(Order::text, "float", 0.25);
+  CHECK(mesh_of(read_ply, content).attribute.empty());
+  const auto message = [&](const std::string& text, const std::string& name) {
+    try {
+      attribute_of(text, name);
+    } catch (const MeshError& error) {
+      return std::string(error.what());
+    }
+    return std::string("(accepted)");
+  };
+  CHECK(message(content, "moss")
+            .find("found vertices with x, y, z, wear, expected also the "
+                  "attribute \"moss\"") != std::string::npos);
+  CHECK(message(replaced(content, "0.250000", "nan"), "wear")
+            .find("as an attribute of vertex 1, expected a finite number") != std::string::npos);
+}

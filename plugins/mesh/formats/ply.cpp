@@ -17,7 +17,8 @@ using Row = std::vector<std::vector<double>>;
 
 class PlyReader {
  public:
-  PlyReader(const std::string& file, const PlyHeader& header) : header_(header) {
+  PlyReader(const std::string& file, const PlyHeader& header, const std::string& attribute)
+      : header_(header) {
     mesh_.file = file;
     const PlyElement* vertices = header.find("vertex");
     if (!vertices || !vertices->find({"x"}) || !vertices->find({"y"}) || !vertices->find({"z"})) {
@@ -38,6 +39,7 @@ class PlyReader {
                   vertices->properties[*coordinates_[0]].type == PlyType::float32;
     vertex_uvs_ = {vertices->find({"s", "u", "texture_u", "texture_s", "tx", "tu"}),
                    vertices->find({"t", "v", "texture_v", "texture_t", "ty", "tv"})};
+    if (!attribute.empty()) find_attribute(*vertices, attribute);
   }
 
   template <class Body>
@@ -54,6 +56,23 @@ class PlyReader {
   }
 
  private:
+  void find_attribute(const PlyElement& vertices, const std::string& name) {
+    std::string names;
+    for (const PlyProperty& property : vertices.properties) {
+      names += (names.empty() ? "" : ", ") + property.name;
+    }
+    attribute_ = vertices.find({name});
+    if (!attribute_) {
+      refuse(mesh_.file, "vertices with " + names, "also the attribute " + quote(name));
+    }
+    const PlyProperty& property = vertices.properties[*attribute_];
+    if (property.count_type) {
+      refuse(mesh_.file, "a list \"" + name + "\" of vertices", "one number each");
+    }
+    if (property.type == PlyType::uint8) attribute_scale_ = 1.0 / 255;
+    if (property.type == PlyType::uint16) attribute_scale_ = 1.0 / 65535;
+  }
+
   using Handler = void (PlyReader::*)(const PlyElement&, const Row&, std::uint64_t);
 
   Handler handler_of(const PlyElement& element) const {
@@ -112,7 +131,7 @@ class PlyReader {
     return row[property].empty() ? 0 : row[property][0];
   }
 
-  void add_vertex(const PlyElement&, const Row& row, std::uint64_t) {
+  void add_vertex(const PlyElement&, const Row& row, std::uint64_t number) {
     mesh_.positions.emplace_back(first(row, *coordinates_[0]), first(row, *coordinates_[1]),
                                  first(row, *coordinates_[2]));
     if (normals_[0] && normals_[1] && normals_[2]) {
@@ -122,6 +141,17 @@ class PlyReader {
     if (has_vertex_uvs()) {
       mesh_.uvs.emplace_back(first(row, *vertex_uvs_[0]), first(row, *vertex_uvs_[1]));
     }
+    if (attribute_) add_attribute(first(row, *attribute_), number);
+  }
+
+  void add_attribute(double value, std::uint64_t vertex) {
+    const auto rounded = static_cast<float>(attribute_scale_ * value);
+    if (!std::isfinite(rounded)) {
+      refuse(mesh_.file,
+             number_text(value) + " as an attribute of vertex " + std::to_string(vertex),
+             "a finite number");
+    }
+    mesh_.attribute.push_back(rounded);
   }
 
   bool has_vertex_uvs() const { return vertex_uvs_[0] && vertex_uvs_[1]; }
@@ -226,6 +256,8 @@ class PlyReader {
   std::uint32_t vertex_count_ = 0;
   std::array<std::optional<std::size_t>, 3> coordinates_, normals_;
   std::array<std::optional<std::size_t>, 2> vertex_uvs_;
+  std::optional<std::size_t> attribute_;
+  double attribute_scale_ = 1;
   std::vector<glm::vec2> corner_uvs_;
   double image_ = 0;
   bool has_images_ = false, is_rounded_ = false;
@@ -234,8 +266,13 @@ class PlyReader {
 }  // namespace
 
 PolygonMesh read_ply(const std::string& file, std::string_view content) {
+  return read_ply(file, content, "");
+}
+
+PolygonMesh read_ply(const std::string& file, std::string_view content,
+                     const std::string& attribute) {
   const PlyHeader header = take_ply_header(file, content);
-  PlyReader reader(file, header);
+  PlyReader reader(file, header, attribute);
   if (header.format == PlyHeader::Format::ascii) return reader.read(PlyAsciiBody(file, content));
   const bool is_big_endian = header.format == PlyHeader::Format::big_endian;
   return reader.read(PlyBinaryBody(content, is_big_endian));

@@ -141,6 +141,7 @@ class Builder {
     }
     mesh_.normals = from_.normals;
     mesh_.uvs = from_.uvs;
+    mesh_.attribute = from_.attribute;
     std::vector<unsigned> vertices;
     vertices.reserve(from_.corners.size());
     for (const Corner& corner : from_.corners) vertices.push_back(corner.position);
@@ -157,6 +158,8 @@ class Builder {
                                        ? glm::vec3(0)
                                        : from_.normals[corner.normal],
                                    from_.uvs.empty() ? glm::vec2(0) : from_.uvs[corner.uv]));
+      if (from_.attribute.empty() || vertices.back() < mesh_.attribute.size()) continue;
+      mesh_.attribute.push_back(from_.attribute[corner.position]);
     }
     return vertices;
   }

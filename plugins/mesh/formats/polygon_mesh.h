@@ -20,6 +20,7 @@ struct PolygonMesh {
   std::vector<glm::dvec3> positions;
   std::vector<glm::vec3> normals;
   std::vector<glm::vec2> uvs;
+  std::vector<float> attribute;           // empty, or of each position
   std::vector<Corner> corners;            // of all faces, in order
   std::vector<std::uint32_t> face_sizes;  // corners of each face
   bool keeps_vertices = false;            // vertices stay as they are in the file

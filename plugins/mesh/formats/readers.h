@@ -10,8 +10,10 @@
 
 namespace solidtex::mesh {
 
-// `content` is the whole file. All throw MeshError, naming `file`.
+// `content` is the whole file. All throw MeshError, naming `file`. `attribute`: see load_mesh.
 PolygonMesh read_ply(const std::string& file, std::string_view content);
+PolygonMesh read_ply(const std::string& file, std::string_view content,
+                     const std::string& attribute);
 PolygonMesh read_obj(const std::string& file, std::string_view content);
 PolygonMesh read_stl(const std::string& file, std::string_view content);
 PolygonMesh read_off(const std::string& file, std::string_view content);
