@@ -95,7 +95,7 @@ void add_options(CLI::App& app, MixOptions& options) {
                  "Two or more materials of one texture space: paths or names of models, or "
                  "training photographs, SPACE:PHOTOGRAPH")
       ->required()
-      ->expected(2, 1000)
+      ->expected(2, 100000)
       ->option_text("A B [C...]");
   app.add_option("--weights", options.weights,
                  "A weight for each material (default: equal); with --animate, give it for each "

@@ -307,6 +307,9 @@ SurfaceInteraction EmbreeScene::interaction(const Ray& ray, const Hit& hit) cons
   interaction.footprint = ray.radius_at(hit.distance) / std::sqrt(std::max(cosine, kMinCosine));
   interaction.object_scale = object_scales_[hit.index];
   if (!mesh.uvs.empty()) interaction.uv = interpolate(mesh.uvs, corner, hit.barycentric);
+  if (!mesh.attribute.empty()) {
+    interaction.attribute = interpolate(mesh.attribute, corner, hit.barycentric);
+  }
   return interaction;
 }
 

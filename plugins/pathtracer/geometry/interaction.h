@@ -41,6 +41,7 @@ struct SurfaceInteraction {
   glm::vec3 object_position{0};  // relative to the mesh's origin
   glm::vec3 geometric_normal{0}, normal{0};
   glm::vec2 uv{0};
+  float attribute = 0;  // of the mesh, interpolated
   std::uint32_t object = 0, material = 0;
   bool inside = false;     // the ray came from the back of the geometric normal
   glm::vec3 view{0};       // ray direction, unit length

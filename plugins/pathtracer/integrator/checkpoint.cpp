@@ -23,7 +23,13 @@ std::uint64_t fingerprint_of(const Scene& scene) {
   for (const MeshLight& light : scene.mesh_lights) result.add(light.mesh);
   for (const ColorImage& image : scene.images) result.add(image.pixels);
   if (scene.environment) result.add(scene.environment->image.pixels);
-  for (const solidtex::texture& texture : scene.textures) result.add_content_of(texture.path());
+  for (const solidtex::texture& texture : scene.textures) {
+    if (texture.path().empty()) {  // made from a code of a texture space, which its document has
+      result.add(texture.metadata_json());
+    } else {
+      result.add_content_of(texture.path());
+    }
+  }
   return result.value();
 }
 

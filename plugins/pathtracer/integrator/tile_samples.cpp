@@ -94,8 +94,7 @@ void TileRenderer::start_paths(std::uint32_t sample_count) {
 void TileRenderer::record_aovs(int depth) {
   if (context_.needs_cost) {
     for (std::size_t i = 0; i < paths_.size(); ++i) {
-      const Material& material = context_.scene.materials[interactions_[i].material];
-      costs_[paths_[i].slot] += texture_points_of(material);
+      costs_[paths_[i].slot] += material_samples_[i].texture_points;
     }
   }
   if (depth > 1 || !context_.needs_first_hits) return;

@@ -3,10 +3,9 @@
 #include <array>
 #include <iterator>
 
+#include "plugins/pathtracer/materials/mix.h"
 #include "plugins/pathtracer/materials/texel_space.h"
-#include "plugins/pathtracer/materials/textures.h"
 #include "plugins/pathtracer/sampling/sampling.h"
-#include "plugins/pathtracer/scene/color.h"
 
 namespace solidtex::pathtracer {
 namespace {
@@ -46,7 +45,6 @@ MaterialEvaluator::Source::Source(const Scene& scene, const Material& material,
                                   const glm::dvec3& texture_origin)
     : origin(texture_origin) {
   solid = std::get_if<SolidColor>(&material.color);
-  solid_color = solid != nullptr;
   if (const auto* color = std::get_if<glm::vec3>(&material.color)) constant.color = *color;
   if (const auto* image = std::get_if<ImageColor>(&material.color)) {
     color_image = &scene.images[image->image];
@@ -64,8 +62,7 @@ MaterialEvaluator::Source::Source(const Scene& scene, const Material& material,
   if (!solid && (bump || !channels.empty())) solid = &*material.channels_of;
   if (!solid) return;
   texture = &scene.textures[solid->texture];
-  encoded = texture->color_space() == "srgb";
-  if (solid_color) albedo = albedo_channels(*texture);
+  if (std::holds_alternative<SolidColor>(material.color)) albedo.emplace(*texture);
 }
 
 MaterialEvaluator::MaterialEvaluator(const Scene& scene, TextureFilter filter)
@@ -112,8 +109,12 @@ std::size_t MaterialEvaluator::operator()(std::span<const SurfaceInteraction> in
   std::size_t point_count = 0;
   for (Source& source : sources_) {
     if (source.pending.empty()) continue;
-    query(source, interactions, samples);
-    point_count += radii_.size();
+    if (source.solid->mix) {
+      query_mix(source, interactions, samples);
+    } else {
+      query(source, interactions, samples);
+    }
+    for (const std::uint32_t i : source.pending) point_count += samples[i].texture_points;
     source.pending.clear();
   }
   return point_count;
@@ -134,14 +135,14 @@ float MaterialEvaluator::filter_radius(float footprint) const {
 }
 
 // Points are relative to the origin of the texel space.
-void MaterialEvaluator::place_points(const Source& source,
+void MaterialEvaluator::place_points(const Source& source, std::span<const std::uint32_t> indices,
                                      std::span<const SurfaceInteraction> interactions) {
   const TexelSpace space(*source.solid, source.origin);
   points_.clear();
   radii_.clear();
   axes_.clear();
   steps_.clear();
-  for (const std::uint32_t i : source.pending) {
+  for (const std::uint32_t i : indices) {
     const SurfaceInteraction& interaction = interactions[i];
     TexelSpace::Point point = space(interaction);
     const float radius = filter_radius(point.radius);
@@ -179,36 +180,70 @@ void MaterialEvaluator::place_neighbors(const SurfaceInteraction& interaction,
   }
 }
 
-void MaterialEvaluator::query(const Source& source,
-                              std::span<const SurfaceInteraction> interactions,
-                              std::span<MaterialSample> samples) {
-  place_points(source, interactions);
-  const std::size_t channel_count = source.texture->channel_count();
-  values_.resize(radii_.size() * channel_count);
+void MaterialEvaluator::evaluate(const Source& source, const solidtex::texture& texture,
+                                 std::span<const std::uint32_t> indices,
+                                 std::span<const SurfaceInteraction> interactions) {
+  place_points(source, indices, interactions);
+  values_.resize(radii_.size() * texture.channel_count());
   const glm::dvec3 place = TexelSpace(*source.solid, source.origin).origin();
   const std::array<double, 3> origin = {place.x, place.y, place.z};
   switch (filter_) {
     case TextureFilter::footprint:
-      source.texture->eval_filtered(origin, points_, radii_, values_);
+      texture.eval_filtered(origin, points_, radii_, values_);
       break;
     case TextureFilter::anisotropic:
-      source.texture->eval_footprints(origin, points_, axes_, values_);
+      texture.eval_footprints(origin, points_, axes_, values_);
       break;
     case TextureFilter::stochastic:
     case TextureFilter::none:
-      source.texture->eval_points(origin, points_, values_);
+      texture.eval_points(origin, points_, values_);
       break;
   }
+}
 
+// Evaluates each texture of the mix at the points between its neighbors.
+void MaterialEvaluator::query_mix(const Source& source,
+                                  std::span<const SurfaceInteraction> interactions,
+                                  std::span<MaterialSample> samples) {
+  const Mix& mix = *source.solid->mix;
+  places_.resize(interactions.size());
+  for (const std::uint32_t i : source.pending) {
+    places_[i] = place_on_walk(scene_, *source.solid, source.origin, interactions[i]);
+  }
+  for (std::size_t k = 0; k < mix.textures.size(); ++k) {
+    selected_.clear();
+    for (const std::uint32_t i : source.pending) {
+      if (share_at(places_[i], k) > 0) selected_.push_back(i);
+    }
+    if (selected_.empty()) continue;
+    const solidtex::texture& texture = scene_.textures[mix.textures[k]];
+    evaluate(source, texture, selected_, interactions);
+    const Albedo albedo(texture);
+    const float* value = values_.data();
+    for (const std::uint32_t i : selected_) {
+      samples[i].color += share_at(places_[i], k) * albedo(value);
+      ++samples[i].texture_points;
+      value += texture.channel_count();
+    }
+  }
+  for (const std::uint32_t i : source.pending) {
+    glm::vec3& color = samples[i].color;
+    const bool is_blend = samples[i].texture_points > 1;
+    if (is_blend && !mix.means.empty()) color = with_contrast(mix, places_[i], color);
+    color = clamp_albedo(color);
+  }
+}
+
+void MaterialEvaluator::query(const Source& source,
+                              std::span<const SurfaceInteraction> interactions,
+                              std::span<MaterialSample> samples) {
+  evaluate(source, *source.texture, source.pending, interactions);
+  const std::size_t channel_count = source.texture->channel_count();
   const float* value = values_.data();
   const float* step = steps_.data();
   for (const std::uint32_t i : source.pending) {
-    if (source.solid_color) {
-      const glm::uvec3 c = source.albedo;
-      const glm::vec3 albedo =
-          glm::clamp(glm::vec3(value[c.x], value[c.y], value[c.z]), 0.0f, 1.0f);
-      samples[i].color = clamp_albedo(source.encoded ? srgb_to_linear(albedo) : albedo);
-    }
+    if (source.albedo) samples[i].color = clamp_albedo((*source.albedo)(value));
+    samples[i].texture_points = source.bump ? 5 : 1;
     for (const auto& [target, channel] : source.channels) samples[i].*target = value[channel];
     value += channel_count;
     if (!source.bump) continue;

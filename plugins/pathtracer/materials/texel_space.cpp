@@ -47,9 +47,4 @@ SolidColor* solid_texture_of(Material& material) {
   return const_cast<SolidColor*>(solid_texture_of(std::as_const(material)));
 }
 
-std::uint32_t texture_points_of(const Material& material) {
-  if (!solid_texture_of(material)) return 0;
-  return material.bump ? 5 : 1;
-}
-
 }  // namespace solidtex::pathtracer

@@ -44,7 +44,4 @@ const SolidColor* solid_texture_of(const Material& material);
 
 SolidColor* solid_texture_of(Material& material);
 
-// Solid texture points per interaction with this material, including a bump's neighbors.
-std::uint32_t texture_points_of(const Material& material);
-
 }  // namespace solidtex::pathtracer

@@ -3,7 +3,10 @@
 #include <cmath>
 #include <string>
 
+#include "plugins/pathtracer/scene/color.h"
+
 namespace solidtex::pathtracer {
+
 glm::vec3 lookup_image(const ColorImage& image, const glm::vec2& uv) {
   const float x = (uv.x - std::floor(uv.x)) * static_cast<float>(image.width) - 0.5f;
   const float y = (1 - (uv.y - std::floor(uv.y))) * static_cast<float>(image.height) - 0.5f;
@@ -28,6 +31,15 @@ std::size_t channel_index(const solidtex::texture& texture, const std::string& n
 glm::uvec3 albedo_channels(const solidtex::texture& texture) {
   return {channel_index(texture, "albedo.r"), channel_index(texture, "albedo.g"),
           channel_index(texture, "albedo.b")};
+}
+
+Albedo::Albedo(const solidtex::texture& texture)
+    : channels_(albedo_channels(texture)), is_encoded_(texture.color_space() == "srgb") {}
+
+glm::vec3 Albedo::operator()(const float* value) const {
+  const glm::vec3 albedo(value[channels_.x], value[channels_.y], value[channels_.z]);
+  const glm::vec3 clamped = glm::clamp(albedo, 0.0f, 1.0f);
+  return is_encoded_ ? srgb_to_linear(clamped) : clamped;
 }
 
 BrickStatistics brick_statistics(const Scene& scene) {

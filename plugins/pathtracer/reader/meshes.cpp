@@ -6,20 +6,26 @@ namespace solidtex::pathtracer {
 
 using nlohmann::json;
 
-std::size_t MeshReader::mesh_of(const Place& object) {
+std::size_t MeshReader::mesh_of(const Place& object, const std::string& attribute) {
   const json& value = file_.at(object);
-  const std::string key = value["mesh"].dump() + value.value("cuts", json()).dump();
+  const std::string key =
+      value["mesh"].dump() + value.value("cuts", json()).dump() + json(attribute).dump();
   if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
-  Mesh mesh = read_mesh(object / "mesh");
+  if (!attribute.empty() && value.contains("cuts")) {
+    file_.refuse(object / "cuts", "cuts of a mesh whose vertices have the attribute " + attribute,
+                 "none, because cut faces have no vertices of the file (a mix by a plane, sphere or "
+                 "box goes through the solid)");
+  }
+  Mesh mesh = read_mesh(object / "mesh", attribute);
   boxes_[scene_.meshes.size()] = mesh::bounding_box(mesh);
   if (value.contains("cuts")) mesh = cut(object / "cuts", mesh);
   scene_.meshes.push_back(std::move(mesh));
   return meshes_[key] = scene_.meshes.size() - 1;
 }
 
-Mesh MeshReader::read_mesh(const Place& place) {
+Mesh MeshReader::read_mesh(const Place& place, const std::string& attribute) {
   return file_.load(place, [&] {
-    Mesh mesh = load_mesh(file_.resolve(place));
+    Mesh mesh = load_mesh(file_.resolve(place), attribute);
     const MeshReport report = repair_mesh(mesh);
     if (mesh.triangles.empty()) {
       throw SceneError(mesh.file + ": found only degenerate triangles, expected a surface");

@@ -9,19 +9,20 @@
 
 namespace solidtex::pathtracer {
 
-// Loads meshes into the scene. Objects with the same file and cuts share one mesh.
+// Loads meshes into the scene. Objects with the same file, cuts and attribute share one mesh.
 class MeshReader {
  public:
   MeshReader(const SceneFile& file, Scene& scene) : file_(file), scene_(scene) {}
 
-  // Returns the index of the mesh of the object at this place.
-  std::size_t mesh_of(const Place& object);
+  // Returns the index of the mesh of the object at this place, with an attribute of its vertices if
+  // that is not "".
+  std::size_t mesh_of(const Place& object, const std::string& attribute);
 
   // Returns the bounding box of the object's mesh file, before cuts.
   const mesh::Box& box_of(std::size_t mesh) const { return boxes_.at(mesh); }
 
   // Loads and repairs the mesh file named at this place, without adding it to the scene.
-  Mesh read_mesh(const Place& place);
+  Mesh read_mesh(const Place& place, const std::string& attribute = "");
 
  private:
   Mesh cut(const Place& place, const Mesh& mesh);

@@ -27,12 +27,19 @@ std::size_t find_material(const SceneFile& file, const Scene& scene, const Place
   file.refuse(place, quote_json(name), "the name of a material (" + names + ")");
 }
 
+// Returns what the color of a material is mixed by, or null if it is another kind or no mix.
+template <class Kind>
+const Kind* by_of(const Material& material) {
+  const auto* color = std::get_if<SolidColor>(&material.color);
+  return color && color->mix ? std::get_if<Kind>(&color->mix->by) : nullptr;
+}
+
 bool has_image(const Material& material) {
   const auto is_image = [&](Input Material::*input) {
     return std::holds_alternative<ImageChannel>(material.*input);
   };
   return std::holds_alternative<ImageColor>(material.color) ||
-         std::ranges::any_of(kInputs, is_image);
+         std::ranges::any_of(kInputs, is_image) || by_of<ImageChannel>(material);
 }
 
 double texels_per_unit(const SolidColor& solid) {
@@ -55,8 +62,9 @@ void note_rounding(Scene& scene, const Object& object) {
 
 Object read_object(const SceneFile& file, Scene& scene, MeshReader& meshes, const Place& place) {
   Object object;
-  object.mesh = meshes.mesh_of(place);
   object.material = find_material(file, scene, place / "material");
+  const auto* attribute = by_of<VertexAttribute>(scene.materials[object.material]);
+  object.mesh = meshes.mesh_of(place, attribute ? attribute->name : "");
   const Mesh& mesh = scene.meshes[object.mesh];
   const glm::dmat4 transform = file.transform(place / "transform");
   object.to_world = glm::mat4(between_origins(transform, mesh.origin, scene.origin));

@@ -67,6 +67,33 @@ std::string description(const json& schema) {
   return schema.value("description", std::string("another value"));
 }
 
+// Keys beside which another one may stand: all of an array, or one of an "anyOf".
+struct Dependency {
+  std::vector<std::string> keys;
+  bool needs_all = true;
+};
+
+Dependency dependency_of(const json& needed) {
+  if (needed.is_array()) return {needed.get<std::vector<std::string>>()};
+  Dependency result{{}, false};
+  for (const json& choice : needed["anyOf"]) result.keys.push_back(choice["required"][0]);
+  return result;
+}
+
+void refuse_dependency(const std::string& file, const Place& place, const std::string& key,
+                       const Dependency& needed) {
+  std::string missing;
+  for (const std::string& other : needed.keys) {
+    if (place.value->contains(other)) {
+      if (!needed.needs_all) return;
+      continue;
+    }
+    missing += (missing.empty() ? "" : needed.needs_all ? " and " : " or ") + json(other).dump();
+  }
+  if (missing.empty()) return;
+  refuse_json(file, place.pointer / key, "a key that requires " + missing, missing + " beside it");
+}
+
 // Refuses a missing key, an unknown key, or a key without one that it depends on.
 void refuse_keys(const std::string& file, const Place& place) {
   const json& value = *place.value;
@@ -85,12 +112,7 @@ void refuse_keys(const std::string& file, const Place& place) {
   }
   const json dependencies = schema.value("dependencies", json::object());
   for (const auto& [key, needed] : dependencies.items()) {
-    for (const json& other : needed) {
-      if (value.contains(key) && !value.contains(other)) {
-        refuse_json(file, place.pointer / key, "a key that requires " + other.dump(),
-                    other.dump() + " beside it");
-      }
-    }
+    if (value.contains(key)) refuse_dependency(file, place, key, dependency_of(needed));
   }
 }
 

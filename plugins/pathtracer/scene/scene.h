@@ -33,6 +33,36 @@ struct Camera {
   float focus_distance = 0;  // of the focal plane, along the view; 0: distance of look_at
 };
 
+// Channel of an image (0: red) mapped by the mesh's UVs.
+struct ImageChannel {
+  std::size_t image = 0;
+  int channel = 0;
+};
+
+// Attribute of the mesh's vertices.
+struct VertexAttribute {
+  std::string name;
+};
+
+// Distance from a shape's surface, negative inside; from a plane, negative behind it.
+struct ShapeDistance {
+  enum class Shape { plane, sphere, box };
+  Shape shape = Shape::plane;
+  glm::dvec3 size{1};       // half edges of a box, radius of a sphere; a plane is z = 0
+  glm::dmat4 to_shape{1};  // from object (or world) space
+};
+
+// Blend of solid textures along a walk. A number that varies over the surface says where on it a
+// point lies.
+struct Mix {
+  std::vector<std::size_t> textures;  // at equal steps; a point gets the two nearest ones
+  std::variant<VertexAttribute, ImageChannel, ShapeDistance> by;
+  glm::dvec2 range{0, 1};  // numbers at the first and the last texture
+  // Mean albedos of independent textures, to keep their contrast; empty for textures that resemble
+  // their neighbors point by point.
+  std::vector<glm::vec3> means;
+};
+
 // Color of a material: a constant, an image mapped by the mesh's UVs, or a solid texture.
 struct ImageColor {
   std::size_t image = 0;
@@ -43,15 +73,12 @@ struct SolidColor {
   glm::dmat4 to_texels{1};  // from object (or world) space to texels
   // The scene file states no scale: the reader scales a copy of the material to each object.
   bool fits_object = false;
+  std::optional<Mix> mix{};  // blends several textures; `texture` is the first
 };
 using Color = std::variant<glm::vec3, ImageColor, SolidColor>;
 
-// A number from 0 to 1: a constant, a channel of an image (0: red), or a channel of the material's
-// solid texture.
-struct ImageChannel {
-  std::size_t image = 0;
-  int channel = 0;
-};
+// A number from 0 to 1: a constant, a channel of an image, or a channel of the material's solid
+// texture.
 struct SolidChannel {
   std::size_t channel = 0;
 };

@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+"""Pictures of a texture space (docs/spaces-walk.md): a walk between materials, and a map of all.
+
+The walk is a strip of slices of the models that solidtex-mix --animate writes. The map shows a
+slice of every training photograph's model at the two principal axes of the codes, or where UMAP
+places them, each moved to the nearest free place of a grid. From the repository, built:
+.venv/bin/python benchmarks/space_pictures.py models/stones.solidtex-space Granite_001 Rock_020
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+from safetensors import safe_open
+from safetensors.numpy import load_file
+from scipy.optimize import linear_sum_assignment
+
+from solidtex import Texture
+
+BINARIES = Path(__file__).resolve().parent.parent / "build" / "bin"
+ASPECT = 1.4  # of the map
+GAP = 3  # pixels between slices
+WHITE = (255, 255, 255)
+QUALITY = 88
+
+
+def main() -> None:
+    args = options()
+    space, name = args.space, args.space.name.split(".")[0]
+    args.output.mkdir(parents=True, exist_ok=True)
+    if args.walk:
+        places = [f"{space}:{photograph}" for photograph in args.walk]
+        save(strip(places, args.models, args.size), args.output / f"walk-{name}.jpg")
+    codes = load_file(space)["codes"]
+    names = photographs(space)
+    save(chart(space, names, codes, args), args.output / f"map-{name}.jpg")
+
+
+def options() -> argparse.Namespace:
+    p = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    p.add_argument("space", type=Path, metavar="SPACE", help="a .solidtex-space file")
+    p.add_argument("walk", nargs="*", metavar="PHOTOGRAPH", help="training photographs to visit")
+    p.add_argument("-o", "--output", type=Path, default=Path("docs/images/spaces"))
+    p.add_argument("--models", type=int, default=9, help="number of models of the walk")
+    p.add_argument("--size", type=int, default=128, help="side of the walk's slices, in texels")
+    p.add_argument("--tile", type=int, default=48, help="side of the map's slices, in texels")
+    p.add_argument("--projection", choices=("pca", "umap"), default="pca",
+                   help="umap needs the package umap-learn")  # fmt: skip
+    return p.parse_args()
+
+
+@contextmanager
+def models(
+    materials: Sequence[str], count: int, places: Sequence[Sequence[float]] = ()
+) -> Iterator[list[Path]]:
+    """The models of a walk through materials of a space, or through `places`: their weights."""
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "model-######.solidtex"
+        command = [BINARIES / "solidtex-mix", *materials, "--animate", str(count), "-o", output]
+        for weights in places:
+            command += ["--weights", ",".join(str(w) for w in weights)]
+        subprocess.run(command, check=True)
+        yield sorted(Path(folder).iterdir())
+
+
+def photographs(space: Path) -> list[str]:
+    with safe_open(space, "numpy") as file:
+        document = json.loads(file.metadata()["solidtex-space"])
+    return [photograph["name"] for photograph in document["photographs"]]
+
+
+def slice_of(model: Path, size: int) -> Image.Image:
+    values = Texture(str(model)).eval_box((0, 0, 0), (size, size, 1))[:, :, 0, :3]
+    return Image.fromarray((255 * np.clip(values, 0, 1)).round().astype(np.uint8))
+
+
+def strip(materials: Sequence[str], count: int, size: int) -> Image.Image:
+    with models(materials, count) as files:
+        sheet = Image.new("RGB", (count * (size + GAP) - GAP, size), WHITE)
+        for i, model in enumerate(files):
+            sheet.paste(slice_of(model, size), (i * (size + GAP), 0))
+    return sheet
+
+
+def plane_of(codes: np.ndarray, projection: str) -> np.ndarray:
+    """Places [material, 2] of the codes, each coordinate by its rank from 0 to 1."""
+    if projection == "umap":
+        from umap import UMAP  # optional: slow to import
+
+        places = UMAP(random_state=0).fit_transform(codes)
+    else:
+        centered = codes - codes.mean(0)
+        _, lengths, axes = np.linalg.svd(centered, full_matrices=False)
+        shares = lengths**2 / np.sum(lengths**2)
+        print(f"the two principal axes have {shares[:2].sum():.0%} of the codes' variance")
+        places = centered @ axes[:2].T
+    return np.argsort(np.argsort(places, axis=0), axis=0) / max(1, len(codes) - 1)
+
+
+def grid_places(places: np.ndarray) -> tuple[np.ndarray, int, int]:
+    """The nearest free cell [material, 2] of a grid, and its columns and rows."""
+    columns = int(np.ceil(np.sqrt(ASPECT * len(places))))
+    rows = -(-len(places) // columns)
+    cells = np.array([(x, y) for y in range(rows) for x in range(columns)])
+    wanted = places * (columns - 1, rows - 1)
+    distances = ((wanted[:, None] - cells[None]) ** 2).sum(-1)
+    return cells[linear_sum_assignment(distances)[1]], columns, rows
+
+
+def chart(
+    space: Path, names: Sequence[str], codes: np.ndarray, args: argparse.Namespace
+) -> Image.Image:
+    cells, columns, rows = grid_places(plane_of(codes, args.projection))
+    label = 11
+    width, height = args.tile + GAP, args.tile + GAP + label
+    sheet = Image.new("RGB", (columns * width, rows * height), WHITE)
+    draw = ImageDraw.Draw(sheet)
+    with models([f"{space}:{name}" for name in names], len(names)) as files:
+        for name, model, (x, y) in zip(names, files, cells, strict=True):
+            corner = (int(x) * width, int(y) * height)
+            sheet.paste(slice_of(model, args.tile), corner)
+            kind = re.match(r"[^\W\d_]*", name).group().lower()  # type: ignore[union-attr]
+            draw.text((corner[0], corner[1] + args.tile), kind[:9], fill=(90, 90, 90))
+    return sheet
+
+
+def save(image: Image.Image, path: Path) -> None:
+    image.save(path, quality=QUALITY)
+    print(path)
+
+
+if __name__ == "__main__":
+    main()
