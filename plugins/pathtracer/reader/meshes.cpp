@@ -12,9 +12,10 @@ std::size_t MeshReader::mesh_of(const Place& object, const std::string& attribut
       value["mesh"].dump() + value.value("cuts", json()).dump() + json(attribute).dump();
   if (const auto known = meshes_.find(key); known != meshes_.end()) return known->second;
   if (!attribute.empty() && value.contains("cuts")) {
-    file_.refuse(object / "cuts", "cuts of a mesh whose vertices have the attribute " + attribute,
-                 "none, because cut faces have no vertices of the file (a mix by a plane, sphere or "
-                 "box goes through the solid)");
+    file_.refuse(
+        object / "cuts", "cuts of a mesh whose vertices have the attribute " + attribute,
+        "none, because cut faces have no vertices of the file (a mix by a plane, sphere or "
+        "box goes through the solid)");
   }
   Mesh mesh = read_mesh(object / "mesh", attribute);
   boxes_[scene_.meshes.size()] = mesh::bounding_box(mesh);

@@ -48,7 +48,7 @@ struct VertexAttribute {
 struct ShapeDistance {
   enum class Shape { plane, sphere, box };
   Shape shape = Shape::plane;
-  glm::dvec3 size{1};       // half edges of a box, radius of a sphere; a plane is z = 0
+  glm::dvec3 size{1};      // half edges of a box, radius of a sphere; a plane is z = 0
   glm::dmat4 to_shape{1};  // from object (or world) space
 };
 
