@@ -57,7 +57,7 @@ def test_content(wheel: Path) -> None:
               for p in (REPOSITORY / "models").glob("*.solidtex")}  # fmt: skip
     assert models and models <= names
     libraries = [n for n in names if n.startswith("solidtex/lib/")]
-    assert libraries == [f"solidtex/lib/libsolidtex.so.{version.split('.')[0]}"]
+    assert libraries == [f"solidtex/lib/libsolidtex.so.{'.'.join(version.split('.')[:2])}"]
     assert any(n.endswith("licenses/LICENSE") for n in names)
     extra = {n for n in names if not n.startswith(("solidtex/", f"solidtex-{version}.dist-info/"))}
     assert not extra

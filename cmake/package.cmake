@@ -1,0 +1,18 @@
+# `cpack` in the build folder writes a .tar.gz, and where dpkg-shlibdeps is found (Debian's dpkg-dev)
+# a .deb that depends on the system's packages.
+set(CPACK_GENERATOR TGZ)
+find_program(SOLIDTEX_DPKG_SHLIBDEPS dpkg-shlibdeps)
+if(SOLIDTEX_DPKG_SHLIBDEPS)
+  list(APPEND CPACK_GENERATOR DEB)
+endif()
+set(CPACK_PACKAGE_CONTACT "the solidtex authors <solidtex@users.noreply.github.com>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+# The programs find the library of this package in the build.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+include(CPack)
