@@ -17,6 +17,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -37,12 +38,13 @@ def main() -> None:
     args = options()
     space, name = args.space, args.space.name.split(".")[0]
     args.output.mkdir(parents=True, exist_ok=True)
+    along_z = document_of(space)["directions"] == "xy"
     if args.walk:
         places = [f"{space}:{photograph}" for photograph in args.walk]
-        save(strip(places, args.models, args.size), args.output / f"walk-{name}.jpg")
+        save(strip(places, args, along_z), args.output / f"walk-{name}.jpg")
     codes = load_file(space)["codes"]
     names = photographs(space)
-    save(chart(space, names, codes, args), args.output / f"map-{name}.jpg")
+    save(chart(space, names, codes, args, along_z), args.output / f"map-{name}.jpg")
 
 
 def options() -> argparse.Namespace:
@@ -72,22 +74,29 @@ def models(
         yield sorted(Path(folder).iterdir())
 
 
-def photographs(space: Path) -> list[str]:
+def document_of(space: Path) -> dict[str, Any]:
     with safe_open(space, "numpy") as file:
-        document = json.loads(file.metadata()["solidtex-space"])
-    return [photograph["name"] for photograph in document["photographs"]]
+        document: dict[str, Any] = json.loads(file.metadata()["solidtex-space"])
+    return document
 
 
-def slice_of(model: Path, size: int) -> Image.Image:
-    values = Texture(str(model)).eval_box((0, 0, 0), (size, size, 1))[:, :, 0, :3]
+def photographs(space: Path) -> list[str]:
+    return [photograph["name"] for photograph in document_of(space)["photographs"]]
+
+
+def slice_of(model: Path, size: int, along_z: bool) -> Image.Image:
+    """A slice through x and y, or through x and z, which shows the grain of wood."""
+    box = (size, 1, size) if along_z else (size, size, 1)
+    values = Texture(str(model)).eval_box((0, 0, 0), box).reshape(size, size, -1)[..., :3]
     return Image.fromarray((255 * np.clip(values, 0, 1)).round().astype(np.uint8))
 
 
-def strip(materials: Sequence[str], count: int, size: int) -> Image.Image:
+def strip(materials: Sequence[str], args: argparse.Namespace, along_z: bool) -> Image.Image:
+    count, size = args.models, args.size
     with models(materials, count) as files:
         sheet = Image.new("RGB", (count * (size + GAP) - GAP, size), WHITE)
         for i, model in enumerate(files):
-            sheet.paste(slice_of(model, size), (i * (size + GAP), 0))
+            sheet.paste(slice_of(model, size, along_z), (i * (size + GAP), 0))
     return sheet
 
 
@@ -117,7 +126,7 @@ def grid_places(places: np.ndarray) -> tuple[np.ndarray, int, int]:
 
 
 def chart(
-    space: Path, names: Sequence[str], codes: np.ndarray, args: argparse.Namespace
+    space: Path, names: Sequence[str], codes: np.ndarray, args: argparse.Namespace, along_z: bool
 ) -> Image.Image:
     cells, columns, rows = grid_places(plane_of(codes, args.projection))
     label = 11
@@ -127,7 +136,7 @@ def chart(
     with models([f"{space}:{name}" for name in names], len(names)) as files:
         for name, model, (x, y) in zip(names, files, cells, strict=True):
             corner = (int(x) * width, int(y) * height)
-            sheet.paste(slice_of(model, args.tile), corner)
+            sheet.paste(slice_of(model, args.tile, along_z), corner)
             kind = re.match(r"[^\W\d_]*", name).group().lower()  # type: ignore[union-attr]
             draw.text((corner[0], corner[1] + args.tile), kind[:9], fill=(90, 90, 90))
     return sheet
