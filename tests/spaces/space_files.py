@@ -20,6 +20,17 @@ def write(folder: Path, kind: str, space: RandomSpace | None = None) -> Path:
     return path
 
 
+def axes(image: np.ndarray) -> np.ndarray:
+    """[basis | mean] of an image by the contract's rule, with numpy's eigenvectors."""
+    pixels = image.reshape(-1, 3).astype(np.float64)
+    variances, vectors = np.linalg.eigh(np.cov(pixels.T))
+    variances, vectors = variances[::-1], vectors[:, ::-1]
+    vectors = vectors * np.where(vectors.sum(0) < 0, -1, 1)
+    deviations = np.sqrt(np.maximum(variances, 1e-8))
+    deviations = np.maximum(deviations, 0.15 * deviations[0])
+    return np.column_stack([vectors * deviations, pixels.mean(0)])
+
+
 def decode(space: RandomSpace, z: np.ndarray, colors: np.ndarray | None) -> dict[str, np.ndarray]:
     """The tensors of the model of a code, in float64."""
     tensors = {n: t.astype(np.float64) for n, t in space.tensors.items() if n != "encoder"}

@@ -6,21 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from safetensors.numpy import load_file
-from space_files import KINDS, decode, write
+from space_files import KINDS, axes, decode, write
 
 import solidtex
 from solidtex_export.spaces.random_space import random_space
-
-
-def axes(image: np.ndarray) -> np.ndarray:
-    """[basis | mean] of an image by the contract's rule, with numpy's eigenvectors."""
-    pixels = image.reshape(-1, 3).astype(np.float64)
-    variances, vectors = np.linalg.eigh(np.cov(pixels.T))
-    variances, vectors = variances[::-1], vectors[:, ::-1]
-    vectors = vectors * np.where(vectors.sum(0) < 0, -1, 1)
-    deviations = np.sqrt(np.maximum(variances, 1e-8))
-    deviations = np.maximum(deviations, 0.15 * deviations[0])
-    return np.column_stack([vectors * deviations, pixels.mean(0)])
 
 
 @pytest.mark.parametrize("kind", KINDS)

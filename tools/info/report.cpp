@@ -77,6 +77,24 @@ void print_exemplar(std::ostream& out, const ordered_json& exemplar) {
   for (const ordered_json& one : exemplar) print_object(out, "exemplar", one);
 }
 
+// The lines that only a texture space has.
+void print_space(std::ostream& out, const ordered_json& report) {
+  if (report.contains("lattice")) print_object(out, "lattice", report["lattice"]);
+  print_line(out, "code",
+             text_of(report["code"]) + " numbers, colors of the " + text_of(report["colors"]));
+  print_line(out, "patch",
+             text_of(report["patch"]) + " pixels, photographs of at most " +
+                 text_of(report["resolution"]) + " on the shorter side");
+  print_line(out, "SHA-256", text_of(report["sha256"]));
+  std::string beside = "photographs";
+  for (const ordered_json& photograph : report["photographs"]) {
+    std::string text = text_of(photograph["name"]);
+    if (photograph.contains("license")) text += " (" + text_of(photograph["license"]) + ")";
+    print_line(out, beside, text);
+    beside.clear();
+  }
+}
+
 void print_nodes(std::ostream& out, const ordered_json& nodes) {
   std::size_t width = 4;
   for (const ordered_json& node : nodes)
@@ -126,6 +144,27 @@ ordered_json describe(const solidtex::texture& texture) {
   return report;
 }
 
+ordered_json describe(const solidtex::space& space) {
+  const auto document = ordered_json::parse(space.metadata_json());
+  const solidtex::texture first = space.open(space.photograph(0));
+  ordered_json report = {{"file", space.path()},
+                         {"sha256", space.sha256()},
+                         {"version", document.at("version")},
+                         {"name", space.name()},
+                         {"family", document.at("family")},
+                         {"parameters", first.parameter_count()},
+                         {"channels", document.at("channels")},
+                         {"color_space", document.at("color_space")},
+                         {"noise_scheme", document.at("noise").at("scheme")}};
+  for (const char* key : {"colors", "directions", "patch", "resolution", "code", "license",
+                          "training", "lattice", "sampler", "photographs"})
+    if (document.contains(key)) report[key] = document[key];
+  report["voxel"] = {
+      {"position", {0, 0, 0}}, {"seed", first.seed()}, {"values", evaluate_voxel(first)}};
+  report["verified"] = true;
+  return report;
+}
+
 void print(const ordered_json& report, std::ostream& out) {
   out << text_of(report["name"]) << '\n';
   print_line(out, "file", text_of(report["file"]));
@@ -141,6 +180,7 @@ void print(const ordered_json& report, std::ostream& out) {
   if (report.contains("training")) print_object(out, "training", report["training"]);
   if (report.contains("sampler")) print_object(out, "sampler", report["sampler"]);
   if (report.contains("nodes")) print_nodes(out, report["nodes"]);
+  if (report.contains("photographs")) print_space(out, report);
   out << "\nVerified. Voxel (0, 0, 0) of seed " << text_of(report["voxel"]["seed"]) << ":";
   for (const ordered_json& value : report["voxel"]["values"]) out << ' ' << value.get<float>();
   out << '\n';

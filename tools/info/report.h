@@ -11,6 +11,9 @@ namespace solidtex::tools {
 // The report on an open model. Evaluates one voxel and throws when it is not finite.
 nlohmann::ordered_json describe(const solidtex::texture& texture);
 
+// The report on a texture space. Decodes the first training photograph and evaluates one voxel.
+nlohmann::ordered_json describe(const solidtex::space& space);
+
 // JSON text, in one line where `indent` is -1. Bytes that are not UTF-8 are replaced.
 std::string to_text(const nlohmann::ordered_json& value, int indent);
 

@@ -1,0 +1,183 @@
+"""From a photograph to a model: the library, and the program solidtex-encode end to end."""
+
+import hashlib
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import onnxruntime
+import OpenImageIO as oiio
+import pytest
+from PIL import Image
+from space_files import KINDS, axes, write
+
+import solidtex
+from solidtex_export.images.srgb import srgb_decode
+from solidtex_export.spaces.random_space import random_space
+
+BUILD = Path(os.environ["SOLIDTEX_BUILD"])
+
+
+def photograph(rows: int, columns: int, seed: int = 0) -> np.ndarray:
+    """Smooth colors [row, column, 3] in 0 ... 1."""
+    rng = np.random.default_rng(seed)
+    coarse = Image.fromarray(rng.integers(40, 220, (9, 9, 3), np.uint8))
+    return np.asarray(coarse.resize((columns, rows), Image.Resampling.BICUBIC)) / np.float32(255)
+
+
+def run(*arguments: object, code: int = 0, **environment: str) -> subprocess.CompletedProcess[str]:
+    command = [str(BUILD / "bin" / "solidtex-encode"), *map(str, arguments)]
+    result = subprocess.run(
+        command, capture_output=True, text=True, check=False, env=os.environ | environment
+    )
+    assert result.returncode == code, result.stderr
+    return result
+
+
+def save(path: Path, image: np.ndarray, **options: object) -> Path:
+    Image.fromarray(np.rint(255 * image).astype(np.uint8)).save(path, **options)
+    return path
+
+
+def grid(extent: int, side: int) -> list[int]:
+    steps = -(-(extent - side) // (side // 2))
+    return [(extent - side) * i // max(1, steps) for i in range(steps + 1)]
+
+
+@pytest.mark.parametrize("kind", ["lattice", "linear"])
+def test_code_is_the_mean_over_the_grid_of_patches(kind: str, tmp_path: Path) -> None:
+    space = solidtex.Space(write(tmp_path, kind))
+    image = photograph(64, 71)
+    found = space.encode(image)
+    affine = axes(image)
+    y = image if kind == "linear" else (image - affine[:, 3]) @ np.linalg.inv(affine[:, :3]).T
+    patches = np.stack(
+        [y[r : r + 32, c : c + 32].transpose(2, 0, 1) for r in grid(64, 32) for c in grid(71, 32)]
+    )
+    model = random_space(KINDS[kind]).tensors["encoder"].tobytes()
+    session = onnxruntime.InferenceSession(model, providers=["CPUExecutionProvider"])
+    codes = session.run(None, {"patches": patches.astype(np.float32)})[0]
+    assert np.abs(found.code - codes.mean(0)).max() < 1e-4
+    distances = np.linalg.norm(codes[:, None] - codes, axis=2).sum(1)
+    medoid = space.encode(image, "medoid").code
+    assert np.abs(medoid - codes[distances.argmin()]).max() < 1e-4
+    if kind == "lattice":
+        assert found.colors is not None and np.abs(found.colors - affine).max() < 1e-5
+
+
+def test_a_large_photograph_is_reduced_as_in_training(tmp_path: Path) -> None:
+    space = solidtex.Space(write(tmp_path, "lattice"))
+    image = photograph(200, 260)
+    planes = [
+        np.asarray(Image.fromarray(image[:, :, c]).resize((83, 64), Image.Resampling.LANCZOS))
+        for c in range(3)
+    ]
+    expected, found = space.encode(np.stack(planes, axis=2)), space.encode(image)
+    assert np.abs(found.code - expected.code).max() < 1e-4
+    assert found.colors is not None and expected.colors is not None
+    assert np.abs(found.colors - expected.colors).max() < 1e-5
+
+
+def test_program_writes_an_ordinary_model(tmp_path: Path) -> None:
+    path = write(tmp_path, "bounded")
+    photo, out = save(tmp_path / "rock.png", photograph(70, 90)), tmp_path / "mine.solidtex"
+    result = run(photo, "--space", path, "-o", out, "--license", "MIT", "--source", "me")
+    assert str(out) in result.stdout and "nearest material of the space: stone-" in result.stdout
+    texture, space = solidtex.Texture(out), solidtex.Space(path)
+    assert texture.name == "rock"
+    document = texture.metadata
+    digest = hashlib.sha256(photo.read_bytes()).hexdigest()
+    wanted = {"file": "rock.png", "sha256": digest, "license": "MIT", "source": "me"}
+    assert document["exemplar"] == wanted
+    record = document["training"]["space"]
+    assert record["sha256"] == space.sha256
+    again = space.encode(np.asarray(Image.open(photo)))
+    assert np.abs(np.float32(record["code"]) - again.code).max() < 1e-5
+    baked = [BUILD / "bin" / "solidtex-info", out]
+    assert b"Verified" in subprocess.run(baked, capture_output=True, check=True).stdout
+
+
+def test_program_reads_all_kinds_of_files_alike(tmp_path: Path) -> None:
+    path, image = write(tmp_path, "lattice"), photograph(66, 80)
+    eight = np.rint(255 * image).astype(np.uint8)
+    files = {"png": save(tmp_path / "a.png", image), "exr": tmp_path / "a.exr"}
+    linear = srgb_decode(eight / np.float32(255))
+    spec = oiio.ImageSpec(80, 66, 3, oiio.FLOAT)
+    out = oiio.ImageOutput.create(str(files["exr"]))
+    assert out.open(str(files["exr"]), spec) and out.write_image(linear) and out.close()
+    turned = Image.Exif()
+    turned[0x0112] = 6  # shown after a turn by 90 degrees
+    files["turned"] = tmp_path / "t.png"
+    Image.fromarray(np.rot90(eight)).save(files["turned"], exif=turned)
+    opaque = np.dstack([eight, np.full((66, 80), 255, np.uint8)])
+    files["opaque"] = tmp_path / "o.png"
+    Image.fromarray(opaque).save(files["opaque"])
+    records = {}
+    for name, file in files.items():
+        run(file, "--space", path, "-o", tmp_path / f"{name}.solidtex")
+        training = solidtex.Texture(tmp_path / f"{name}.solidtex").metadata["training"]
+        records[name] = np.float32(training["space"]["code"])
+    for name in ("exr", "turned", "opaque"):
+        assert np.abs(records[name] - records["png"]).max() < 1e-3, name
+
+
+def test_program_refuses(tmp_path: Path) -> None:
+    path, out = write(tmp_path, "lattice"), tmp_path / "m.solidtex"
+    good, small = save(tmp_path / "g.png", photograph(64, 64)), tmp_path / "s.png"
+    save(small, photograph(31, 90))
+    found = run(small, "--space", path, "-o", out, code=1).stderr
+    assert "found 90 x 31 pixels, expected at least 32 x 32" in found
+    clear = tmp_path / "clear.png"
+    Image.fromarray(np.full((64, 64, 4), 128, np.uint8)).save(clear)
+    assert "not opaque" in run(clear, "--space", path, "-o", out, code=1).stderr
+    assert "cannot read" in run(tmp_path / "no.jpg", "--space", path, "-o", out, code=1).stderr
+    (tmp_path / "bad.jpg").write_bytes(good.read_bytes()[:500])
+    run(tmp_path / "bad.jpg", "--space", path, "-o", out, code=1)
+    (tmp_path / "text.png").write_text("no image")
+    assert (
+        "no readable image" in run(tmp_path / "text.png", "--space", path, "-o", out, code=1).stderr
+    )
+    assert "ends in .solidtex" in run(good, "--space", path, "-o", tmp_path / "m", code=1).stderr
+    assert "no texture space is named" in run(good, "--space", "none", "-o", out, code=1).stderr
+    assert run(good, "--space", path, code=2).stderr
+    assert not list(tmp_path.glob("*.solidtex"))
+    out.write_text("mine")
+    assert "--force" in run(good, "--space", path, "-o", out, code=1).stderr
+    assert out.read_text() == "mine"
+    run(good, "--space", path, "-o", out, "--force")
+    assert solidtex.Texture(out).name == "g"
+
+
+def test_without_onnx_runtime_the_program_says_what_is_missing(tmp_path: Path) -> None:
+    path, photo = write(tmp_path, "lattice"), save(tmp_path / "g.png", photograph(64, 64))
+    out = tmp_path / "m.solidtex"
+    found = run(
+        photo, "--space", path, "-o", out, code=1, SOLIDTEX_ONNXRUNTIME="/none/lib.so"
+    ).stderr
+    assert "needs ONNX Runtime" in found and "pip install onnxruntime" in found
+    assert len(found.splitlines()) == 1 and not out.exists()
+
+
+def test_a_far_photograph_is_reported(tmp_path: Path) -> None:
+    made = random_space(KINDS["lattice"])
+    made.tensors["codes"] += np.float32(1000)
+    path = write(tmp_path, "lattice", made)
+    photo = save(tmp_path / "g.png", photograph(64, 64))
+    found = run(photo, "--space", path, "-o", tmp_path / "m.solidtex").stdout
+    assert "has seen nothing like it" in found
+    assert f"solidtex-train {photo} --space {path} --minutes 1" in found
+
+
+def test_help_and_version() -> None:
+    assert "solidtex-encode photo.jpg --space stones -o mine.solidtex" in run("--help").stdout
+    assert run("--version").stdout.strip() == f"solidtex-encode {solidtex.__version__}"
+
+
+def test_info_prints_a_space(tmp_path: Path) -> None:
+    path = write(tmp_path, "lattice")
+    command = [BUILD / "bin" / "solidtex-info", path]
+    text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    for word in ("stone-4 (CC0-1.0)", "4 numbers", "levels: 3", solidtex.Space(path).sha256):
+        assert word in text
+    assert "Verified." in text
