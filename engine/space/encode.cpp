@@ -73,6 +73,7 @@ Material encode(const Space& space, const Encoder& encoder, std::span<const floa
   check_photograph_size(space, width, height);
   check_finite(pixels, width);
   Image image = reduced(pixels, width, height, static_cast<std::size_t>(space.resolution));
+  if (space.is_upright) turn_upright(image);
   Material material;
   if (space.has_colors) {
     material.colors = photograph_colors(image.pixels);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "engine/common/parallel.h"
 
@@ -78,7 +79,62 @@ std::vector<std::size_t> grid(std::size_t extent, std::size_t side) {
   return result;
 }
 
+Image transposed(const Image& image) {
+  Image result{image.height, image.width, std::vector<float>(image.pixels.size())};
+  for (std::size_t row = 0; row < image.height; ++row)
+    for (std::size_t column = 0; column < image.width; ++column)
+      std::copy_n(image.pixels.data() + 3 * (row * image.width + column), 3,
+                  result.pixels.data() + 3 * (column * image.height + row));
+  return result;
+}
+
+// Returns the mean over channels of their variance.
+double variance(const Image& image) {
+  const double count = static_cast<double>(image.pixels.size() / 3);
+  double result = 0;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    double mean = 0, squares = 0;
+    for (std::size_t i = channel; i < image.pixels.size(); i += 3) mean += image.pixels[i] / count;
+    for (std::size_t i = channel; i < image.pixels.size(); i += 3)
+      squares += (image.pixels[i] - mean) * (image.pixels[i] - mean);
+    result += squares / (count - 1) / 3;
+  }
+  return result;
+}
+
+// Returns the mean squared difference of pixels that are `lag` columns apart.
+double squared_difference(const Image& image, std::size_t lag) {
+  double sum = 0;
+  const std::size_t stride = 3 * image.width;
+  for (std::size_t row = 0; row < image.height; ++row) {
+    const float* pixels = image.pixels.data() + row * stride;
+    for (std::size_t i = 3 * lag; i < stride; ++i)
+      sum += (double{pixels[i]} - pixels[i - 3 * lag]) * (double{pixels[i]} - pixels[i - 3 * lag]);
+  }
+  return sum / static_cast<double>(image.height * (stride - 3 * lag));
+}
+
+// Returns the distance along rows at which the mean squared difference is half that of unrelated
+// pixels, as the training measures it.
+double correlation_length(const Image& image) {
+  const double half = variance(image);
+  double previous = 0;
+  for (std::size_t lag = 1; lag < image.width / 2; ++lag) {
+    const double difference = squared_difference(image, lag);
+    if (difference >= half)
+      return static_cast<double>(lag) - 1 +
+             (half - previous) / std::max(difference - previous, 1e-12);
+    previous = difference;
+  }
+  return static_cast<double>(image.width) / 2;
+}
+
 }  // namespace
+
+void turn_upright(Image& image) {
+  Image turned = transposed(image);
+  if (correlation_length(turned) < correlation_length(image)) image = std::move(turned);
+}
 
 Image reduced(std::span<const float> pixels, std::size_t width, std::size_t height,
               std::size_t resolution) {

@@ -20,6 +20,9 @@ struct Image {
 Image reduced(std::span<const float> pixels, std::size_t width, std::size_t height,
               std::size_t resolution);
 
+// Transposes an image whose structures are longer along rows than along columns.
+void turn_upright(Image& image);
+
 // Turns colors into whitened values: basis^-1 (color - mean).
 void whiten(Image& image, const Colors& colors);
 

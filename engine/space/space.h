@@ -48,6 +48,7 @@ struct Space {
   std::string name, license, sha256, metadata_json;
   std::variant<LatticeSizes, SamplerSizes> sizes;
   bool has_colors = false;  // the network gives whitened values
+  bool is_upright = false;  // grain runs along z, along columns of the photographs
   int patch = 0, resolution = 0;
   std::size_t code_size = 0;
   double style_slope = 0;

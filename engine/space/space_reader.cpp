@@ -79,7 +79,7 @@ std::int64_t read_document(const Fields& document, Space& space) {
   space.patch = integer(document, "patch", min_patch, max_patch);
   space.resolution = integer(document, "resolution", space.patch, max_resolution);
   space.code_size = static_cast<std::size_t>(document.integer("code", 1, max_code));
-  document.choice("directions", {"xyz", "xy"});
+  space.is_upright = document.choice("directions", {"xyz", "xy"}) == "xy";
   document.child("noise").allow_only({"scheme"});
   document.child("noise").choice("scheme", {"solidtex-1"});
   read_family(document, space);

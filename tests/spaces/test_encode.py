@@ -79,6 +79,19 @@ def test_a_large_photograph_is_reduced_as_in_training(tmp_path: Path) -> None:
     assert np.abs(found.colors - expected.colors).max() < 1e-5
 
 
+def test_grain_along_rows_is_turned_where_the_space_has_upright_grain(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    columns = rng.uniform(0, 1, (1, 64, 3)).astype(np.float32)
+    upright = np.broadcast_to(columns, (64, 64, 3)) + rng.normal(0, 0.02, (64, 64, 3))
+    lying = upright.transpose(1, 0, 2)
+    made = random_space(KINDS["lattice"])
+    for directions in ("xyz", "xy"):
+        made.document["directions"] = directions
+        space = solidtex.Space(write(tmp_path, directions, made))
+        difference = space.encode(upright).code - space.encode(lying).code
+        assert bool(np.abs(difference).max() < 1e-5) == (directions == "xy")
+
+
 def test_program_writes_an_ordinary_model(tmp_path: Path) -> None:
     path = write(tmp_path, "bounded")
     photo, out = save(tmp_path / "rock.png", photograph(70, 90)), tmp_path / "mine.solidtex"

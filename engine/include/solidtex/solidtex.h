@@ -345,8 +345,8 @@ typedef enum solidtex_patches {
 /* Encodes a photograph. Needs ONNX Runtime, which is loaded by the first call: the library beside
  * libsolidtex, else the system's, or the one that the environment variable SOLIDTEX_ONNXRUNTIME
  * names. Without it the call returns SOLIDTEX_UNAVAILABLE. The photograph is reduced to the space's
- * resolution; patches on a grid that reaches all four corners are encoded. The last bits of a code
- * depend on the version of ONNX Runtime and on the machine.
+ * resolution, and turned if the space has grain along z ("xy") and its own runs along rows. Patches
+ * on a grid that reaches all corners are encoded. The last bits of a code depend on the machine.
  *
  * pixels  width x height x 3 floats, rows from the top, sRGB-encoded, 0 to 1.
  * width, height  At least solidtex_space_patch_size each.
