@@ -96,7 +96,7 @@ def pore_sizes(mask: Mask) -> tuple[list[float], list[float]]:
     depth = ndimage.distance_transform_edt(mask)
     largest = float(depth.max())
     radii = np.unique(np.geomspace(1, largest, PORE_RADII).round(3)) if largest >= 1 else np.ones(1)
-    total = max(1, np.count_nonzero(mask))
+    total = max(1, int(np.count_nonzero(mask)))
     reached, covered = np.zeros_like(mask), []
     for radius in radii[::-1]:
         centers = depth >= radius

@@ -24,7 +24,7 @@ class Settings:
 
     voxel_size: VoxelSize
     phase: int | None = None  # whose pores conduct; None is the lowest label
-    boundary: str = "open"
+    boundary: transport.Boundary = "open"
     axes: str = "xyz"
     transport: tuple[str, ...] = transport.PARTS
     pore_sizes: bool = True

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from solidtex_export.measuring.geometry import Mask
 from solidtex_export.measuring.volumes import VoxelSize
 
 SQUARE_METERS_PER_DARCY = 9.869233e-13
+Boundary = Literal["open", "periodic"]
 PARTS = ("diffusivity", "permeability")
 
 
 def measure_transport(
     mask: Mask,
     axis: int,
-    boundary: str,
+    boundary: Boundary,
     voxel_size: VoxelSize,
     parts: tuple[str, ...] = PARTS,
     refinement: int = 1,

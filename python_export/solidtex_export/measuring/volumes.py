@@ -187,7 +187,7 @@ def _tiff_voxel(file: Any) -> tuple[list[float], str]:
         unit = found.get("XUnit", "um")
         unit = SPELLINGS.get(unit, unit)
         if unit in METERS and {"X", "Y"} <= found.keys():
-            return [float(found.get(axis, found["X"])) for axis in "XYZ"], unit
+            return [float(found.get(axis) or found["X"]) for axis in "XYZ"], unit
     metadata = file.imagej_metadata or {}
     unit = str(metadata.get("unit", ""))
     unit = SPELLINGS.get(unit, unit)
