@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pictures of a texture space (docs/spaces-walk.md): a walk between materials, and a map of all.
+"""Pictures of a texture space: encoded photographs, a walk between materials, and a map of all.
 
 The walk is a strip of slices of the models that solidtex-mix --animate writes. The map shows a
 slice of every training photograph's model at the two principal axes of the codes, or where UMAP
@@ -42,6 +42,10 @@ def main() -> None:
     if args.walk:
         places = [f"{space}:{photograph}" for photograph in args.walk]
         save(strip(places, args, along_z), args.output / f"walk-{name}.jpg")
+    if args.encoded:
+        save(pairs(space, args.encoded, args.size, along_z), args.output / f"encoded-{name}.jpg")
+    if args.only_encoded:
+        return
     codes = load_file(space)["codes"]
     names = photographs(space)
     save(chart(space, names, codes, args, along_z), args.output / f"map-{name}.jpg")
@@ -51,6 +55,9 @@ def options() -> argparse.Namespace:
     p = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     p.add_argument("space", type=Path, metavar="SPACE", help="a .solidtex-space file")
     p.add_argument("walk", nargs="*", metavar="PHOTOGRAPH", help="training photographs to visit")
+    p.add_argument("--encoded", nargs="+", type=Path, default=[], metavar="FILE",
+                   help="photographs to encode; each is shown beside a slice")  # fmt: skip
+    p.add_argument("--only-encoded", action="store_true", help="make no map")
     p.add_argument("-o", "--output", type=Path, default=Path("docs/images/spaces"))
     p.add_argument("--models", type=int, default=9, help="number of models of the walk")
     p.add_argument("--size", type=int, default=128, help="side of the walk's slices, in texels")
@@ -89,6 +96,30 @@ def slice_of(model: Path, size: int, along_z: bool) -> Image.Image:
     box = (size, 1, size) if along_z else (size, size, 1)
     values = Texture(str(model)).eval_box((0, 0, 0), box).reshape(size, size, -1)[..., :3]
     return Image.fromarray((255 * np.clip(values, 0, 1)).round().astype(np.uint8))
+
+
+def pairs(space: Path, photos: Sequence[Path], size: int, along_z: bool) -> Image.Image:
+    """Photographs at the space's resolution, each beside a slice of its encoded model."""
+    resolution = document_of(space)["resolution"]
+    columns = 4
+    rows = -(-len(photos) // columns)
+    sheet = Image.new("RGB", (columns * (2 * size + 4 * GAP), rows * (size + GAP)), WHITE)
+    with tempfile.TemporaryDirectory() as folder:
+        for i, photo in enumerate(photos):
+            model = Path(folder) / f"{i}.solidtex"
+            command = [BINARIES / "solidtex-encode", photo, "--space", space, "-o", model]
+            subprocess.run(command, check=True)
+            x, y = i % columns * (2 * size + 4 * GAP), i // columns * (size + GAP)
+            sheet.paste(reduced(photo, resolution).crop((0, 0, size, size)), (x, y))
+            sheet.paste(slice_of(model, size, along_z), (x + size + GAP, y))
+    return sheet
+
+
+def reduced(photo: Path, resolution: int) -> Image.Image:
+    """The photograph with a shorter side of at most `resolution` pixels."""
+    image = Image.open(photo).convert("RGB")
+    share = min(1.0, resolution / min(image.size))
+    return image.resize(tuple(round(share * side) for side in image.size))
 
 
 def strip(materials: Sequence[str], args: argparse.Namespace, along_z: bool) -> Image.Image:
