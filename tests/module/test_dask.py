@@ -170,7 +170,8 @@ def test_a_scheduler_that_restarts_costs_nothing(tmp_path: Path, expected: np.nd
             cluster.start()
 
     try:
-        with distributed.Client(cluster.address, timeout=10) as client:
+        # The client waits as long for a new scheduler, whose start is slow on a busy machine.
+        with distributed.Client(cluster.address, timeout=120) as client:
             baked = bake(client, tmp_path / "a.zarr", progress=restart)
     finally:
         cluster.kill()
