@@ -92,9 +92,10 @@ def photographs(space: Path) -> list[str]:
 
 
 def slice_of(model: Path, size: int, along_z: bool) -> Image.Image:
-    """A slice through x and y, or through x and z, which shows the grain of wood."""
+    """A slice through x and y, or through x and z, which shows the grain of wood upright."""
     box = (size, 1, size) if along_z else (size, size, 1)
     values = Texture(str(model)).eval_box((0, 0, 0), box).reshape(size, size, -1)[..., :3]
+    values = values.transpose(1, 0, 2)[::-1]
     return Image.fromarray((255 * np.clip(values, 0, 1)).round().astype(np.uint8))
 
 
