@@ -7,7 +7,7 @@
 #include <iostream>
 #include <string>
 
-#include "plugins/mesh/fingerprint.h"
+#include "plugins/common/fingerprint.h"
 #include "tools/common/output_file.h"
 
 namespace solidtex::tools {
@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 constexpr const char* kKind = "solidtex-bake checkpoint 1";
 
 std::uint64_t fingerprint_of(std::span<const float> values) {
-  mesh::Fingerprint fingerprint;
+  Fingerprint fingerprint;
   fingerprint.add(values.data(), values.size_bytes());
   return fingerprint.value();
 }

@@ -16,6 +16,7 @@
 #include "tools/bake/pieces.h"
 #include "tools/bake/preview.h"
 #include "tools/bake/sink.h"
+#include "tools/bake/zarr/bake_store.h"
 #include "tools/common/cli.h"
 #include "tools/common/output_file.h"
 #include "tools/common/progress.h"
@@ -40,10 +41,12 @@ void check_targets(const BakeOptions& options) {
   const bool is_mesh = !options.mesh.empty();
   const bool is_volume = !options.output.empty() && !is_mesh;
   const bool takes_folder = is_volume && !*format_of(options.request()).extension;
+  const bool grows = is_store(options);  // shard by shard; other outputs appear complete or not
+  check_store_options(options);
   std::vector<fs::path> targets;
   if (is_volume) targets = companions(options.request());
-  for (const fs::path& path : {options.output, options.preview})
-    if (!path.empty()) targets.push_back(path);
+  if (!options.output.empty() && !grows) targets.push_back(options.output);
+  if (!options.preview.empty()) targets.push_back(options.preview);
   for (const fs::path& path : targets)
     refuse_existing(path, takes_folder && path == options.output, options.force);
   if (is_mesh) check_mesh_options(options);
@@ -82,7 +85,9 @@ void write_volume(const BakeOptions& options, const Volume& volume) {
 }
 
 void write_output(const BakeOptions& options, const Volume& volume) {
-  if (options.mesh.empty())
+  if (is_store(options))
+    bake_store(options, volume);
+  else if (options.mesh.empty())
     write_volume(options, volume);
   else
     write_completely(options.output,
@@ -115,8 +120,10 @@ void run(BakeOptions& options) {
                                     static_cast<std::size_t>(threads));
   solidtex::options chosen{.seed = options.seed, .precision = options.precision};
   if (options.is_periodic) chosen.period = period_of(options.size);
-  // Ctrl-C also stops the queries of a mesh, which may be long. Those of a volume are short.
-  if (!options.mesh.empty()) chosen.progress_callback = [](double) { return interrupted(); };
+  // Ctrl-C also stops the queries of a mesh and of a store, which may be long. Those of a volume
+  // are short.
+  if (!options.mesh.empty() || is_store(options))
+    chosen.progress_callback = [](double) { return interrupted(); };
   const solidtex::texture texture(options.model, std::move(chosen));
   const Volume volume{texture, options.origin, options.size};
   channel_group(texture, options.show);  // refuses a wrong name before anything is written

@@ -58,9 +58,9 @@ int atlas_size(const BakeOptions& options) {
 nlohmann::ordered_json identity_of(const BakeOptions& options, const Mesh& mesh,
                                    const mesh::Placement& placement,
                                    const solidtex::texture& texture) {
-  mesh::Fingerprint of_model, of_mesh;
+  Fingerprint of_model, of_mesh;
   of_model.add_content_of(texture.path());
-  of_mesh.add(mesh);
+  add(of_mesh, mesh);
   nlohmann::ordered_json identity = {
       {"version", solidtex::version()}, {"model", of_model.value()},
       {"mesh", of_mesh.value()},        {"to", options.to},

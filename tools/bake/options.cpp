@@ -63,16 +63,46 @@ std::uint64_t parse_seed(const std::string& text) {
   return seed;
 }
 
+// "3/8": the third of eight parts.
+void parse_part(const std::string& text, BakeOptions& options) {
+  const auto slash = text.find('/');
+  const auto number = [&](const std::string& digits, std::int64_t& value) {
+    const char* const end = digits.data() + digits.size();
+    const auto [next, error] = std::from_chars(digits.data(), end, value);
+    return error == std::errc() && next == end && value >= 1;
+  };
+  if (slash == std::string::npos || !number(text.substr(0, slash), options.part) ||
+      !number(text.substr(slash + 1), options.parts) || options.part > options.parts) {
+    throw CLI::ValidationError(
+        "--shard", "\"" + text + "\" found, expected I/N, one of N parts, from 1/N to N/N");
+  }
+}
+
+void add_store_options(CLI::App& app, BakeOptions& options) {
+  app.add_option_function<std::string>(
+         "--shard", [&](const std::string& text) { parse_part(text, options); },
+         "Bake only part I of N of a .zarr, such as 3/8, for a job array")
+      ->type_name("I/N");
+  app.add_option(
+         "--shard-size", options.shard_size,
+         "Voxels along the edges of a shard of a .zarr: 16, 32 ... 1024 (default: by --size)")
+      ->check(CLI::IsMember({16, 32, 64, 128, 256, 512, 1024}))
+      ->type_name("N");
+}
+
 constexpr char examples[] =
-    "OUT is a file whose name ends in .npy, .vdb, .nrrd, .nhdr, .raw, .vti, .vol or .tif, a new\n"
+    "OUT is a file whose name ends in .npy, .vdb, .nrrd, .nhdr, .raw, .vti, .vol, .tif or .zarr, a "
+    "new\n"
     "folder with --slices, or with --mesh a .ply or .exr file. What memory or the disk cannot "
     "hold is\n"
     "refused: .vdb needs memory for the whole volume, --slices for a slice, the others for none.\n"
+    "A .zarr is a folder with levels of detail; after an interruption the same command goes on.\n"
     "Examples:\n"
     "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
     "  solidtex-bake granite-grey --size 256 --voxel-size 50um --depth 16 -o granite.nrrd\n"
     "  solidtex-bake mine.solidtex --size 512,512,64 --origin -100,0,7 --seed 3 -o mine.vdb\n"
     "  solidtex-bake rust-red --size 128 --slices png -o rust-slices\n"
+    "  solidtex-bake granite-grey --size 4096 --format zarr\n"
     "  solidtex-bake rust-red --preview rust.png\n"
     "  solidtex-bake marble --mesh bust.obj --to uv --size 4096 -o bust.exr\n"
     "  solidtex-bake marble --mesh bust.obj --to vertex-color -o bust.ply\n"
@@ -109,7 +139,7 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
       ->type_name("FILE")
       ->needs(mesh);
   for (const char* name : {"--format", "--slices", "--depth", "--color-space", "--channels",
-                           "--voxel-size", "--block", "--periodic"})
+                           "--voxel-size", "--block", "--periodic", "--shard", "--shard-size"})
     mesh->excludes(app.get_option(name));
 }
 
@@ -187,6 +217,7 @@ void add_options(CLI::App& app, BakeOptions& options) {
   auto* output =
       app.add_option("-o,--output", options.output, "File or folder to write")->type_name("OUT");
   add_format_options(app, options, output);
+  add_store_options(app, options);
   add_mesh_options(app, options, output);
   app.add_option("--preview", options.preview,
                  "Image of a cube cut open, three slices along the axes and one at 45 degrees")

@@ -25,6 +25,8 @@ struct BakeOptions {
   std::string show;
   std::string format, depth, color_space, channels;  // of the output; empty: its default
   VoxelSize voxel_size;
+  std::int64_t shard_size = 0;       // of a store; 0: chosen by the program
+  std::int64_t part = 1, parts = 1;  // of the shards of a store
   std::filesystem::path mesh;        // empty: a box of voxels
   std::filesystem::path checkpoint;  // empty: none
   std::string to, color_type = "uchar";

@@ -34,6 +34,7 @@ constexpr Format all_formats[] = {
     {FormatKind::mitsuba, "vol", ".vol", "float", "1 3 6", ColorSpace::linear},
     {FormatKind::tiff, "tiff", ".tif", "16 8 half float", "", ColorSpace::linear},
     {FormatKind::imagej, "imagej", ".tif", "16 8 float", "", ColorSpace::linear},
+    {FormatKind::zarr, "zarr", ".zarr", "float half 16 8", "", ColorSpace::model},
     {FormatKind::png, "png", "", "8 16", "", ColorSpace::srgb},
     {FormatKind::exr, "exr", "", "float half", "", ColorSpace::linear},
 };

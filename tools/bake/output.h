@@ -38,7 +38,8 @@ enum class FormatKind {
   ktx2,
   flipbook,
   png,
-  exr
+  exr,
+  zarr
 };
 
 struct Format {

@@ -21,7 +21,7 @@ class Interrupted : public std::runtime_error {
       : std::runtime_error("interrupted, " + outcome) {}
 };
 
-// Makes SIGINT and SIGTERM set a flag. A second signal ends the program at once.
+// Makes SIGINT, SIGTERM and SIGHUP set a flag. A second signal ends the program at once.
 void install_interrupt_handler();
 bool interrupted();
 void throw_if_interrupted();

@@ -1,11 +1,14 @@
 #include "tools/common/output_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <vector>
 
 namespace solidtex::tools {
 namespace {
@@ -20,10 +23,34 @@ fs::path without_trailing_slash(const fs::path& path) {
 // File systems take 255 bytes a name; the rest of the name needs some of them.
 constexpr std::size_t max_stem = 200;
 
+std::string temporary_prefix(const fs::path& target) {
+  std::string prefix = ".";
+  prefix += target.stem().string().substr(0, max_stem);
+  return prefix += ".";
+}
+
+std::string temporary_suffix(const fs::path& target) {
+  return ".tmp" + target.extension().string();
+}
+
+// Machines that share a disk may have processes of the same number.
+std::string process_name() {
+  std::array<char, 33> host{};
+  gethostname(host.data(), host.size() - 1);
+  return std::string(host.data()) + "-" + std::to_string(getpid());
+}
+
 fs::path temporary_sibling(const fs::path& target) {
-  const std::string stem = target.stem().string().substr(0, max_stem);
   return target.parent_path() /
-         ("." + stem + "." + std::to_string(getpid()) + ".tmp" + target.extension().string());
+         (temporary_prefix(target) + process_name() + temporary_suffix(target));
+}
+
+// Processes hold a lock on their temporary files while they live.
+bool is_held(const fs::path& temporary) {
+  const int file = open(temporary.c_str(), O_RDONLY);
+  const bool held = file >= 0 && flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  if (file >= 0) ::close(file);
+  return held;
 }
 
 }  // namespace
@@ -68,9 +95,29 @@ void write_completely(const fs::path& target, const std::function<void(const fs:
   file.commit();
 }
 
-OutputFile::OutputFile(fs::path path)
-    : path_(std::move(path)), file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+bool remove_abandoned(const fs::path& target) {
+  const std::string prefix = temporary_prefix(target), suffix = temporary_suffix(target);
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(target.parent_path(), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(prefix) && name.ends_with(suffix)) found.push_back(entry.path());
+  }
+  bool all = true;
+  for (const fs::path& temporary : found) {
+    if (is_held(temporary))
+      all = false;
+    else
+      fs::remove(temporary, ignored);
+  }
+  return all;
+}
+
+OutputFile::OutputFile(fs::path path, fs::path shown)
+    : shown_(shown.empty() ? path : std::move(shown)),
+      file_(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
   if (file_ < 0) fail();
+  flock(file_, LOCK_EX | LOCK_NB);  // for remove_abandoned(); some file systems have no locks
 }
 
 OutputFile::~OutputFile() {
@@ -89,13 +136,31 @@ void OutputFile::write(std::uint64_t offset, const void* bytes, std::size_t coun
   }
 }
 
+void OutputFile::sync() {
+  if (fsync(file_) != 0) fail();
+}
+
 void OutputFile::close() {
   const int file = file_;
   file_ = -1;
   if (::close(file) != 0) fail();
 }
 
-void OutputFile::fail() const { throw WriteError(path_, std::strerror(errno)); }
+void OutputFile::fail() const { throw WriteError(shown_, std::strerror(errno)); }
+
+void sync_folder(const fs::path& folder) {
+  const int file = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY);
+  const bool failed = file < 0 || fsync(file) != 0;
+  const int reason = errno;
+  if (file >= 0) ::close(file);
+  if (failed) throw WriteError(folder, std::strerror(reason));
+}
+
+void make_folders(const fs::path& path) {
+  std::error_code problem;
+  fs::create_directories(path, problem);
+  if (problem) throw WriteError(path, problem.message());
+}
 
 void check_writable(const fs::path& path) { const AtomicFile probe(path); }
 

@@ -41,15 +41,23 @@ class AtomicFile {
 void write_completely(const std::filesystem::path& target,
                       const std::function<void(const std::filesystem::path&)>& write);
 
+// Removes temporary files of the target that a killed process has left. Returns false if a running
+// process holds one.
+bool remove_abandoned(const std::filesystem::path& target);
+
 // File with writes at any offset. Throws WriteError.
 class OutputFile {
  public:
-  explicit OutputFile(std::filesystem::path path);
+  // Errors name `shown`, or the path itself.
+  explicit OutputFile(std::filesystem::path path, std::filesystem::path shown = {});
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(std::uint64_t offset, const void* bytes, std::size_t count);
+
+  // Waits until the disk has the bytes.
+  void sync();
 
   // Some file systems report a failed write only here.
   void close();
@@ -57,9 +65,15 @@ class OutputFile {
  private:
   [[noreturn]] void fail() const;
 
-  std::filesystem::path path_;
+  std::filesystem::path shown_;
   int file_;
 };
+
+// Waits until the disk has the names in the folder.
+void sync_folder(const std::filesystem::path& folder);
+
+// Makes the folders of a path that are missing. Throws WriteError.
+void make_folders(const std::filesystem::path& path);
 
 // Throws WriteError if `path` cannot be created: no folder, no permission, a read-only disk.
 void check_writable(const std::filesystem::path& path);

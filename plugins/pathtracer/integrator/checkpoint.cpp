@@ -17,10 +17,10 @@ constexpr const char* kKind = "solidtex-checkpoint 1";
 
 // Hashes the scene file and all files it refers to.
 std::uint64_t fingerprint_of(const Scene& scene) {
-  mesh::Fingerprint result;
+  Fingerprint result;
   result.add(scene.source);
-  for (const Mesh& mesh : scene.meshes) result.add(mesh);
-  for (const MeshLight& light : scene.mesh_lights) result.add(light.mesh);
+  for (const Mesh& mesh : scene.meshes) add(result, mesh);
+  for (const MeshLight& light : scene.mesh_lights) add(result, light.mesh);
   for (const ColorImage& image : scene.images) result.add(image.pixels);
   if (scene.environment) result.add(scene.environment->image.pixels);
   for (const solidtex::texture& texture : scene.textures) {
