@@ -159,10 +159,10 @@ def test_signals_leave_what_is_done(tmp_path: Path, number: signal.Signals) -> N
 
 def test_a_limit_on_files_is_a_sentence(tmp_path: Path, whole: tuple) -> None:
     def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (280_000, 280_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, 150_000))
 
     largest = max(len(data) for name, data in whole[0].items() if "/c/" in name)
-    assert largest > 280_000
+    assert largest > 150_000
     result = bake(tmp_path, preexec_fn=limit)
     assert result.returncode == 1
     assert result.stderr.splitlines()[-1].startswith("solidtex-bake: a.zarr/0/c/0/0/0/")

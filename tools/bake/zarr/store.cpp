@@ -118,7 +118,6 @@ ordered_json group_metadata(const Output& output, const Volume& volume, const St
 }
 
 void write_metadata(const fs::path& file, const ordered_json& document) {
-  remove_abandoned(file);
   AtomicFile atomic(file);
   OutputFile stream(atomic.temporary_path(), file);
   const std::string text = document.dump(2) + "\n";
@@ -167,7 +166,6 @@ bool is_hidden(const fs::path& path) { return path.filename().string().starts_wi
 bool is_new(const fs::path& folder) {
   const fs::path metadata = folder / metadata_name;
   if (fs::exists(metadata)) return false;
-  remove_abandoned(metadata);
   const bool is_empty = std::ranges::all_of(
       fs::directory_iterator(folder), [](const auto& entry) { return is_hidden(entry.path()); });
   if (fs::exists(metadata)) return false;
@@ -186,6 +184,7 @@ void complete_metadata(const fs::path& folder, const Output& output, const Store
     } else if (read_metadata(file) != expected) {
       refuse(folder, "other metadata in " + file.string(), expected.at("shape").dump());
     }
+    remove_abandoned(file);
   }
 }
 
@@ -214,6 +213,9 @@ void open_store(const fs::path& folder, const Output& output, const Volume& volu
     } else {
       check_identity(folder, identity);
     }
+    // Not before the file has its name: jobs of an array write it at once, and a file is unlocked
+    // for a moment after it is made.
+    remove_abandoned(folder / metadata_name);
     complete_metadata(folder, output, layout);
   } catch (...) {
     std::error_code ignored;
