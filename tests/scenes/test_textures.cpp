@@ -277,8 +277,10 @@ TEST_CASE("Footprints are in texels, independent of the object's scale") {
     scene.textures.emplace_back((folder / "noise.solidtex").string());
     scene.objects[0].to_world = glm::scale(glm::mat4(1), glm::vec3(scale));
     const double texels = world ? 100 : 100 * scale;
-    scene.materials[0].color =
-        pt::SolidColor{0, world, glm::scale(glm::dmat4(1), glm::dvec3(texels))};
+    pt::SolidColor color;
+    color.world_space = world;
+    color.to_texels = glm::scale(glm::dmat4(1), glm::dvec3(texels));
+    scene.materials[0].color = color;
     scene.environment = uniform_light(glm::vec3(1));
     pt::RenderSettings settings = small_settings(16, 1);
     settings.max_depth = 2;
