@@ -159,6 +159,7 @@ def test_imagej_hyperstack(tmp_path: Path, depth: str) -> None:
         assert x[0] / x[1] == 1 / EDGES[0]
 
 
+@pytest.mark.skipif("SOLIDTEX_LONG_TESTS" not in os.environ, reason="takes minutes")
 def test_a_tiff_of_more_than_four_gigabytes_is_a_bigtiff(tmp_path: Path) -> None:
     """The directories of a bake that is interrupted when it has written them."""
     command = [
