@@ -84,9 +84,10 @@ class ResultFolder:
         if isinstance(found, dict) and isinstance(found.get("space"), dict) and "space" in wanted:
             encoded = ("code", "colors")  # of the photograph; their last bits depend on the machine
             found["space"] |= {k: wanted["space"][k] for k in encoded}
-        if lengthened := _lengthened(found, wanted):
+        longer = _lengthened(found, wanted) if "recipe" in wanted else None  # of solidtex-train
+        if longer:
             self._write_config(wanted)
-            print(f"{self.path}: continues a training of {lengthened}", file=sys.stderr)
+            print(f"{self.path}: continues a training of {longer}", file=sys.stderr)
             return
         if difference := first_difference(found, wanted):
             raise ResultError(
