@@ -55,11 +55,16 @@ def change_document(path: Path, out: Path, change: dict[str, Any]) -> None:
 
 @pytest.fixture(params=FAMILIES)
 def folder(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
-    """A folder with the space "stones" and models of two of its photographs."""
-    space = random_space(Sizes(family=request.param, name="stones"), seed=3)
-    (tmp_path / "stones.solidtex-space").write_bytes(space.encode())
+    """A folder with the space "pebbles" and models of two of its photographs."""
+    space = random_space(Sizes(family=request.param, name="pebbles"), seed=3)
+    (tmp_path / "pebbles.solidtex-space").write_bytes(space.encode())
     for i, name in enumerate(("a", "b")):
         mixed(
-            tmp_path, f"{name}.solidtex", f"stones:stone-{i}", "stones:stone-4", "--weights", "1,0"
+            tmp_path,
+            f"{name}.solidtex",
+            f"pebbles:stone-{i}",
+            "pebbles:stone-4",
+            "--weights",
+            "1,0",
         )
     return tmp_path

@@ -26,7 +26,7 @@ def test_mixture_of_two_models(folder: Path) -> None:
     files = [[e["file"] for e in m["exemplars"]] for m in found["training"]["mix"]]
     assert (names, files) == (["a", "b"], [["stone-0"], ["stone-1"]])
     assert run("solidtex-info", half).returncode == 0
-    again = mixed(folder, "again.solidtex", "half.solidtex", "stones:stone-2")
+    again = mixed(folder, "again.solidtex", "half.solidtex", "pebbles:stone-2")
     assert document(again)["training"]["mix"][0]["exemplars"][1]["file"] == "stone-1"
 
 
@@ -41,7 +41,7 @@ def test_weights(folder: Path) -> None:
 
 
 def test_walk(folder: Path) -> None:
-    result = mix(folder, "a.solidtex", "b.solidtex", "stones:stone-2", "--animate", 5,
+    result = mix(folder, "a.solidtex", "b.solidtex", "pebbles:stone-2", "--animate", 5,
                  "-o", "walk-###.solidtex")  # fmt: skip
     assert result.returncode == 0, result.stderr
     walk = sorted(folder.glob("walk-*"))
@@ -56,7 +56,7 @@ def test_walk(folder: Path) -> None:
 
 
 def test_existing_models_are_replaced_with_force_only(folder: Path) -> None:
-    arguments = ("stones:stone-2", "b.solidtex", "-o", "a.solidtex")
+    arguments = ("pebbles:stone-2", "b.solidtex", "-o", "a.solidtex")
     before = (folder / "a.solidtex").read_bytes()
     result = mix(folder, *arguments)
     assert result.returncode == 1
@@ -83,7 +83,7 @@ def test_models_that_cannot_be_mixed(folder: Path) -> None:
     assert re.search(r"wood.solidtex: found a model of the space woods .* of different spaces",
                      refusal(folder, "a.solidtex", "wood.solidtex"))  # fmt: skip
     assert "found a photograph of the space woods" in refusal(folder, "a.solidtex", "woods:stone-0")
-    assert 'found "stone-9"' in refusal(folder, "a.solidtex", "stones:stone-9")
+    assert 'found "stone-9"' in refusal(folder, "a.solidtex", "pebbles:stone-9")
     change_document(folder / "a.solidtex", folder / "tuned.solidtex", {"fine_tuned": {"steps": 9}})
     assert "found a model that was fine-tuned" in refusal(folder, "a.solidtex", "tuned.solidtex")
     change_document(folder / "a.solidtex", folder / "none.solidtex", {"space": None})
@@ -94,16 +94,16 @@ def test_models_that_cannot_be_mixed(folder: Path) -> None:
 
 
 def test_missing_and_changed_spaces(folder: Path) -> None:
-    space = folder / "stones.solidtex-space"
+    space = folder / "pebbles.solidtex-space"
     family = document(folder / "a.solidtex")["family"].replace("field", "lattice")
-    changed = random_space(Sizes(family=family, name="stones"), seed=5)
+    changed = random_space(Sizes(family=family, name="pebbles"), seed=5)
     (folder / "kept").mkdir()
     space.rename(folder / "kept" / space.name)
     message = refusal(folder, "a.solidtex", "b.solidtex")
-    assert 'a.solidtex: no texture space is named "stones"' in message
+    assert 'a.solidtex: no texture space is named "pebbles"' in message
     space.write_bytes(changed.encode())
     message = refusal(folder, "a.solidtex", "b.solidtex")
-    assert "a.solidtex: found a model of another version of the space stones" in message
+    assert "a.solidtex: found a model of another version of the space pebbles" in message
     mixed(folder, "c.solidtex", "a.solidtex", "b.solidtex", "--space", f"kept/{space.name}")
     mixed(folder, "d.solidtex", f"kept/{space.name}:stone-0", "b.solidtex")
 

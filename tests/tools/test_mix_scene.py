@@ -59,7 +59,7 @@ def test_scene_at_a_level_is_the_mixed_model(folder: Path) -> None:
     mixed(folder, "quarter.solidtex", "a.solidtex", "b.solidtex", "--weights", "0.75,0.25")
     expected, _ = render(folder, {"solid": "quarter.solidtex"})
     plane = {"point": [0, 0, -1], "normal": [0, 0, 1]}  # the number is 1 everywhere
-    color = {"mix": ["a.solidtex", "stones:stone-1"], "blend": "codes", "levels": 4}
+    color = {"mix": ["a.solidtex", "pebbles:stone-1"], "blend": "codes", "levels": 4}
     found, _ = render(folder, color | {"by": {"plane": plane, "range": [0, 4]}})
     assert found == expected
     end, _ = render(folder, color | {"by": {"plane": plane, "range": [0, 1]}})
