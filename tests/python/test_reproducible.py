@@ -9,14 +9,14 @@ import pytest
 import torch
 from small_trainings import assert_equal, make_trainer, save_photo, train
 
-from solidtex_export.training.trainer import Trainer
+from solidtex_export.training import trainer
 
 
 @pytest.fixture
 def float32(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rounding to bfloat16 hides most differences of sums."""
     off = torch.autocast("cpu", enabled=False)
-    monkeypatch.setattr(Trainer, "_autocast", lambda _: off)
+    monkeypatch.setattr(trainer, "fast_autocast", lambda _: off)
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def test_sums_are_made_in_a_fixed_order(tmp_path: Path) -> None:
     photo = save_photo(tmp_path / "photo.png")
     networks = []
     for run in range(4):
-        trainer = make_trainer([photo], tmp_path / str(run), "lattice", "--directions", "xy")
-        networks.append(train(trainer).generator.state_dict())
+        started = make_trainer([photo], tmp_path / str(run), "lattice", "--directions", "xy")
+        networks.append(train(started).generator.state_dict())
     for network in networks[1:]:
         assert_equal(networks[0], network)
