@@ -8,8 +8,6 @@
 
 #include "tools/common/output_file.h"
 
-#include "tools/common/output_file.h"
-
 namespace solidtex::tools {
 namespace {
 

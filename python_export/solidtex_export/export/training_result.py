@@ -40,7 +40,7 @@ def read_result(folder: Path) -> TrainingResult:
         if not path.is_file():
             raise StateError(f"{path}: found no such file, expected a result of solidtex-train")
     config = _read_config(config_path)
-    checkpoint = _read_checkpoint(checkpoint_path)
+    checkpoint = read_checkpoint(checkpoint_path)
     try:
         generator = _generator(config, checkpoint["generator"])
     except StateError as error:
@@ -69,14 +69,15 @@ def _read_config(path: Path) -> dict[str, Any]:
     return config
 
 
-def _read_checkpoint(path: Path) -> dict[str, Any]:
+def read_checkpoint(path: Path, error: type[ValueError] = StateError) -> dict[str, Any]:
+    """Read a checkpoint with a generator; raises `error` for any other file."""
     try:
         checkpoint = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch raises many kinds for a damaged or unsafe file
-        reason = str(error).splitlines()[0]
-        raise StateError(f"{path}: found no checkpoint that loads safely ({reason})") from error
+    except Exception as cause:  # torch raises many kinds for a damaged or unsafe file
+        reason = str(cause).splitlines()[0]
+        raise error(f"{path}: found no checkpoint that loads safely ({reason})") from cause
     if not isinstance(checkpoint, dict) or not isinstance(checkpoint.get("generator"), dict):
-        raise StateError(f"{path}: generator: found no state dict, expected one")
+        raise error(f"{path}: generator: found no state dict, expected one")
     return checkpoint
 
 

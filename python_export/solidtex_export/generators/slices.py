@@ -71,21 +71,26 @@ class SamplerSlices:
 
     def _draw_one(self, direction: str, size: int) -> Tensor:
         device = self.generator.color_mean.device
-        right, down = self._frame(direction)
-        origin = (torch.rand(3) * 2 - 1) * MAX_DISTANCE
-        points = plane_points(origin, right, down, size, size).to(device)
+        points = random_plane(self.planes, direction, size).to(device)
         y = self.generator(points, HashedLattice(self.generator.octaves, device))
         return y.view(size, size, -1).permute(2, 0, 1)
 
-    def _frame(self, direction: str) -> tuple[Tensor, Tensor]:
-        if self.planes == "any":
-            q, _ = torch.linalg.qr(torch.randn(3, 3))
-            return q[0], q[1]
-        if self.planes == "about-z":
-            angle = 2 * math.pi * float(torch.rand(()))
-            right = torch.tensor([math.cos(angle), math.sin(angle), 0.0])
-            return right, torch.tensor([0.0, 0.0, -1.0])
-        return axis_frame(direction)
+
+def random_plane(planes: str, direction: str, size: int) -> Tensor:
+    """Points [size * size, 3] of a plane of that kind at a random place; `direction` is the normal
+    of "axes".
+    """
+    if planes == "any":
+        q, _ = torch.linalg.qr(torch.randn(3, 3))
+        right, down = q[0], q[1]
+    elif planes == "about-z":
+        angle = 2 * math.pi * float(torch.rand(()))
+        right = torch.tensor([math.cos(angle), math.sin(angle), 0.0])
+        down = torch.tensor([0.0, 0.0, -1.0])
+    else:
+        right, down = axis_frame(direction)
+    origin = (torch.rand(3) * 2 - 1) * MAX_DISTANCE
+    return plane_points(origin, right, down, size, size)
 
 
 def axis_frame(direction: str) -> tuple[Tensor, Tensor]:

@@ -39,6 +39,4 @@ def sheet_of_rows(images: Sequence[Tensor], columns: int) -> Tensor:
     """Colors [3, row, column] in rows of `columns` images."""
     images = [i.clamp(0, 1) for i in images]
     rows = [_stacked(list(images[i : i + columns]), 2) for i in range(0, len(images), columns)]
-    width = max(row.shape[2] for row in rows)
-    padded = [F.pad(row, (0, width - row.shape[2]), value=1.0) for row in rows]
-    return _stacked(padded, 1)
+    return _stacked(rows, 1)

@@ -7,8 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import torch
-
+from solidtex_export.export.training_result import read_checkpoint
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.settings import validated
 from solidtex_export.spaces.encoder import make_encoder
@@ -21,12 +20,8 @@ from solidtex_export.training.result import ResultError
 
 def read_space(folder: Path, name: str, license: str) -> Space:
     """Read config.json and checkpoint.pt without executing anything in them."""
-    config = read_config(folder / "config.json")
-    if config.get("kind") != "space":
-        found = json.dumps(config.get("kind"))
-        raise ResultError(f"{folder / 'config.json'}: kind: found {found}, expected a space")
+    config, state, training = _read(folder, "space")
     path = folder / "checkpoint.pt"
-    state = _checkpoint(path)
     recipe = validated(SpaceRecipe, config["recipe"], str(folder / "config.json"))
     generator = make_generator(recipe)
     trained = load_weights(SHIPPED) if recipe.uses_descriptor else None
@@ -38,8 +33,6 @@ def read_space(folder: Path, name: str, license: str) -> Space:
         photographs = [Photograph(record, code, colors) for record, code, colors in pairs]
     except (KeyError, TypeError, ValueError, RuntimeError) as error:
         raise ResultError(f"{path}: does not fit config.json ({error})") from error
-    training = {k: config[k] for k in ("preset", "recipe", "seed")}
-    training |= {"step": state["step"], "seconds": round(state["seconds"])}
     return Space(
         name,
         recipe,
@@ -56,15 +49,9 @@ def read_space(folder: Path, name: str, license: str) -> Space:
 
 def read_start(folder: Path, name: str, license: str) -> LearnedStart:
     """Read the result of a start preset."""
-    config = read_config(folder / "config.json")
-    if config.get("kind") != "start":
-        found = json.dumps(config.get("kind"))
-        raise ResultError(f"{folder / 'config.json'}: kind: found {found}, expected a start")
+    config, state, training = _read(folder, "start")
     path = folder / "checkpoint.pt"
-    state = _checkpoint(path)
     recipe = validated(StartRecipe, config["recipe"], str(folder / "config.json"))
-    training = {k: config[k] for k in ("preset", "recipe", "seed")}
-    training |= {"step": state["step"], "seconds": round(state["seconds"])}
     document = StartDocument(
         name=name,
         generator={"kind": recipe.generator.kind, **recipe.generator.sizes},
@@ -80,15 +67,16 @@ def read_start(folder: Path, name: str, license: str) -> LearnedStart:
     return LearnedStart(folder, digest, document, tensors)
 
 
-def _checkpoint(path: Path) -> dict[str, Any]:
-    try:
-        state = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch raises many kinds for a damaged or unsafe file
-        reason = str(error).splitlines()[0]
-        raise ResultError(f"{path}: found no checkpoint that loads safely ({reason})") from error
-    if not isinstance(state, dict) or not isinstance(state.get("generator"), dict):
-        raise ResultError(f"{path}: generator: found no state dict, expected one")
-    return state
+def _read(folder: Path, kind: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """The configuration, the checkpoint, and the record of the training for the file."""
+    path = folder / "config.json"
+    config = read_config(path)
+    if config["kind"] != kind:
+        raise ResultError(f"{path}: kind: found {json.dumps(config['kind'])}, expected a {kind}")
+    state = read_checkpoint(folder / "checkpoint.pt", ResultError)
+    training = {k: config[k] for k in ("preset", "recipe", "seed")}
+    training |= {"step": state["step"], "seconds": round(state["seconds"])}
+    return config, state, training
 
 
 def read_config(path: Path) -> dict[str, Any]:

@@ -73,21 +73,24 @@ class Space:
         }
 
     def tensors(self) -> dict[str, np.ndarray]:
+        """Tensors of the file: those of the network, and the encoder's ONNX file."""
+        encoder = encoder_onnx(self.encoder, self.patch, self.recipe.colors == "network")
+        return self.network() | {"encoder": np.frombuffer(encoder, np.uint8)}
+
+    def network(self) -> dict[str, np.ndarray]:
+        """Tensors of the file without the encoder."""
         found = dict(self.generator.tensors())
         found["codes"] = torch.stack([p.code for p in self.photographs])
-        network = self.recipe.colors == "network"
-        if network:  # values of -1 ... 1 become colors of 0 ... 1
+        if self.recipe.colors == "network":  # values of -1 ... 1 become colors of 0 ... 1
             last = "last_conv" if self.recipe.family == "lattice" else "output"
             found[f"{last}.weight"] = NETWORK_SCALE * found[f"{last}.weight"]
             found[f"{last}.bias"] = NETWORK_MEAN + NETWORK_SCALE * found[f"{last}.bias"]
         else:
             found["colors"] = torch.stack([p.colors for p in self.photographs])
-        arrays = {
+        return {
             name: np.ascontiguousarray(value.detach().float().cpu().numpy())
             for name, value in found.items()
         }
-        encoder = encoder_onnx(self.encoder, self.patch, colors=network)
-        return arrays | {"encoder": np.frombuffer(encoder, np.uint8)}
 
 
 def write_space(path: Path, space: Space) -> str:

@@ -125,7 +125,7 @@ def _open_result(folder: Path) -> OpenSpace:
         folder,
         hashlib.sha256(checkpoint).hexdigest(),
         validated(SpaceDocument, document, str(folder)),
-        {k: v for k, v in space.tensors().items() if k != "encoder"},
+        space.network(),
         encode,
         space.critic,
     )

@@ -17,7 +17,7 @@ from torch.optim import Adam
 
 from solidtex_export.discriminators.critic import Critic, Penalties, adversarial_loss, style_loss
 from solidtex_export.generators.regions import Box
-from solidtex_export.generators.slices import SLICE_AXES, plane_points
+from solidtex_export.generators.slices import SLICE_AXES, random_plane
 from solidtex_export.images.exemplar import random_crops, random_symmetry
 from solidtex_export.images.sheet import sheet_of_rows
 from solidtex_export.losses.descriptor.weights import Trained
@@ -38,8 +38,7 @@ from solidtex_export.training.result import ResultFolder
 PATCH = 128  # pixels
 PATCHES = 6  # of each photograph
 NOISE_STEPS = 500  # after which the sampler's tiles of noise are drawn anew
-MAX_DISTANCE = 4096.0  # of the sampler's slices from the origin, in texels
-MAX_NORM = 1.0  # of the gradient, relative to its running mean
+MAX_NORM = 1.0  # of the gradient
 
 
 class SpaceTrainer(ResumableTraining):
@@ -146,12 +145,11 @@ class SpaceTrainer(ResumableTraining):
         codes = self.encoder.code(picked)
         return codes + self.recipe.losses.code_noise * torch.randn_like(codes)
 
-    def draw(self, codes: Tensor, size: int, planes: str | None = None) -> Tensor:
+    def draw(self, codes: Tensor, size: int) -> Tensor:
         """Slices [material, channel, size, size] of the solids of `codes`."""
-        planes = planes or self.recipe.slicing.planes
         if isinstance(self.generator, ConditionedLattice):
             return self._draw_lattice(codes, size)
-        points = torch.stack([self._plane(planes, size) for _ in codes]).to(self.device)
+        points = torch.stack([self._plane(size) for _ in codes]).to(self.device)
         if self._noise is None or self.step % NOISE_STEPS == 0:
             self._noise = TiledNoise(self.generator.settings.octaves, self.device)
         y = self.generator(codes, points, self._noise)
@@ -169,20 +167,10 @@ class SpaceTrainer(ResumableTraining):
         y = self.generator(codes, noise, box, (normal, rows, columns))
         return y.squeeze(2).flip(2)
 
-    @staticmethod
-    def _plane(planes: str, size: int) -> Tensor:
-        if planes == "any":
-            q, _ = torch.linalg.qr(torch.randn(3, 3))
-            right, down = q[0], q[1]
-        elif planes == "about-z":
-            angle = 2 * math.pi * float(torch.rand(()))
-            right = torch.tensor([math.cos(angle), math.sin(angle), 0.0])
-            down = torch.tensor([0.0, 0.0, -1.0])
-        else:
-            columns, rows = SLICE_AXES["xyz"[int(torch.randint(3, ()))]]
-            right, down = torch.eye(3)[columns], -torch.eye(3)[rows]
-        origin = (torch.rand(3) * 2 - 1) * MAX_DISTANCE
-        return plane_points(origin, right, down, size, size)
+    def _plane(self, size: int) -> Tensor:
+        planes = self.recipe.slicing.planes
+        direction = "xyz"[int(torch.randint(3, ()))] if planes == "axes" else ""
+        return random_plane(planes, direction, size)
 
     def _gradient(self, slices: Tensor, chosen: Sequence[int]) -> tuple[Tensor, dict[str, float]]:
         """Gradient with respect to all slices, and the mean of each loss."""
@@ -278,10 +266,7 @@ class SpaceTrainer(ResumableTraining):
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        if len(state["ranks"]) != self.ranks.count:
-            raise ValueError(
-                f"found the state of {len(state['ranks'])} processes, expected {self.ranks.count}"
-            )
+        own = self.ranks.own(state["ranks"])
         self.generator.load_state_dict(state["generator"])
         self.encoder.load_state_dict(state["encoder"])
         self._adam.load_state_dict(state["optimizer"])
@@ -290,7 +275,6 @@ class SpaceTrainer(ResumableTraining):
             self._critic_adam.load_state_dict(state["critic"]["adam"])
         self.watch.restore(state["watch"])
         self.step, self.seconds = state["step"], state["seconds"]
-        own = state["ranks"][self.ranks.rank]
         if own["noise"] is not None:
             self._noise = TiledNoise.restored(own["noise"].to(self.device))
         torch.set_rng_state(own["rng"])

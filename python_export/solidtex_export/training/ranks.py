@@ -66,6 +66,12 @@ class Ranks:
         dist.gather_object(value, values, dst=0)
         return values if values is not None else [value]
 
+    def own(self, values: list[Any]) -> Any:
+        """This rank's value of those that `gather` returned; refuses another number of ranks."""
+        if len(values) != self.count:
+            raise ValueError(f"found the state of {len(values)} processes, expected {self.count}")
+        return values[self.rank]
+
     def wait(self) -> None:
         if self.count > 1:
             dist.barrier()

@@ -277,13 +277,9 @@ class Trainer:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        if len(state["ranks"]) != self.ranks.count:
-            raise ValueError(
-                f"found the state of {len(state['ranks'])} processes, expected {self.ranks.count}"
-            )
+        own = self.ranks.own(state["ranks"])
         self.generator.load_state_dict(state["generator"])
         self.optimizer.load_state_dict(state["optimizer"])
-        own = state["ranks"][self.ranks.rank]
         saved, buffers = state["discriminators"], own["replay_buffers"]
         states = zip(self.discriminators, saved, buffers, strict=True)
         for discriminators, saved_states, saved_buffers in states:
