@@ -97,6 +97,8 @@ class SpaceRecipe(Settings):
     slicing: SlicingSettings = SlicingSettings()
     losses: LossSettings
     optimizer: Optimizer
+    gradient_norm: Annotated[float, within(0, 1e6)] = 0.0
+    """Longest gradient of a step; a longer one is scaled down. 0: no limit."""
     critic: CriticSettings | None = None
 
     @property

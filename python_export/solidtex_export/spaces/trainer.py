@@ -38,7 +38,6 @@ from solidtex_export.training.result import ResultFolder
 PATCH = 128  # pixels
 PATCHES = 6  # of each photograph
 NOISE_STEPS = 500  # after which the sampler's tiles of noise are drawn anew
-MAX_NORM = 1.0  # of the gradient
 
 
 class SpaceTrainer(ResumableTraining):
@@ -130,7 +129,9 @@ class SpaceTrainer(ResumableTraining):
             raise not_finite(self.step, "a gradient")
         slices.backward(gradient.to(slices.dtype))
         self.ranks.average_gradients(self._trained)
-        torch.nn.utils.clip_grad_norm_(self._trained.parameters(), MAX_NORM)
+        if self.recipe.gradient_norm:
+            norm = self.recipe.gradient_norm
+            torch.nn.utils.clip_grad_norm_(self._trained.parameters(), norm)
         self._adam.step()
         if self.critic is not None:
             sums["critic"] = self._train_critic(slices.detach().float(), chosen)
