@@ -53,14 +53,32 @@ std::size_t index_in(const AtlasRegion& region, int x, int y) {
 struct Batch {
   std::vector<float> points, axes;
 
-  void add(const UvTriangle& triangle, const Placement& placement, int x, int y) {
+  void add(const UvTriangle& triangle, const Placement& placement, const glm::dvec2& texel) {
     const double scale = placement.texels_per_unit;
-    const glm::vec3 point(triangle.position({x + 0.5, y + 0.5}) * scale);
+    const glm::vec3 point(triangle.position(texel) * scale);
     const glm::vec3 right(triangle.right() * (0.5 * scale)), down(triangle.down() * (0.5 * scale));
     points.insert(points.end(), {point.x, point.y, point.z});
     axes.insert(axes.end(), {right.x, right.y, right.z, down.x, down.y, down.z, 0, 0, 0});
   }
+
+  // Values [point][channel].
+  std::vector<float> evaluate(const texture& texture, const Placement& placement) const {
+    std::vector<float> found(points.size() / 3 * texture.channel_count());
+    texture.eval_footprints(placement.origin, points, axes, found);
+    return found;
+  }
 };
+
+// Normal of a relief in tangent space, by the differences of its height across a texel.
+glm::vec3 tangent_normal(const UvTriangle& triangle, double to_right, double to_down) {
+  const double width = glm::length(triangle.right());
+  const glm::dvec3 tangent = triangle.right() / width, up = -triangle.down();
+  const double shear = glm::dot(up, tangent);
+  const double height = glm::length(up - shear * tangent);
+  const double along_u = to_right / width;
+  const double along_v = (-to_down - shear * along_u) / height;
+  return glm::vec3(glm::normalize(glm::dvec3(-along_u, -along_v, 1)));
+}
 
 }  // namespace
 
@@ -136,33 +154,74 @@ std::size_t Atlas::overlapping_texels(const AtlasRegion& region) const {
   return overlapping;
 }
 
-void Atlas::evaluate(const texture& texture, const AtlasRegion& region, float* values) const {
+// The covered texels that a region repeats, each once, and for each texel of the region the index
+// of its own, or kUncovered.
+struct Atlas::Sources {
+  struct Texel {
+    UvTriangle triangle;
+    glm::dvec2 center;
+  };
+  std::vector<Texel> texels;
+  std::vector<std::uint32_t> indices;
+};
+
+Atlas::Sources Atlas::sources_of(const AtlasRegion& region) const {
   const AtlasRegion wide = common({{region.low[0] - margin_, region.low[1] - margin_},
                                    {region.high[0] + margin_, region.high[1] + margin_}},
                                   {{0, 0}, {size_, size_}});
   const std::vector<std::uint32_t> triangles = covering_triangles(wide);
-  const std::vector<std::uint32_t> sources = nearest_covered(triangles, wide, region, margin_);
-
-  Batch batch;
-  std::vector<std::uint32_t> slots(triangles.size(), kUncovered);  // where a texel's value will be
-  std::uint32_t count = 0;
-  for (const std::uint32_t source : sources) {
-    if (source == kUncovered || slots[source] != kUncovered) continue;
-    slots[source] = count++;
-    const auto width = static_cast<std::uint32_t>(wide.width());
-    batch.add(*UvTriangle::of(*mesh_, triangles[source], size_), placement_,
-              wide.low[0] + static_cast<int>(source % width),
-              wide.low[1] + static_cast<int>(source / width));
+  Sources sources{{}, nearest_covered(triangles, wide, region, margin_)};
+  std::vector<std::uint32_t> slots(triangles.size(), kUncovered);
+  const auto width = static_cast<std::uint32_t>(wide.width());
+  for (std::uint32_t& index : sources.indices) {
+    if (index == kUncovered) continue;
+    std::uint32_t& slot = slots[index];
+    if (slot == kUncovered) {
+      slot = static_cast<std::uint32_t>(sources.texels.size());
+      const glm::dvec2 corner(wide.low[0] + static_cast<int>(index % width),
+                              wide.low[1] + static_cast<int>(index / width));
+      sources.texels.push_back({*UvTriangle::of(*mesh_, triangles[index], size_), corner + 0.5});
+    }
+    index = slot;
   }
+  return sources;
+}
+
+void Atlas::evaluate(const texture& texture, const AtlasRegion& region, float* values) const {
+  const Sources sources = sources_of(region);
+  Batch batch;
+  for (const auto& [triangle, center] : sources.texels) batch.add(triangle, placement_, center);
+  const std::vector<float> found = batch.evaluate(texture, placement_);
   const std::size_t channels = texture.channel_count();
-  std::vector<float> found(count * channels);
-  texture.eval_footprints(placement_.origin, batch.points, batch.axes, found);
-  for (const std::uint32_t source : sources) {
-    if (source == kUncovered) {
+  for (const std::uint32_t index : sources.indices) {
+    if (index == kUncovered) {
       values = std::fill_n(values, channels, 0.0f);
     } else {
-      values = std::copy_n(&found[slots[source] * channels], channels, values);
+      values = std::copy_n(&found[index * channels], channels, values);
     }
+  }
+}
+
+void Atlas::evaluate_normals(const texture& texture, const AtlasRegion& region, std::size_t channel,
+                             double depth, float* normals) const {
+  const Sources sources = sources_of(region);
+  const glm::dvec2 sides[] = {{-0.5, 0}, {0.5, 0}, {0, -0.5}, {0, 0.5}};
+  Batch batch;
+  for (const auto& [triangle, center] : sources.texels) {
+    for (const glm::dvec2& side : sides) batch.add(triangle, placement_, center + side);
+  }
+  const std::vector<float> found = batch.evaluate(texture, placement_);
+  const auto height = [&](std::size_t texel, std::size_t side) {
+    return depth *
+           static_cast<double>(found[(4 * texel + side) * texture.channel_count() + channel]);
+  };
+  for (const std::uint32_t index : sources.indices) {
+    glm::vec3 normal(0, 0, 1);
+    if (index != kUncovered) {
+      normal = tangent_normal(sources.texels[index].triangle, height(index, 1) - height(index, 0),
+                              height(index, 3) - height(index, 2));
+    }
+    normals = std::copy_n(&normal.x, 3, normals);
   }
 }
 

@@ -41,6 +41,13 @@ class Atlas {
   // oneTBB arena. Throws solidtex::error.
   void evaluate(const texture& texture, const AtlasRegion& region, float* values) const;
 
+  // Writes normals [y][x][3] of a relief in the tangent space of the texture coordinates: x along
+  // u, y along v, z along the surface's normal (0, 0, 1 beyond the margin). The height of the
+  // relief is `depth`, in the mesh's units, times a channel. Its gradient is measured across each
+  // texel.
+  void evaluate_normals(const texture& texture, const AtlasRegion& region, std::size_t channel,
+                        double depth, float* normals) const;
+
   // Number of texels of a region with their center well inside several triangles: overlapping
   // charts, for which one color cannot be right.
   std::size_t overlapping_texels(const AtlasRegion& region) const;
@@ -48,7 +55,10 @@ class Atlas {
  private:
   using Cell = std::vector<std::uint32_t>;  // triangles, in their order
 
+  struct Sources;
+
   void sort_into_cells();
+  Sources sources_of(const AtlasRegion& region) const;
   template <class Visit>
   void for_each_covered(const AtlasRegion& region, const Visit& visit) const;
   std::vector<std::uint32_t> covering_triangles(const AtlasRegion& region) const;

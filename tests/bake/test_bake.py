@@ -3,6 +3,7 @@
 import json
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import time
@@ -222,3 +223,13 @@ def test_refusals_of_outputs(tmp_path: Path) -> None:
 def test_help_and_version() -> None:
     assert "Examples:" in bake("--help").stdout
     assert bake("--version").stdout.startswith("solidtex-bake ")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_scripts_name_the_options(shell: str) -> None:
+    command = [str(BAKE), "--completion", shell]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "texels-per-unit" in result.stdout
+    assert shell == "bash" or "vertex-color uv" in result.stdout
+    if shutil.which(shell):
+        subprocess.run([shell, "-n"], input=result.stdout, text=True, check=True)

@@ -1,5 +1,6 @@
 """solidtex-bake on meshes: colors of vertices, and the image of a UV atlas."""
 
+import json
 import os
 import resource
 import signal
@@ -197,6 +198,11 @@ def test_missing_parts_of_a_file_are_named(tmp_path: Path) -> None:
         (["--mesh", VASE, "--to", "uv", "--size", 99999, "-o", "a.exr"], 1, "up to 16384"),
         (["--mesh", VASE, "--to", "color", "-o", "a.exr"], 2, "--to"),
         (["--mesh", VASE, "-o", "a.exr"], 2, "requires --to"),
+        (["--mesh", VASE, "--maps", "normal", "-o", "a"], 1, "no channel height"),
+        (["--mesh", VASE, "--maps", "gloss", "-o", "a"], 1, "--maps gloss"),
+        (["--mesh", VASE, "--maps", "albedo", "--to", "uv", "-o", "a"], 2, "--maps"),
+        (["--mesh", VASE, "--maps", "albedo", "--format", "npy", "-o", "a"], 1, "png or exr"),
+        (["--mesh", VASE, "-o", "a.glb", "--checkpoint", "c"], 1, "--checkpoint: found"),
         (["--to", "uv", "-o", "a.exr"], 2, "requires --mesh"),
         (["--margin", 4, "-o", "a.npy"], 2, "requires --mesh"),
         (["--mesh", VASE, "--to", "uv", "-o", "a.exr", "--texels-per-unit", 0], 2, "--texels-per"),
@@ -249,3 +255,94 @@ def test_a_write_that_fails_is_reported(tmp_path: Path, name: str) -> None:
     assert result.returncode == 1
     assert f"{tmp_path / name}: cannot write: File too large" in result.stderr
     assert os.listdir(tmp_path) == ["cube.obj"]
+
+
+MAPS = "paint-rusted"
+
+
+def image(path: Path) -> np.ndarray:
+    picture = oiio.ImageBuf(str(path))
+    return np.asarray(picture.get_pixels(oiio.FLOAT)).astype(np.float64)
+
+
+def relief_normals(size: int, depth: float) -> tuple[np.ndarray, np.ndarray]:
+    """Normals of cube_obj's charts [y, x, 3] by exact jacobians, and where the charts are."""
+    v, u = np.meshgrid(1 - (np.arange(size) + 0.5) / size, (np.arange(size) + 0.5) / size,
+                       indexing="ij")  # fmt: skip
+    inside, points, slopes = cube_surface(np.stack([u, v], axis=-1))
+    paint = solidtex.Texture(MAPS, seed=4)
+    height = paint.channels.index("height")
+    _, jacobian = paint.eval_jacobian(SCALE * points, origin=ORIGIN)
+    gradient = SCALE * depth * jacobian[:, :, height]
+    along = slopes / np.maximum(np.linalg.norm(slopes, axis=-1, keepdims=True), 1e-9)
+    normals = np.concatenate([-(along * gradient[:, :, None]).sum(-1), np.ones((size, size, 1))], 2)
+    return normals / np.linalg.norm(normals, axis=-1, keepdims=True), inside
+
+
+def test_maps_have_the_names_and_values_that_engines_expect(tmp_path: Path) -> None:
+    cube, size = cube_obj(tmp_path / "cube.obj"), 192
+    where = ("--mesh", cube, "--size", size, *PLACED)
+    atlas, png, exr = tmp_path / "a.exr", tmp_path / "png", tmp_path / "exr"
+    baked(*where, "--to", "uv", "-o", atlas, model=MAPS)
+    names = "albedo,roughness,height,normal"
+    baked(*where, "--maps", names, "-o", png, "--normal-map", "directx", model=MAPS)
+    baked(*where, "--maps", names, "-o", exr, "--format", "exr", model=MAPS)
+    stems = ["BaseColor", "Height", "Normal", "Roughness"]
+    assert sorted(p.name for p in png.iterdir()) == [f"cube_{s}.png" for s in stems]
+    assert sorted(p.name for p in exr.iterdir()) == [f"cube_{s}.exr" for s in stems]
+
+    expected = image(atlas)  # R, G, B, height, roughness in the file's order
+    order = oiio.ImageInput.open(str(atlas)).spec().channelnames
+    planes = {name: expected[..., i] for i, name in enumerate(order)}
+    for i, name in enumerate("RGB"):
+        assert (image(exr / "cube_BaseColor.exr")[..., i] == planes[name]).all()
+        encoded = image(png / "cube_BaseColor.png")[..., i]
+        assert np.abs(light(encoded) - np.clip(planes[name], 0, 1)).max() < 0.006
+    for name in ("roughness", "height"):
+        exact = image(exr / f"cube_{name.capitalize()}.exr")[..., 0]
+        assert (exact == planes[name]).all()
+        steps = 255 if name == "roughness" else 65535
+        stored = image(png / f"cube_{name.capitalize()}.png")[..., 0]
+        assert np.abs(stored - np.clip(exact, 0, 1)).max() <= 0.51 / steps
+
+    up, down = (2 * image(f) - 1 for f in (exr / "cube_Normal.exr", png / "cube_Normal.png"))
+    assert np.allclose(np.linalg.norm(up, axis=-1), 1, atol=1e-5)
+    assert np.abs(up * (1, -1, 1) - down).max() < 1e-4
+    normals, inside = relief_normals(size, depth=1.5 / SCALE)
+    alike = [np.corrcoef(up[inside][:, i], normals[inside][:, i])[0, 1] for i in (0, 1)]
+    assert min(alike) > 0.9  # footprints smooth; a wrong sign or axis gives -1 or 0
+    assert up[inside][:, :2].std() > 0.05
+
+
+def test_a_glb_holds_the_mesh_and_its_maps(tmp_path: Path) -> None:
+    cube, out = cube_obj(tmp_path / "cube.obj"), tmp_path / "cube.glb"
+    baked("--mesh", cube, "--size", 64, "-o", out, *PLACED, model=MAPS)
+    data = out.read_bytes()
+    assert data[:8] == b"glTF\x02\0\0\0" and int.from_bytes(data[8:12], "little") == len(data)
+    length = int.from_bytes(data[12:16], "little")
+    document = json.loads(data[20 : 20 + length])
+    binary = data[28 + length :]
+    views = [
+        binary[v["byteOffset"] : v["byteOffset"] + v["byteLength"]] for v in document["bufferViews"]
+    ]
+    attributes = document["meshes"][0]["primitives"][0]["attributes"]
+    uvs = np.frombuffer(views[document["accessors"][attributes["TEXCOORD_0"]]["bufferView"]],
+                        np.float32).reshape(-1, 2)  # fmt: skip
+    rows = [line.split()[1:] for line in cube.read_text().splitlines() if line.startswith("vt")]
+    known = {(round(float(u), 4), round(1 - float(v), 4)) for u, v in rows}
+    assert {(round(float(u), 4), round(float(v), 4)) for u, v in uvs} == known
+    material = document["materials"][0]
+    surface = material["pbrMetallicRoughness"]
+    assert surface["metallicFactor"] == 0 and surface["roughnessFactor"] == 1
+    used = [surface["baseColorTexture"], surface["metallicRoughnessTexture"],
+            material["normalTexture"]]  # fmt: skip
+    for number, texture in enumerate(used):
+        source = document["textures"][texture["index"]]["source"]
+        (tmp_path / "map.png").write_bytes(views[document["images"][source]["bufferView"]])
+        assert image(tmp_path / "map.png").shape == (64, 64, 3), number
+    # The mesh reader of this project reads it, texture coordinates included.
+    again = tmp_path / "again.exr"
+    baked("--mesh", out, "--to", "uv", "--size", 64, "-o", again, *PLACED, model=MAPS)
+    first = tmp_path / "first.exr"
+    baked("--mesh", cube, "--to", "uv", "--size", 64, "-o", first, *PLACED, model=MAPS)
+    assert np.abs(image(again) - image(first)).max() < 1e-3

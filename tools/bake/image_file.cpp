@@ -116,10 +116,15 @@ Imf::Header header_of(int width, int height, const std::vector<std::string>& nam
 
 }  // namespace
 
+std::vector<unsigned char> encode_png(const std::filesystem::path& path, const PngFormat& format,
+                                      std::span<const std::byte> pixels) {
+  return format.has_16_bits ? encode_16_bits(path, format, pixels.data())
+                            : encode_8_bits(path, format, pixels.data());
+}
+
 void write_png(const std::filesystem::path& path, const PngFormat& format,
                std::span<const std::byte> pixels) {
-  const Bytes bytes = format.has_16_bits ? encode_16_bits(path, format, pixels.data())
-                                         : encode_8_bits(path, format, pixels.data());
+  const Bytes bytes = encode_png(path, format, pixels);
   OutputFile file(path);
   file.write(0, bytes.data(), bytes.size());
   file.close();

@@ -35,6 +35,9 @@ struct PngFormat {
   bool is_linear = false;  // else sRGB-encoded, or data
 };
 
+// Returns the bytes of a PNG file; errors name `path`.
+std::vector<unsigned char> encode_png(const std::filesystem::path& path, const PngFormat& format,
+                                      std::span<const std::byte> pixels);
 // Writes pixels row by row from the top, of native byte order. Throws WriteError.
 void write_png(const std::filesystem::path& path, const PngFormat& format,
                std::span<const std::byte> pixels);

@@ -40,7 +40,8 @@ void check_targets(const BakeOptions& options) {
   }
   const bool is_mesh = !options.mesh.empty();
   const bool is_volume = !options.output.empty() && !is_mesh;
-  const bool takes_folder = is_volume && !*format_of(options.request()).extension;
+  const bool takes_folder =
+      is_mesh ? !options.maps.empty() : is_volume && !*format_of(options.request()).extension;
   const bool grows = is_store(options);  // shard by shard; other outputs appear complete or not
   check_store_options(options);
   std::vector<fs::path> targets;

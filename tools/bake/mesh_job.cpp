@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -13,7 +14,9 @@
 #include "plugins/mesh/vertices.h"
 #include "tools/bake/channels.h"
 #include "tools/bake/checkpoint.h"
+#include "tools/bake/glb.h"
 #include "tools/bake/image_file.h"
+#include "tools/bake/maps.h"
 #include "tools/bake/ply.h"
 #include "tools/common/cli.h"
 #include "tools/common/limits.h"
@@ -29,6 +32,10 @@ using mesh::Mesh;
 constexpr std::size_t vertices_at_a_time = 4096;
 constexpr int texels_at_a_time = 1 << 16;
 constexpr int default_atlas_size = 1024;
+
+std::size_t texel_count(const mesh::AtlasRegion& region) {
+  return static_cast<std::size_t>(region.width()) * static_cast<std::size_t>(region.height());
+}
 
 mesh::Placement placement_of(const BakeOptions& options, const Mesh& mesh) {
   const bool is_given = options.texels_per_unit != 0;
@@ -144,6 +151,27 @@ void bake_vertices(const BakeOptions& options, Mesh loaded, const solidtex::text
   write_ply(file, mesh, properties_of(texture, values, options.color_type != "float"));
 }
 
+// Calls bake(band) for bands of rows from the top of an atlas.
+void for_each_band(const std::string& label, int size,
+                   const std::function<void(const mesh::AtlasRegion&)>& bake) {
+  Progress progress(label, static_cast<std::uint64_t>(size) * static_cast<std::uint64_t>(size));
+  const int rows = std::clamp(texels_at_a_time / size, 4, size);
+  for (int y = 0; y < size; y += rows) {
+    throw_if_interrupted();
+    const mesh::AtlasRegion band{{0, y}, {size, std::min(y + rows, size)}};
+    bake(band);
+    progress.advance(texel_count(band));
+  }
+  progress.finish();
+}
+
+void report_overlap(const Mesh& mesh, std::size_t overlapping) {
+  if (overlapping == 0) return;
+  std::cerr << fmt::format(
+      "{}: {} texels lie in more than one triangle and have the color of the first\n", mesh.file,
+      overlapping);
+}
+
 void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture& texture,
                 const fs::path& file) {
   const auto mesh = std::make_shared<const Mesh>(std::move(loaded));
@@ -153,17 +181,10 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
   Checkpoint finished = checkpoint_of(options, *mesh, placement, texture);
   const std::vector<Encoding> encodings = channel_encodings(texture);
   ExrFile image(file, size, size, exr_names(texture));
-  Progress progress("Baking " + texture.name(),
-                    static_cast<std::uint64_t>(size) * static_cast<std::uint64_t>(size));
-  const int rows = std::clamp(texels_at_a_time / size, 4, size);
   std::vector<float> values;
   std::size_t overlapping = 0;
-  for (int y = 0; y < size; y += rows) {
-    throw_if_interrupted();
-    const mesh::AtlasRegion band{{0, y}, {size, std::min(y + rows, size)}};
-    const std::size_t texels =
-        static_cast<std::size_t>(size) * static_cast<std::size_t>(band.height());
-    values.resize(texels * encodings.size());
+  for_each_band("Baking " + texture.name(), size, [&](const mesh::AtlasRegion& band) {
+    values.resize(texel_count(band) * encodings.size());
     if (!finished.read(values)) {
       atlas.evaluate(texture, band, values.data());
       finished.append(values);
@@ -173,14 +194,36 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
       values[i] = light_value(values[i], encodings[i % encodings.size()]);
     }
     image.write_rows(values.data(), band.height());
-    progress.advance(texels);
-  }
+  });
   image.close();
-  progress.finish();
-  if (overlapping == 0) return;
-  std::cerr << fmt::format(
-      "{}: {} texels lie in more than one triangle and have the color of the first\n", mesh->file,
-      overlapping);
+  report_overlap(*mesh, overlapping);
+}
+
+bool is_glb(const BakeOptions& options) { return lower_extension(options.output) == ".glb"; }
+
+// The maps of an atlas, all in memory, in a folder or in a .glb file.
+void bake_maps(const BakeOptions& options, Mesh loaded, const solidtex::texture& texture,
+               const fs::path& file) {
+  const auto mesh = std::make_shared<const Mesh>(std::move(loaded));
+  const int size = atlas_size(options);
+  MapSet maps(texture, options.maps, size);
+  check_memory(options.output.string(), static_cast<double>(maps.bytes()), "--size makes it less");
+  const mesh::Placement placement = placement_of(options, *mesh);
+  const mesh::Atlas atlas(mesh, placement, size, options.margin);
+  const double relief = options.relief > 0 ? options.relief : mesh::kDefaultRelief;
+  std::size_t overlapping = 0;
+  for_each_band("Baking " + texture.name(), size, [&](const mesh::AtlasRegion& band) {
+    maps.evaluate(atlas, texture, band, relief / placement.texels_per_unit);
+    overlapping += atlas.overlapping_texels(band);
+  });
+  report_overlap(*mesh, overlapping);
+  if (is_glb(options)) {
+    write_glb(file, *mesh, maps);
+  } else {
+    fs::create_directory(file);
+    maps.write(file, options.mesh.stem().string(), options.format == "exr",
+               options.normal_map == "directx");
+  }
 }
 
 // After Ctrl-C.
@@ -189,9 +232,27 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
   throw Interrupted(options.checkpoint.string() + " keeps what is done");
 }
 
+void check_map_options(const BakeOptions& options) {
+  if (!options.checkpoint.empty()) {
+    throw std::runtime_error("--checkpoint: found it with maps, expected it with --to");
+  }
+  const std::string& format = options.format;
+  if (!format.empty() && (is_glb(options) || (format != "png" && format != "exr"))) {
+    throw std::runtime_error(fmt::format(
+        "--format {}: expected {}", format,
+        is_glb(options) ? "none with OUT.glb, whose maps are PNG" : "png or exr with --maps"));
+  }
+  atlas_size(options);
+}
+
 }  // namespace
 
 void check_mesh_options(const BakeOptions& options) {
+  if (options.to.empty()) return check_map_options(options);
+  if (!options.format.empty()) {
+    throw std::runtime_error("--format: found it with --to " + options.to +
+                             ", expected it with --maps");
+  }
   const bool is_atlas = options.to == "uv";
   const char* extension = is_atlas ? ".exr" : ".ply";
   if (lower_extension(options.output) != extension) {
@@ -214,7 +275,9 @@ void check_mesh_options(const BakeOptions& options) {
 void bake_mesh(const BakeOptions& options, const solidtex::texture& texture, const fs::path& file) {
   Mesh mesh = mesh::load_mesh(options.mesh);
   try {
-    if (options.to == "uv") {
+    if (options.to.empty()) {
+      bake_maps(options, std::move(mesh), texture, file);
+    } else if (options.to == "uv") {
       bake_atlas(options, std::move(mesh), texture, file);
     } else {
       bake_vertices(options, std::move(mesh), texture, file);

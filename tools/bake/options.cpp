@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tools/common/cli.h"
+#include "tools/common/output_file.h"
 
 namespace solidtex::tools {
 namespace {
@@ -91,11 +92,12 @@ void add_store_options(CLI::App& app, BakeOptions& options) {
 }
 
 constexpr char examples[] =
-    "OUT is a file whose name ends in .npy, .vdb, .nrrd, .nhdr, .raw, .vti, .vol, .tif or .zarr, a "
-    "new\n"
-    "folder with --slices, or with --mesh a .ply or .exr file. What memory or the disk cannot "
-    "hold is\n"
-    "refused: .vdb needs memory for the whole volume, --slices for a slice, the others for none.\n"
+    "OUT is a file whose name ends in .npy, .vdb, .nrrd, .nhdr, .raw, .vti, .vol, .tif or .zarr, "
+    "a\n"
+    "new folder with --slices, or with --mesh a .ply, .exr or .glb file or a new folder of "
+    "--maps.\n"
+    "What memory or the disk cannot hold is refused: .vdb needs memory for the whole volume,\n"
+    "--slices for a slice, --maps and .glb for all maps, the others for none.\n"
     "A .zarr is a folder with levels of detail; after an interruption the same command goes on.\n"
     "Examples:\n"
     "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
@@ -106,6 +108,8 @@ constexpr char examples[] =
     "  solidtex-bake rust-red --preview rust.png\n"
     "  solidtex-bake marble --mesh bust.obj --to uv --size 4096 -o bust.exr\n"
     "  solidtex-bake marble --mesh bust.obj --to vertex-color -o bust.ply\n"
+    "  solidtex-bake paint-rusted --mesh bust.obj --maps albedo,roughness,height,normal -o maps\n"
+    "  solidtex-bake paint-rusted --mesh bust.obj -o bust.glb\n"
     "  solidtex-bake mine.solidtex --show roughness --preview roughness.png";
 
 void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) {
@@ -113,12 +117,35 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
                               "Bake the surface of a mesh file (OBJ, PLY ...) instead of a box")
                    ->type_name("FILE")
                    ->needs(output);
-  auto* to = app.add_option("--to", options.to,
-                            "Bake colors of the vertices to a .ply, or the UV atlas to an .exr")
-                 ->check(CLI::IsMember({"vertex-color", "uv"}))
-                 ->type_name("vertex-color|uv")
-                 ->needs(mesh);
-  mesh->needs(to);
+  auto* to =
+      app.add_option("--to", options.to,
+                     "Bake colors of the vertices to a .ply, or the UV atlas to an .exr; not "
+                     "with --maps and OUT.glb")
+          ->check(CLI::IsMember({"vertex-color", "uv"}))
+          ->type_name("vertex-color|uv")
+          ->needs(mesh);
+  auto* maps = app.add_option("--maps", options.maps,
+                              "Bake maps of the UV atlas into the folder OUT: albedo, normal "
+                              "(by the channel height) and other channels")
+                   ->delimiter(',')
+                   ->type_name("NAME,...")
+                   ->needs(mesh)
+                   ->excludes(to);
+  app.parse_complete_callback([&options, mesh, to, maps] {
+    const bool is_known = lower_extension(options.output) == ".glb" || *maps || *to;
+    if (*mesh && !is_known) throw CLI::RequiresError("--mesh", "--to");
+  });
+  app.add_option("--normal-map", options.normal_map,
+                 "Green of a normal map: up (opengl, default) or down (directx)")
+      ->check(CLI::IsMember({"opengl", "directx"}))
+      ->type_name("opengl|directx")
+      ->needs(maps);
+  app.add_option("--relief", options.relief,
+                 "Height of a normal map's relief in texels where the channel height is 1 "
+                 "(default 1.5)")
+      ->check(CLI::Range(1e-3, 1e3))
+      ->type_name("N")
+      ->needs(mesh);
   app.add_option("--texels-per-unit", options.texels_per_unit,
                  "Texels per unit of the mesh (default: 512 along its longest side)")
       ->check(CLI::Range(1e-9, 1e9))
@@ -138,8 +165,8 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
                  "Save the progress of a mesh to this file; continue from it if it exists")
       ->type_name("FILE")
       ->needs(mesh);
-  for (const char* name : {"--format", "--slices", "--depth", "--color-space", "--channels",
-                           "--voxel-size", "--block", "--periodic", "--shard", "--shard-size"})
+  for (const char* name : {"--slices", "--depth", "--color-space", "--channels", "--voxel-size",
+                           "--block", "--periodic", "--shard", "--shard-size"})
     mesh->excludes(app.get_option(name));
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "tools/bake/output.h"
 #include "tools/bake/volume.h"
@@ -32,6 +33,9 @@ struct BakeOptions {
   std::string to, color_type = "uchar";
   double texels_per_unit = 0;  // 0: chosen by the size of the mesh
   int margin = 8;
+  std::vector<std::string> maps;  // empty: none, or all in a .glb
+  std::string normal_map = "opengl";
+  double relief = 0;  // height of a normal map's relief in texels; 0: its default
   bool force = false;
 
   OutputRequest request() const {

@@ -5,6 +5,8 @@
 #include <iostream>
 #include <new>
 
+#include "tools/common/completion.h"
+
 namespace solidtex::tools {
 namespace {
 
@@ -48,6 +50,11 @@ void add_precision(CLI::App& app, std::string& precision) {
 }
 
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work) {
+  app.failure_message([](const CLI::App* failed, const CLI::Error& error) {
+    const std::string& name = failed->get_name();
+    return name + ": " + error.what() + "\nSee " + name + " --help for all options.\n";
+  });
+  add_completion(app);
   app.set_version_flag("--version", app.get_name() + " " + solidtex::version());
   try {
     app.parse(argc, argv);

@@ -21,9 +21,6 @@ bool has_channel(const solidtex::texture& texture, const std::string& name) {
   return false;
 }
 
-// Height of a relief, in texels, where the height channel is 1 instead of 0.
-constexpr double kReliefTexels = 1.5;
-
 // Uses all channels of the model that a principled material knows.
 json material_of(const MeshScene& scene, double texels_per_unit) {
   const solidtex::texture texture(scene.model);
@@ -37,7 +34,7 @@ json material_of(const MeshScene& scene, double texels_per_unit) {
     if (has_channel(texture, input)) material[input] = {{"channel", input}};
   }
   if (has_channel(texture, "height")) {
-    material["bump"] = {{"channel", "height"}, {"depth", kReliefTexels / texels_per_unit}};
+    material["bump"] = {{"channel", "height"}, {"depth", mesh::kDefaultRelief / texels_per_unit}};
   }
   return material;
 }
