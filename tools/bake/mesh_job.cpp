@@ -236,12 +236,6 @@ void check_map_options(const BakeOptions& options) {
   if (!options.checkpoint.empty()) {
     throw std::runtime_error("--checkpoint: found it with maps, expected it with --to");
   }
-  const std::string& format = options.format;
-  if (!format.empty() && (is_glb(options) || (format != "png" && format != "exr"))) {
-    throw std::runtime_error(fmt::format(
-        "--format {}: expected {}", format,
-        is_glb(options) ? "none with OUT.glb, whose maps are PNG" : "png or exr with --maps"));
-  }
   atlas_size(options);
 }
 
@@ -249,10 +243,6 @@ void check_map_options(const BakeOptions& options) {
 
 void check_mesh_options(const BakeOptions& options) {
   if (options.to.empty()) return check_map_options(options);
-  if (!options.format.empty()) {
-    throw std::runtime_error("--format: found it with --to " + options.to +
-                             ", expected it with --maps");
-  }
   const bool is_atlas = options.to == "uv";
   const char* extension = is_atlas ? ".exr" : ".ply";
   if (lower_extension(options.output) != extension) {

@@ -112,6 +112,27 @@ constexpr char examples[] =
     "  solidtex-bake paint-rusted --mesh bust.obj -o bust.glb\n"
     "  solidtex-bake mine.solidtex --show roughness --preview roughness.png";
 
+// Refuses options of a mesh that contradict each other.
+void check_mesh_usage(const BakeOptions& options) {
+  const bool is_glb = lower_extension(options.output) == ".glb";
+  const auto refuse = [](const std::string& option, const std::string& expected) {
+    throw CLI::ValidationError(option, "expected " + expected);
+  };
+  if (options.to.empty() && options.maps.empty() && !is_glb) {
+    throw CLI::RequiresError("--mesh", "--to or --maps, or an output that ends in .glb");
+  }
+  if (options.normal_map == "directx") {
+    if (is_glb) refuse("--normal-map directx", "opengl in a .glb: the normals of glTF point up");
+    if (options.maps.empty()) throw CLI::RequiresError("--normal-map", "--maps");
+  }
+  if (options.format.empty()) return;
+  if (!options.to.empty()) refuse("--format", "it with --maps, found it with --to " + options.to);
+  if (is_glb) refuse("--format", "none with a .glb, whose maps are PNG");
+  if (options.format != "png" && options.format != "exr") {
+    refuse("--format " + options.format, "png or exr with --maps");
+  }
+}
+
 void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) {
   auto* mesh = app.add_option("--mesh", options.mesh,
                               "Bake the surface of a mesh file (OBJ, PLY ...) instead of a box")
@@ -124,22 +145,21 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
           ->check(CLI::IsMember({"vertex-color", "uv"}))
           ->type_name("vertex-color|uv")
           ->needs(mesh);
-  auto* maps = app.add_option("--maps", options.maps,
-                              "Bake maps of the UV atlas into the folder OUT: albedo, normal "
-                              "(by the channel height) and other channels")
-                   ->delimiter(',')
-                   ->type_name("NAME,...")
-                   ->needs(mesh)
-                   ->excludes(to);
-  app.parse_complete_callback([&options, mesh, to, maps] {
-    const bool is_known = lower_extension(options.output) == ".glb" || *maps || *to;
-    if (*mesh && !is_known) throw CLI::RequiresError("--mesh", "--to");
-  });
+  app.add_option("--maps", options.maps,
+                 "Bake maps of the UV atlas into the folder OUT: albedo, normal (by the channel "
+                 "height) and other channels")
+      ->delimiter(',')
+      ->type_name("NAME,...")
+      ->needs(mesh)
+      ->excludes(to);
   app.add_option("--normal-map", options.normal_map,
-                 "Green of a normal map: up (opengl, default) or down (directx)")
+                 "Green of a normal map: up (opengl, default) or down (directx); glTF is opengl")
       ->check(CLI::IsMember({"opengl", "directx"}))
       ->type_name("opengl|directx")
-      ->needs(maps);
+      ->needs(mesh);
+  app.parse_complete_callback([&options] {
+    if (!options.mesh.empty()) check_mesh_usage(options);
+  });
   app.add_option("--relief", options.relief,
                  "Height of a normal map's relief in texels where the channel height is 1 "
                  "(default 1.5)")
