@@ -15,9 +15,13 @@ from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.losses.descriptor.weights import SHIPPED, WeightsError, load_weights
 from solidtex_export.settings import SettingsError
+from solidtex_export.spaces.alanov.materials import Texture, load_textures
+from solidtex_export.spaces.alanov.settings import AlanovRecipe
+from solidtex_export.spaces.alanov.trainer import AlanovTrainer
 from solidtex_export.spaces.photographs import Material, find_sources, load_materials
 from solidtex_export.spaces.reptile import StartTrainer
 from solidtex_export.spaces.settings import (
+    AnyRecipe,
     SpaceRecipe,
     StartRecipe,
     load_space_recipe,
@@ -34,11 +38,15 @@ FAILURES = (ExemplarError, ResultError, SettingsError, TrainError, WeightsError,
 EXAMPLES = """  solidtex-train-space stones/ -o results/stones --minutes 120
   solidtex-train-space woods.csv --preset sampler -o results/woods --minutes 120
   solidtex-train-space stones/ --held-out validation/ -o results/stones --steps 20000
+  solidtex-train-space berea.tif ketton.tif --preset alanov-porous -o results/rocks
 
 A CSV names files and their licences in the columns file and licence; source, attribution and split
 are optional. The same command again resumes an interrupted training, and with more --minutes or
 --steps continues a finished one. Ctrl-C saves before it stops.
 Then: solidtex-export-space RESULT -o NAME.solidtex-space"""
+
+KINDS = {SpaceRecipe: "space", StartRecipe: "start", AlanovRecipe: "alanov"}
+Trainer = SpaceTrainer | StartTrainer | AlanovTrainer
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,7 @@ class SpaceConfig:
     """Everything that a space's result depends on, but how long it is trained."""
 
     preset: str
-    recipe: SpaceRecipe | StartRecipe
+    recipe: AnyRecipe
     resolution: int
     seed: int
     photographs: list[dict[str, str]]
@@ -54,7 +62,7 @@ class SpaceConfig:
     def document(self) -> dict[str, Any]:
         return {
             "version": 1,
-            "kind": "space" if isinstance(self.recipe, SpaceRecipe) else "start",
+            "kind": KINDS[type(self.recipe)],
             "preset": self.preset,
             "recipe": self.recipe.model_dump(mode="json", exclude_none=True),
             "resolution": self.resolution,
@@ -66,7 +74,8 @@ class SpaceConfig:
 def parser() -> argparse.ArgumentParser:
     p = cli.parser("solidtex-train-space", "Learn a texture space from many photographs.", EXAMPLES)
     p.add_argument("photos", metavar="PHOTOS", nargs="+", type=Path,
-                   help="photographs, folders of them, or CSV files that list them")  # fmt: skip
+                   help="photographs (volumes with alanov-porous), folders of them, or CSV files"
+                   " that list them")  # fmt: skip
     p.add_argument("-o", dest="result", metavar="RESULT", required=True, type=Path,
                    help="result folder, new or of the same training")  # fmt: skip
     p.add_argument("--preset", default="lattice", metavar="NAME",
@@ -101,20 +110,14 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error("--device: found no CUDA device, expected one (or use --device cpu)")
 
 
-def make_trainer(args: argparse.Namespace) -> SpaceTrainer | StartTrainer:
+def make_trainer(args: argparse.Namespace) -> Trainer:
     """Open the training in the result folder: new, or resumed from its checkpoint."""
     recipe = load_space_recipe(args.preset)
+    if isinstance(recipe, AlanovRecipe):
+        return _make_alanov_trainer(args, recipe)
     materials = _materials(args.photos, args, recipe)
     held_out = _materials(args.held_out, args, recipe) if args.held_out else []
-    config = SpaceConfig(
-        args.preset, recipe, args.resolution, args.seed, [_record(m) for m in materials]
-    )
-    use_cuda = args.device != "cpu" and torch.cuda.is_available()
-    own_ranks, device = ranks.join(use_cuda)
-    folder = ResultFolder(args.result, "solidtex-train-space")
-    if own_ranks.is_main:
-        folder.open(config, [])
-    own_ranks.wait()
+    folder, own_ranks, device = _open(args, recipe, [_record(m) for m in materials])
     descriptor = load_weights(SHIPPED) if recipe.uses_descriptor else None
     trainer: SpaceTrainer | StartTrainer
     if isinstance(recipe, StartRecipe):
@@ -124,10 +127,39 @@ def make_trainer(args: argparse.Namespace) -> SpaceTrainer | StartTrainer:
         trainer = SpaceTrainer(
             recipe, materials, held_out, args.seed, device, folder, descriptor, own_ranks
         )
+    _begin(trainer, args)
+    return trainer
+
+
+def _make_alanov_trainer(args: argparse.Namespace, recipe: AlanovRecipe) -> AlanovTrainer:
+    textures, held_out = (
+        load_textures(paths, args.folder, args.resolution, recipe) if paths else list[Texture]()
+        for paths in (args.photos, args.held_out)
+    )
+    folder, own_ranks, device = _open(args, recipe, [t.record() for t in textures])
+    trainer = AlanovTrainer(recipe, textures, held_out, args.seed, device, folder, own_ranks)
+    _begin(trainer, args)
+    return trainer
+
+
+def _open(
+    args: argparse.Namespace, recipe: AnyRecipe, records: list[dict[str, str]]
+) -> tuple[ResultFolder, ranks.Ranks, torch.device]:
+    config = SpaceConfig(args.preset, recipe, args.resolution, args.seed, records)
+    use_cuda = args.device != "cpu" and torch.cuda.is_available()
+    own_ranks, device = ranks.join(use_cuda)
+    folder = ResultFolder(args.result, "solidtex-train-space")
+    if own_ranks.is_main:
+        folder.open(config, [])
+    own_ranks.wait()
+    return folder, own_ranks, device
+
+
+def _begin(trainer: Trainer, args: argparse.Namespace) -> None:
+    """Set the length of the training, and the state of its checkpoint."""
     trainer.steps = args.steps
     trainer.minutes = 120.0 if args.steps is args.minutes is None else args.minutes
-    folder.resume(trainer.restore)
-    return trainer
+    trainer.folder.resume(trainer.restore)
 
 
 def _materials(
@@ -172,7 +204,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
         return INTERRUPTED
     print(f"{args.result}: done; look at {trainer.folder.preview}")
-    print(f"next: solidtex-export-space {args.result} -o {args.result.name}.solidtex-space")
+    suffix = "" if isinstance(trainer, AlanovTrainer) else "-space"
+    print(f"next: solidtex-export-space {args.result} -o {args.result.name}.solidtex{suffix}")
     return 0
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from solidtex_export.discriminators.settings import CriticSettings
 from solidtex_export.settings import Settings, SettingsError, read_toml, validated, within
+from solidtex_export.spaces.alanov.settings import AlanovRecipe
 from solidtex_export.training.recipe import GeneratorSettings, Optimizer
 
 Size = Annotated[int, within(1, 4096)]
@@ -142,7 +143,10 @@ def shipped_presets() -> list[str]:
     return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
 
 
-def load_space_recipe(name: str) -> SpaceRecipe | StartRecipe:
+AnyRecipe = SpaceRecipe | StartRecipe | AlanovRecipe
+
+
+def load_space_recipe(name: str) -> AnyRecipe:
     """Load a recipe by the name of a shipped preset or the path of a TOML file."""
     if name in shipped_presets():
         path = resources.files("solidtex_export") / "presets" / "spaces" / f"{name}.toml"
@@ -154,9 +158,21 @@ def load_space_recipe(name: str) -> SpaceRecipe | StartRecipe:
     table = read_toml(path)
     if "reptile" in table:
         return validated(StartRecipe, table, name)
+    if "dimensions" in table:
+        return _alanov_recipe(table, name)
     recipe = validated(SpaceRecipe, table, name)
     if (recipe.lattice is None) == (recipe.sampler is None):
         raise SettingsError(f"{name}: expected one of the tables lattice and sampler")
     if (recipe.losses.style > 0 or recipe.losses.adversarial > 0) and recipe.critic is None:
         raise SettingsError(f"{name}: critic: found nothing, expected this table for its losses")
+    return recipe
+
+
+def _alanov_recipe(table: dict[str, Any], name: str) -> AlanovRecipe:
+    recipe = validated(AlanovRecipe, table, name)
+    size, least = recipe.crops.size, recipe.smallest_crop
+    if size < least:
+        raise SettingsError(
+            f"{name}: crops.size: found {size}, expected at least {least} for these networks"
+        )
     return recipe
