@@ -34,7 +34,7 @@ from solidtex_export.whole_file import write_whole
 PROGRAM = "space_tables.py"
 STONES = ("granite", "gravel", "ground", "marble", "rock", "soil", "concrete", "plaster")
 PATCHES = 22
-PATCH = 128  # pixels
+LEAST = 128  # pixels: side of the smallest exemplar
 KERNEL = 8  # pixels: side of the patches of the likelihood
 GAP, LABEL = 4, 26
 
@@ -68,10 +68,15 @@ def make_parser() -> argparse.ArgumentParser:
     measuring(one)
     cut = command("patches", "cut the patches of table 2, and other crops as ground truth")
     cut.add_argument("photographs", type=Path, help="folder with SOURCES.csv and validation/")
+    cut.add_argument("--side", type=int, default=128, metavar="N",
+                     help="side of a patch in pixels; photographs of less than twice that are"
+                     " left out (default: 128)")  # fmt: skip
     cut.add_argument("-o", dest="folder", type=Path, required=True, help="folder to write")
     encode = command("encode", "make a model of every patch by a space")
     encode.add_argument("folder", type=Path, help="what patches wrote")
     encode.add_argument("spaces", metavar="LABEL=SPACE", nargs="+", type=labeled)
+    encode.add_argument("--patches", default="average", metavar="KIND",
+                        help="code of a patch: average or medoid (default: average)")  # fmt: skip
     encode.add_argument("--program", default="solidtex-encode", help="path of solidtex-encode")
     two = command("held-out", "table 2: patches beside the models in FOLDER/models/LABEL")
     two.add_argument("folder", type=Path, help="what patches and encode wrote")
@@ -116,7 +121,7 @@ def random_slices(model: Path, args: argparse.Namespace, side: int) -> np.ndarra
 
 def photograph(path: Path, resolution: int) -> np.ndarray:
     """An image [row, column, 3] of 0 ... 1."""
-    return to_8_bit(values(load_exemplar(path, resolution, PATCH)))[..., :3]
+    return to_8_bit(values(load_exemplar(path, resolution, LEAST)))[..., :3]
 
 
 def mean_and_deviation(figures: Iterable[float], digits: int = 2) -> str:
@@ -156,18 +161,26 @@ def print_table(corner: str, columns: list[str], rows: dict[str, dict[str, str]]
 
 def patches(args: argparse.Namespace) -> None:
     """Write FOLDER/patches/NAME.png and, from another part of the photograph, truth/NAME.png."""
+    photographs = args.photographs / "validation"
     with (args.photographs / "SOURCES.csv").open(newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["split"] == "validation"]
-    names = sorted(row["file"] for row in rows if row["category"] in STONES)
+    side = args.side
+    stones = sorted(row["file"] for row in rows if row["category"] in STONES)
+    names = [name for name in stones if shorter_side(photographs / name) >= 2 * side]
     if len(names) < PATCHES:
         raise OutputError(f"{args.photographs}: found {len(names)} stones, expected {PATCHES}")
     for index in np.linspace(0, len(names) - 1, PATCHES).round().astype(int):
-        image = photograph(args.photographs / "validation" / names[index], 2 * PATCH)
+        image = photograph(photographs / names[index], 2 * side)
         name = f"{Path(names[index]).stem}.png"
-        first, second = image[:PATCH, :PATCH], image[-PATCH:, -PATCH:]
+        first, second = image[:side, :side], image[-side:, -side:]
         for folder, crop in (("patches", first), ("truth", second)):
             (args.folder / folder).mkdir(parents=True, exist_ok=True)
             write_whole(args.folder / folder / name, png(crop))
+
+
+def shorter_side(path: Path) -> int:
+    with Image.open(path) as image:
+        return min(image.size)
 
 
 def encode(args: argparse.Namespace) -> None:
@@ -177,9 +190,8 @@ def encode(args: argparse.Namespace) -> None:
         for patch in patches_of(args.folder):
             model = folder / f"{patch.stem}.solidtex"
             if not model.exists():
-                subprocess.run(
-                    [args.program, str(patch), "--space", str(space), "-o", str(model)], check=True
-                )
+                command = [args.program, patch, "--space", space, "--patches", args.patches]
+                subprocess.run([*command, "-o", model], check=True)
 
 
 def patches_of(folder: Path) -> list[Path]:
@@ -208,8 +220,9 @@ def held_out(args: argparse.Namespace) -> None:
     columns |= {label: Column({}) for label in labels}
     titles: dict[str, str] = {}
     for patch in patches_of(args.folder):
-        reference = photograph(patch, PATCH)
-        truth = photograph(args.folder / "truth" / patch.name, PATCH)
+        side = shorter_side(patch)
+        reference = photograph(patch, side)
+        truth = photograph(args.folder / "truth" / patch.name, side)
         metrics = standard_metrics(reference, features=args.features)
         titles |= {metric.name: metric.title for metric in metrics}
         windows = ParzenWindows(reference[None], truth[None], KERNEL)
@@ -218,7 +231,7 @@ def held_out(args: argparse.Namespace) -> None:
                 crops = truth[None]
             else:
                 model = args.folder / "models" / label / f"{patch.stem}.solidtex"
-                crops = random_slices(model, args, PATCH)
+                crops = random_slices(model, args, side)
             for metric in metrics:
                 wanted = metric.features(reference[None])
                 found = [metric.distance(wanted, metric.features(crop[None])) for crop in crops]

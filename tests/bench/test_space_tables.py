@@ -18,7 +18,7 @@ MODEL = Path(__file__).resolve().parents[2] / "models" / "stone-grey.solidtex"
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(space_tables, "PATCHES", 2)
-    monkeypatch.setattr(space_tables, "PATCH", 48)
+    monkeypatch.setattr(space_tables, "LEAST", 48)
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_table_2_ranks_models_and_ground_truth(
     for i in range(3):
         save_stone(photographs / "validation" / f"rock-{i}.jpg", i)
     (photographs / "SOURCES.csv").write_text("\n".join(["split,file,category", *rows]) + "\n")
-    assert space_tables.main(["patches", str(photographs), "-o", str(folder)]) == 0
+    assert space_tables.main(["patches", str(photographs), "--side=48", "-o", str(folder)]) == 0
     names = {path.name for path in (folder / "patches").iterdir()}
     assert names == {path.name for path in (folder / "truth").iterdir()} and len(names) == 2
     for name in names:
