@@ -31,6 +31,8 @@ check "CHANGELOG.md has the version with a date" \
 check "the tag v$version is free" sh -c "! git rev-parse -q --verify refs/tags/v$version"
 if [ "$quick" != --quick ]; then
   check "all tests pass" ./test.sh
+  check "setup/sbom.py writes the bill of materials" \
+    .venv/bin/python setup/sbom.py build -o build/solidtex.cdx.json --force
   check "cpack writes packages" sh -c "cd build && cpack"
   check "pip wheel writes a wheel" .venv/bin/pip wheel --no-deps -q -w build/wheels .
 fi
