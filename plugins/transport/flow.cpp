@@ -30,6 +30,8 @@ constexpr int kBlock = 64;  // pores that collide together
 constexpr std::size_t kBlocksPerTask = 64;
 constexpr int kReservoir = 8;  // layers, enough to even out the pressure across a face
 constexpr int kCheckSteps = 50;
+constexpr double kMaxViscosity = 1;
+constexpr double kLayerTolerance = 2;  // times the tolerance of the value
 
 // Velocity 0 is at rest; 2 p + 1 is kAlong[p] and 2 p + 2 its opposite.
 constexpr Offset kAlong[kPairs] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1}, {1, 1, 0}, {1, -1, 0},
@@ -117,17 +119,12 @@ class Flow {
     for_each_block([&](std::size_t block) { odd_step(block * kBlock); });
   }
 
-  // Sum over the pores of the image of the velocity along the axis.
-  double total_velocity() const {
-    std::vector<double> sums(blocks_);
-    for_each_block([&](std::size_t block) {
-      const std::size_t end = std::min(count_, (block + 1) * kBlock);
-      for (std::size_t i = block * kBlock; i < end; ++i)
-        if (space_.is_of_image(static_cast<std::uint32_t>(i))) sums[block] += velocity_of(i);
-    });
-    double total = 0;
-    for (const double sum : sums) total += sum;  // in one order, whatever the threads
-    return total;
+  // Sum of the velocity along the axis in each layer across it, those of the reservoir included.
+  std::vector<double> layers() const {
+    std::vector<double> sums(static_cast<std::size_t>(space_.layers()));
+    for (std::size_t i = 0; i < count_; ++i)
+      sums[space_.position(static_cast<std::uint32_t>(i))[axis_]] += velocity_of(i);
+    return sums;
   }
 
  private:
@@ -195,12 +192,22 @@ class Flow {
   std::vector<std::uint32_t> links_;  // [velocity - 1][pore]
 };
 
-// Pressures that are near the final ones: those of a flow in which each pore conducts as the square
-// of its distance to the wall. From pressures of zero a run takes several times the steps.
-std::vector<double> first_pressures(const PoreSpace& space) {
-  constexpr double kTolerance = 1e-3;
+// Conductivity of each pore as the square of its distance to the wall.
+std::vector<double> conductivities_of(const PoreSpace& space) {
   std::vector<double> conductivities;
   for (const int depth : space.depths()) conductivities.push_back((depth - 0.5) * (depth - 0.5));
+  return conductivities;
+}
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+// Pressures that are near the final ones: those of a flow with the conductivities of the pores.
+// From pressures of zero a run takes several times the steps.
+std::vector<double> first_pressures(const PoreSpace& space,
+                                    const std::vector<double>& conductivities) {
+  constexpr double kTolerance = 1e-3;
   TransportResult ignored;
   std::vector<double> pressures =
       Laplace(space, conductivities).solve(kTolerance, 10000, {}, ignored);
@@ -208,18 +215,35 @@ std::vector<double> first_pressures(const PoreSpace& space) {
   for (std::uint32_t i = 0; i < space.count(); ++i)
     pressures[i] = pressures[i] * static_cast<double>(space.layers()) +
                    static_cast<double>(space.position(i)[space.axis()]);
-  const double mean = std::accumulate(pressures.begin(), pressures.end(), 0.0) / space.count();
+  const double mean = mean_of(pressures);
   for (double& pressure : pressures) pressure -= mean;
   return pressures;
 }
 
-// Pressure swings before it comes to rest, so that one small change says little: the value has
-// settled when it has varied by less than a tolerance for the last third of the steps.
-bool has_settled(const std::vector<double>& values, double tolerance) {
+// The viscosity that comes to rest soonest. The flow in a pore settles at a rate that grows with
+// viscosity, the pressure along the volume at one that falls with it and with the square of the
+// length. The rates of a tube of the same mean conductivity are equal, up to critical damping, at
+// half of that conductivity divided by the length.
+double best_viscosity(const PoreSpace& space, const std::vector<double>& conductivities) {
+  return std::min(kMaxViscosity,
+                  mean_of(conductivities) / (2 * static_cast<double>(space.layers())));
+}
+
+// Whether the last third of the values differs by at most a tolerance. Pressure swings before it
+// comes to rest, so that one small change says little.
+bool is_steady(const std::vector<double>& values, double tolerance) {
   if (values.size() < 6) return false;
   const auto [least, most] =
       std::minmax_element(values.begin() + 2 * values.size() / 3, values.end());
   return *most - *least <= tolerance * std::abs(values.back());
+}
+
+// Mean deviation of the values from their mean, relative to it.
+double variation(const std::vector<double>& values) {
+  const double mean = mean_of(values);
+  double sum = 0;
+  for (const double value : values) sum += std::abs(value - mean);
+  return sum / (static_cast<double>(values.size()) * std::abs(mean));
 }
 
 }  // namespace
@@ -232,19 +256,27 @@ TransportResult permeability(const VoxelImage& image, const FlowSettings& settin
   if (space.count() == 0) return result;
   for (std::uint32_t i = 0; i < space.count(); ++i)
     result.conducting_voxels += space.is_of_image(i);
-  const std::array<std::int64_t, 3>& size = image.size;
-  Flow flow(space, settings.viscosity, settings.axis, first_pressures(space));
-  const auto length = static_cast<double>(size[settings.axis]);
+  const std::vector<double> conductivities = conductivities_of(space);
+  const double viscosity =
+      settings.viscosity > 0 ? settings.viscosity : best_viscosity(space, conductivities);
+  Flow flow(space, viscosity, settings.axis, first_pressures(space, conductivities));
+  const std::int64_t length = image.size[settings.axis];
   // The force acts in the reservoir too, where next to no pressure is lost: the image takes it all.
-  const double gradient = is_open ? (length + kReservoir) / length : 1;
+  const double gradient = static_cast<double>(space.layers()) / static_cast<double>(length);
   std::vector<double> values;
   result.has_converged = false;
   while (!result.has_converged && result.steps < settings.max_steps) {
     for (int step = 0; step < kCheckSteps; step += 2) flow.two_steps();
     result.steps += kCheckSteps;
-    result.value = settings.viscosity * flow.total_velocity() / voxels_of(image) / gradient;
+    std::vector<double> layers = flow.layers();
+    layers.resize(static_cast<std::size_t>(length));
+    const double total = std::accumulate(layers.begin(), layers.end(), 0.0);
+    result.value = viscosity * total / voxels_of(image) / gradient;
     values.push_back(result.value);
-    result.has_converged = has_settled(values, settings.tolerance);
+    // As much passes through every layer once the pressure has settled along the whole volume. It
+    // may drift for so long that the value seems steady before.
+    result.has_converged = is_steady(values, settings.tolerance) &&
+                           variation(layers) <= kLayerTolerance * settings.tolerance;
     if (progress && !progress(result.steps, result.value)) break;
   }
   return result;

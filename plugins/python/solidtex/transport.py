@@ -25,7 +25,6 @@ Boundary = Literal["open", "periodic"]
 Report = Callable[[int, float], None]
 
 BOUNDARIES = ("open", "periodic")
-VISCOSITY = 0.2
 
 
 class Transport(NamedTuple):
@@ -51,7 +50,7 @@ def permeability(
     max_steps: int = 100_000,
     threads: int = 0,
     report: Report | None = None,
-    viscosity: float = VISCOSITY,
+    viscosity: float | None = None,
     refinement: int = 1,
 ) -> Transport:
     """Return the permeability of the pores along an axis in voxels squared.
@@ -63,23 +62,25 @@ def permeability(
     boundary: "open" holds a pressure on the two faces across the axis and seals the others;
         "periodic" repeats the image on every axis.
     tolerance: Relative range of the value over the last third of the steps at which the run ends.
+        The flow through the layers across the axis varies by at most twice as much.
     max_steps: The run ends here at the latest.
     threads: Number of threads, 0 for one per core.
     report: Called every 50 steps with the number of steps and the present value.
-    viscosity: Of the lattice. Changes the number of steps, not the value.
+    viscosity: Of the lattice. Changes the number of steps, not the value. None chooses it by the
+        width of the pores and the length of the image.
     refinement: Split each voxel into this many along each axis. Throats of one to three voxels
         conduct too well unrefined, in sandstone by a fifth; see docs/porous-media.md. Time and
         memory grow with its cube.
     """
     array, is_periodic = _checked(pores, axis, boundary)
-    if not 0 < viscosity <= 10:
+    if viscosity is not None and not 0 < viscosity <= 10:
         raise InvalidArgument(f"viscosity: found {viscosity}, expected a number from 0 to 10")
     if refinement < 1:
         raise InvalidArgument(f"refinement: found {refinement}, expected 1 or more")
     for k in range(3):
         array = np.repeat(array, refinement, axis=k)
     found = _transport.permeability(
-        array, axis, is_periodic, tolerance, max_steps, threads, report, viscosity
+        array, axis, is_periodic, tolerance, max_steps, threads, report, viscosity or 0
     )
     value, conducting, steps, has_converged = found
     return Transport(value / refinement**2, conducting // refinement**3, steps, has_converged)
