@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <solidtex/denoise.hpp>
 
 #include "tools/common/cli.h"
 #include "tools/common/output_file.h"
@@ -181,12 +182,21 @@ class Job {
 
   // Saves an image elsewhere if it cannot be written, because the disk is full for example.
   std::string write() {
-    const pt::AovImage image = renderer_.image();
+    pt::AovImage image = renderer_.image();
     try {
+      if (options_.denoise) denoise(image);
       return write_image(image, display_, output_);
     } catch (const std::exception& error) {
       throw std::runtime_error(fmt::format("{}; {}", error.what(), rescue(image)));
     }
+  }
+
+  // Drops the AOVs that only guide the denoiser.
+  void denoise(pt::AovImage& image) const {
+    pt::denoise(image);
+    const pt::AovSet wanted = aovs_to_write(options_);
+    std::erase_if(image.planes,
+                  [&](const pt::AovImage::Plane& plane) { return !wanted.has(plane.aov); });
   }
 
   std::string rescue(const pt::AovImage& image) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <solidtex/denoise.hpp>
 #include <solidtex/pathtracer.hpp>
 
 #include "tools/common/cli.h"
@@ -21,6 +22,7 @@ void print_notes(const pt::Scene& scene) {
 
 void run(const tools::Options& options) {
   tools::check_checkpoint(options);
+  if (options.denoise) pt::check_denoiser();
   tools::install_interrupt_handler();
   pt::Sequence sequence = tools::open_sequence(options);
   if (options.turntable > 0) sequence.set_turntable(options.turntable);

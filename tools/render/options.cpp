@@ -36,13 +36,9 @@ std::map<std::string, pt::Aov> aov_names() {
 }
 
 pt::AovSet aov_set(const Options& options) {
-  if (options.view) return {*options.view};
-  if (options.aovs.empty()) return {pt::Aov::beauty};
-  pt::AovSet aovs;
-  for (const std::string& name : options.aovs) {
-    for (const pt::AovInfo& aov : pt::all_aovs()) {
-      if (name == "all" || name == aov.name) aovs.add(aov.aov);
-    }
+  pt::AovSet aovs = aovs_to_write(options);
+  if (options.denoise) {
+    for (const pt::Aov aov : {pt::Aov::beauty, pt::Aov::albedo, pt::Aov::normal}) aovs.add(aov);
   }
   return aovs;
 }
@@ -96,6 +92,9 @@ void add_output_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(names))
       ->excludes(view)
       ->option_text("AOV,...");
+  app.add_flag("--denoise", options.denoise,
+               "Denoise the beauty by Open Image Denoise; needs its library")
+      ->excludes(view);
   app.add_option("--view-transform", options.view_transform,
                  "View transform of a PNG: srgb, filmic, aces or false-color")
       ->transform(CLI::CheckedTransformer(pt::view_transforms()));
@@ -224,6 +223,18 @@ pt::Sequence open_sequence(const Options& options) {
   mesh.aspect = options.size.empty() ? static_cast<double>(defaults.width) / defaults.height
                                      : static_cast<double>(options.size[0]) / options.size[1];
   return pt::Sequence(mesh);
+}
+
+pt::AovSet aovs_to_write(const Options& options) {
+  if (options.view) return {*options.view};
+  if (options.aovs.empty()) return {pt::Aov::beauty};
+  pt::AovSet aovs;
+  for (const std::string& name : options.aovs) {
+    for (const pt::AovInfo& aov : pt::all_aovs()) {
+      if (name == "all" || name == aov.name) aovs.add(aov.aov);
+    }
+  }
+  return aovs;
 }
 
 pt::RenderSettings settings_for(const pt::Scene& scene, const Options& options) {

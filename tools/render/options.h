@@ -40,6 +40,7 @@ struct Options {
   std::optional<std::string> frames;  // "12" or "0-47"
   int turntable = 0;                  // frames; 0: none
   bool resume = false;
+  bool denoise = false;
   bool force = false, quiet = false, stats = false;
 };
 
@@ -50,6 +51,8 @@ pathtracer::Sequence open_sequence(const Options& options);
 
 // Returns the scene's settings, overridden by the command line.
 pathtracer::RenderSettings settings_for(const pathtracer::Scene& scene, const Options& options);
+// Returns the AOVs to write: what is rendered besides guides the denoiser.
+pathtracer::AovSet aovs_to_write(const Options& options);
 pathtracer::Display display_for(const pathtracer::Scene& scene, const Options& options);
 
 struct Frame {
