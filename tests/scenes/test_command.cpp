@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "catch.hpp"
+#include "plugins/pathtracer/reader/image_reader.h"
 #include "tests/scenes/support.h"
 
 using namespace scene_tests;
@@ -281,4 +282,39 @@ TEST_CASE("A solid texture without a scale has 512 texels along the longest side
   scene["objects"][1]["cuts"] = {{{"clip", {{"point", {0, 0, 0}}, {"normal", {1, 1, 1}}}}},
                                  {{"subtract", {{"box", 1.9}}}}};
   CHECK(scale_of(1) == 256);  // of the whole mesh
+}
+
+TEST_CASE("solidtex-render --denoise needs Open Image Denoise and says where it looked") {
+  const TemporaryFolder folder;
+  write_scene(folder);
+  const char* library = std::getenv("SOLIDTEX_OPENIMAGEDENOISE");
+  const std::string kept = library ? library : "";
+  setenv("SOLIDTEX_OPENIMAGEDENOISE", "/none/libOpenImageDenoise.so.2", 1);
+  CHECK(run_render("scene.json --denoise -o a.png", folder) == 1);
+  const std::string error = read_text(folder / "err.txt");
+  CHECK(error.find("/none/libOpenImageDenoise.so.2") != std::string::npos);
+  CHECK(error.find("pyoidn") != std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "a.png"));
+  if (kept.empty()) {
+    unsetenv("SOLIDTEX_OPENIMAGEDENOISE");
+    WARN("skipped: SOLIDTEX_OPENIMAGEDENOISE names no library to denoise with");
+    return;
+  }
+  setenv("SOLIDTEX_OPENIMAGEDENOISE", kept.c_str(), 1);
+  const std::string size = "scene.json --size 96,64 ";
+  REQUIRE(run_render(size + "--spp 4 --denoise -o denoised.exr", folder) == 0);
+  REQUIRE(run_render(size + "--spp 4 --aovs beauty,albedo,normal -o noisy.exr", folder) == 0);
+  REQUIRE(run_render(size + "--spp 512 -o exact.exr", folder) == 0);
+  std::vector<std::string> notes;
+  const auto read = [&](const char* name) {
+    return pt::read_image(folder / name, pt::ImageEncoding::linear, pt::ImageRange::radiance, notes)
+        .pixels;
+  };
+  const auto exact = read("exact.exr"), noisy = read("noisy.exr"), denoised = read("denoised.exr");
+  double noise = 0, rest = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    noise += glm::length(noisy[i] - exact[i]);
+    rest += glm::length(denoised[i] - exact[i]);
+  }
+  CHECK(rest < 0.7 * noise);
 }

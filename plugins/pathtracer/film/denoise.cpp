@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <solidtex/denoise.hpp>
 #include <stdexcept>
@@ -13,24 +14,39 @@
 namespace solidtex::pathtracer {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct OidnDevice;
 struct OidnFilter;
 constexpr int kCpu = 1, kFloat3 = 3;  // OIDN_DEVICE_TYPE_CPU, OIDN_FORMAT_FLOAT3
 
 constexpr const char* kVariable = "SOLIDTEX_OPENIMAGEDENOISE";
 
-void* open_library() {
+// Names of the library, the first to try first. Besides where programs find libraries, it is where
+// `pip install pyoidn` puts it in an active virtual environment.
+std::vector<std::string> library_names() {
+  if (const char* named = std::getenv(kVariable); named && *named) return {named};
   std::vector<std::string> names{"libOpenImageDenoise.so.2", "libOpenImageDenoise.so.1"};
-  if (const char* named = std::getenv(kVariable); named && *named) names = {named};
-  std::string reason;
-  for (const std::string& name : names) {
-    if (void* library = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
-    reason += (reason.empty() ? "" : "; ") + std::string(dlerror());
+  if (const char* environment = std::getenv("VIRTUAL_ENV")) {
+    std::error_code ignored;
+    for (const auto& python : fs::directory_iterator(fs::path(environment) / "lib", ignored)) {
+      const fs::path packages = python.path() / "site-packages";
+      names.push_back(packages / "pyoidn/oidn/lib/libOpenImageDenoise.so.2");
+    }
   }
-  throw std::runtime_error(
-      "denoising: found no Open Image Denoise (" + reason +
-      "), expected its library where programs find libraries, or its path in " + kVariable +
-      "; `pip install pyoidn` brings pyoidn/oidn/lib/libOpenImageDenoise.so.2");
+  return names;
+}
+
+void* open_library() {
+  std::string reason;
+  for (const std::string& name : library_names()) {
+    if (void* library = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
+    if (reason.empty()) reason = dlerror();
+  }
+  throw std::runtime_error("denoising: found no Open Image Denoise (" + reason +
+                           "), expected it from `pip install pyoidn` in an active virtual "
+                           "environment, or its library in " +
+                           kVariable);
 }
 
 template <class Function>
