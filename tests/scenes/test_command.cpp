@@ -301,6 +301,19 @@ TEST_CASE("solidtex-render --denoise needs Open Image Denoise and says where it 
     return;
   }
   setenv("SOLIDTEX_OPENIMAGEDENOISE", kept.c_str(), 1);
+  // Ambient occlusion is noisy where the cube stands on another one.
+  write_text(folder / "scene.json", R"({
+    "version": 1,
+    "camera": {"position": [2, 3, 6], "look_at": [0, 0, 0], "fov": 40},
+    "materials": {"stone": {"type": "diffuse", "color": {
+      "solid": ")" SOLIDTEX_SOURCE R"(/models/granite-grey-sampler.solidtex",
+      "texels_per_unit": 40}}},
+    "objects": [
+      {"mesh": "cube.ply", "material": "stone"},
+      {"mesh": "cube.ply", "material": "stone",
+       "transform": [{"scale": 8}, {"translate": [0, -9, 0]}]}],
+    "environment": {"color": [1, 1, 1]}
+  })");
   const std::string size = "scene.json --size 96,64 ";
   REQUIRE(run_render(size + "--spp 4 --denoise -o denoised.exr", folder) == 0);
   REQUIRE(run_render(size + "--spp 4 --aovs beauty,albedo,normal -o noisy.exr", folder) == 0);
