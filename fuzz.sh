@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Builds the fuzz targets with clang's libFuzzer, AddressSanitizer and UndefinedBehaviorSanitizer
+# into build-fuzz/, and runs each of them.
+#   ./fuzz.sh [SECONDS [TARGET...]]     seconds of each target: 60; one hour of all targets: 3600
+# New inputs are kept in build-fuzz/corpus/TARGET, so that the next run goes on from them. An input
+# that fails is kept in build-fuzz/found/TARGET: mend the reader, and move the input to
+# tests/fuzz/corpus/TARGET, where it is a test of every build. Exit code: 1 if an input failed.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+seconds=${1:-60}
+[[ $seconds =~ ^[0-9]+$ ]] || { echo "fuzz.sh: found '$seconds', expected seconds" >&2; exit 2; }
+shift || true
+
+source setup/common.sh
+install_debian_packages setup/debian-fuzz.txt
+cmake -S . -B build-fuzz -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DSOLIDTEX_FUZZ=ON \
+  -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DSOLIDTEX_BUILD_PYTHON=OFF \
+  -DSOLIDTEX_SANITIZE=fuzzer-no-link,address,undefined >build-fuzz.log ||
+  { cat build-fuzz.log; exit 1; }
+mv build-fuzz.log build-fuzz/configure.log
+targets=("$@")
+[ "${#targets[@]}" -gt 0 ] ||
+  mapfile -t targets < <(cd tests/fuzz/corpus && printf '%s\n' *)
+cmake --build build-fuzz --parallel "$(build_jobs)" --target "${targets[@]/#/fuzz_}"
+
+failed=()
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+for target in "${targets[@]}"; do
+  say "$target, $seconds seconds"
+  mkdir -p "build-fuzz/corpus/$target" "build-fuzz/found/$target"
+  options=(-max_total_time="$seconds" -timeout=25 -rss_limit_mb=4096 -max_len=65536
+           -print_final_stats=1 -artifact_prefix="build-fuzz/found/$target/")
+  [ ! -e "tests/fuzz/$target.dict" ] || options+=(-dict="tests/fuzz/$target.dict")
+  "build-fuzz/bin/fuzz_$target" "${options[@]}" "build-fuzz/corpus/$target" \
+    "tests/fuzz/corpus/$target" >"build-fuzz/$target.log" 2>&1 || failed+=("$target")
+  grep -E "stat::number_of_executed_units|ERROR|SUMMARY" "build-fuzz/$target.log" || true
+  grep -E " cov: " "build-fuzz/$target.log" | tail -n 1 || true
+done
+[ "${#failed[@]}" -eq 0 ] || fail "inputs failed: ${failed[*]}; see build-fuzz/found/ and the logs"
