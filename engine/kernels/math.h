@@ -46,4 +46,16 @@ inline float tanh(float x) {
   return std::copysign(v < kTanhSwitch ? near : far, x);
 }
 
+// Returns the sine of an angle; 2^32 is one turn. Exactly 1 at a quarter and -1 at three.
+inline float sine_of_turn(std::uint32_t angle) {
+  // The outer half of the turn has the sines of the inner half, mirrored.
+  const bool inner = angle + 0x40000000u <= 0x80000000u;
+  const std::uint32_t folded = inner ? angle : 0x80000000u - angle;
+  const float x = static_cast<float>(static_cast<std::int32_t>(folded)) * 0x1p-30f;
+  const float square = x * x;
+  float p = kQuarterSine[3];
+  for (int i = 2; i >= 0; --i) p = std::fma(p, square, kQuarterSine[i]);
+  return std::fma(x * std::fma(-x, x, 1.0f), p, x);
+}
+
 }  // namespace solidtex::engine

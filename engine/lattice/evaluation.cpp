@@ -149,6 +149,8 @@ void Evaluation::compute(const Step& step, const Box& box) {
   if (const auto* noise = std::get_if<NoiseOp>(&node.op))
     return fill_noise({scheme_, seed_, node.level, noise->distribution, period_ >> node.level},
                       ring, box.lo[0], box.hi[0]);
+  if (const auto* periodic = std::get_if<PeriodicOp>(&node.op))
+    return fill_waves(*periodic, period_ >> node.level, ring, box.lo[0], box.hi[0]);
   is_upsample(step.node) ? copy_coarse(step.node, box) : compute_general(step, box);
 }
 

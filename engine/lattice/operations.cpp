@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "engine/kernels/kernels.h"
+#include "engine/noise/waves.h"
 
 namespace solidtex::engine {
 
@@ -38,22 +39,45 @@ struct ParityPoints {
   std::vector<std::int32_t> y, z;
 };
 
+// Fills the planes [x_lo, x_hi) of a ring. `source` gives for a channel the function that writes
+// its values at the points of a plane.
+template <class Source>
+void fill(const PlaneRing& ring, std::int64_t period, std::int64_t x_lo, std::int64_t x_hi,
+          Source source) {
+  const Planes& planes = ring.planes();
+  for (int parity = 0; parity < 4; ++parity) {
+    const ParityPoints points(planes, parity, period);
+    for (int c = 0; c < planes.channels; ++c) {
+      const auto write = source(c);
+      for (std::int64_t x = x_lo; x < x_hi; ++x)
+        write({wrap(x, period), points.y.data(), points.z.data()},
+              static_cast<int>(planes.rows * planes.row_pitch),
+              planes.plane(x) + (4 * c + parity) * planes.parity_pitch);
+    }
+  }
+}
+
 }  // namespace
 
 void fill_noise(const LatticeNoise& noise, const PlaneRing& ring, std::int64_t x_lo,
                 std::int64_t x_hi) {
-  const Planes& planes = ring.planes();
-  for (int parity = 0; parity < 4; ++parity) {
-    const ParityPoints points(planes, parity, noise.period);
-    for (int c = 0; c < planes.channels; ++c) {
-      const NoiseStream stream(noise.scheme, noise.seed, static_cast<std::uint32_t>(noise.level),
-                               static_cast<std::uint32_t>(c));
-      for (std::int64_t x = x_lo; x < x_hi; ++x)
-        stream.plane(noise.distribution, {wrap(x, noise.period), points.y.data(), points.z.data()},
-                     static_cast<int>(planes.rows * planes.row_pitch),
-                     planes.plane(x) + (4 * c + parity) * planes.parity_pitch);
-    }
-  }
+  fill(ring, noise.period, x_lo, x_hi, [&](int c) {
+    const NoiseStream stream(noise.scheme, noise.seed, static_cast<std::uint32_t>(noise.level),
+                             static_cast<std::uint32_t>(c));
+    return [stream, &noise](const LatticePoints& points, int count, float* values) {
+      stream.plane(noise.distribution, points, count, values);
+    };
+  });
+}
+
+void fill_waves(const PeriodicOp& op, std::int64_t period, const PlaneRing& ring, std::int64_t x_lo,
+                std::int64_t x_hi) {
+  fill(ring, period, x_lo, x_hi, [&](int c) {
+    return [wave = with_period(op.waves[static_cast<std::size_t>(c)], period)](
+               const LatticePoints& points, int count, float* values) {
+      waves(wave, points, count, values);
+    };
+  });
 }
 
 Block apply(const Node& node, const LinearLayer& layer, const Block& in, const Box& box) {
@@ -76,7 +100,7 @@ Block apply(const Node& node, const LinearLayer& layer, const Block& in, const B
           },
           [&](const TanhOp&) { kernels::tanh(in.volume(), out.volume()); },
           [&](const SigmoidOp&) { kernels::sigmoid(in.volume(), out.volume()); },
-          [](const auto&) {}},  // noise, upsampling and concatenation are computed elsewhere
+          [](const auto&) {}},  // the others are computed elsewhere
       node.op);
   return out;
 }

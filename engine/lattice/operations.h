@@ -1,4 +1,4 @@
-// Noise, and operations on whole blocks.
+// Noise, waves, and operations on whole blocks.
 #pragma once
 
 #include "engine/kernels/linear_layer.h"
@@ -19,6 +19,11 @@ struct LatticeNoise {
 
 // Fills the planes [x_lo, x_hi) of a ring with noise.
 void fill_noise(const LatticeNoise& noise, const PlaneRing& ring, std::int64_t x_lo,
+                std::int64_t x_hi);
+
+// Fills the planes [x_lo, x_hi) of a ring with waves, one for each channel. `period` is in voxels
+// of the level, 0 for none.
+void fill_waves(const PeriodicOp& op, std::int64_t period, const PlaneRing& ring, std::int64_t x_lo,
                 std::int64_t x_hi);
 
 // Computes a node on a box from its input on the required box. `layer` holds the weights of a

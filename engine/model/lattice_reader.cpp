@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::size_t max_nodes = 4096;
 constexpr std::int64_t max_channels = 4096, max_level = 20;
+constexpr std::int64_t max_word = 0xFFFFFFFF;
 constexpr std::int64_t max_conv_kernel = 15, max_transpose_kernel = 16;
 
 // Input of a node's reader: its JSON object, the nodes before it, and the tensors.
@@ -60,6 +61,35 @@ Node read_noise(const Context& context) {
           {},
           static_cast<int>(level),
           static_cast<int>(channels)};
+}
+
+std::uint32_t read_word(const Context& context, const std::string& where,
+                        const nlohmann::json& value) {
+  const auto word = as_integer(value);
+  if (!word || *word < 0 || *word > max_word)
+    throw invalid(context.fields.label(), where, show(value),
+                  "an integer from 0 to " + std::to_string(max_word));
+  return static_cast<std::uint32_t>(*word);
+}
+
+Node read_periodic(const Context& context) {
+  const Fields& fields = context.fields;
+  fields.allow_only({"name", "op", "level", "waves"});
+  PeriodicOp op;
+  for (const auto& value : fields.array("waves", 1, max_channels)) {
+    const std::string where = fields.path("waves") + "[" + std::to_string(op.waves.size()) + "]";
+    if (!value.is_array() || value.size() != 4)
+      throw invalid(fields.label(), where, show(value), "an array of 4 integers");
+    Wave wave;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      wave.frequency[axis] =
+          read_word(context, where + "[" + std::to_string(axis) + "]", value[axis]);
+    wave.phase = read_word(context, where + "[3]", value[3]);
+    op.waves.push_back(wave);
+  }
+  const auto level = fields.integer("level", 0, max_level);
+  const auto channels = static_cast<int>(op.waves.size());
+  return {fields.string("name"), std::move(op), {}, static_cast<int>(level), channels};
 }
 
 Node read_conv3d(const Context& context) {
@@ -146,15 +176,12 @@ struct Reader {
   const char* op;
   Node (*read)(const Context&);
 };
-constexpr Reader readers[] = {{"noise", read_noise},
-                              {"conv3d", read_conv3d},
-                              {"conv_transpose3d", read_conv_transpose3d},
-                              {"upsample", read_upsample},
-                              {"concat", read_concat},
-                              {"affine", read_affine},
-                              {"leaky_relu", read_leaky_relu},
-                              {"tanh", read_tanh},
-                              {"sigmoid", read_sigmoid}};
+constexpr Reader readers[] = {
+    {"noise", read_noise},       {"periodic", read_periodic},
+    {"conv3d", read_conv3d},     {"conv_transpose3d", read_conv_transpose3d},
+    {"upsample", read_upsample}, {"concat", read_concat},
+    {"affine", read_affine},     {"leaky_relu", read_leaky_relu},
+    {"tanh", read_tanh},         {"sigmoid", read_sigmoid}};
 
 Node read_node(const Context& context) {
   const Fields& fields = context.fields;

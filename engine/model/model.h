@@ -1,6 +1,7 @@
 // A validated model file: docs/file-format.md as C++ values.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -24,6 +25,14 @@ enum class NoiseScheme { solidtex_1, solidtexturenets };
 struct NoiseOp {
   Distribution distribution = Distribution::uniform;
 };
+// One channel of sines: sin of the phase f . (x, y, z) + phase. 2^32 is one turn; phases wrap.
+struct Wave {
+  std::array<std::uint32_t, 3> frequency{};
+  std::uint32_t phase = 0;
+};
+struct PeriodicOp {
+  std::vector<Wave> waves;  // [channel]
+};
 struct Conv3dOp {
   int kernel = 1;  // odd; weight [out, in, k, k, k]
   Tensor weight, bias;
@@ -43,8 +52,8 @@ struct LeakyReluOp {
 struct TanhOp {};
 struct SigmoidOp {};
 
-using Op = std::variant<NoiseOp, Conv3dOp, ConvTranspose3dOp, UpsampleOp, ConcatOp, AffineOp,
-                        LeakyReluOp, TanhOp, SigmoidOp>;
+using Op = std::variant<NoiseOp, PeriodicOp, Conv3dOp, ConvTranspose3dOp, UpsampleOp, ConcatOp,
+                        AffineOp, LeakyReluOp, TanhOp, SigmoidOp>;
 
 struct Node {
   std::string name;

@@ -70,6 +70,12 @@ def main() -> None:
     a, _, error = fit_rational(x**2, (np.tanh(x) / x - 1) / x**2, range(5), none, x**3 / np.tanh(x))
     print_coefficients("kTanh", a, f"(tanh(x) / x - 1) / x^2 in x^2, |x| <= 0.625, {error:.1e}")
 
+    x = chebyshev_grid(1e-3, 0.9995)
+    quarter = (np.sin(np.pi * x / 2) / x - 1) / (1 - x**2)
+    a, _, error = fit_rational(x**2, quarter, range(4), none, x * (1 - x**2))
+    name = "(sin(pi x / 2) / x - 1) / (1 - x^2) in x^2, |x| <= 1"
+    print_coefficients("kQuarterSine", a, f"{name}, {error:.1e}")
+
     print("// ---- angles\n")
     r = chebyshev_grid(1e-4, np.tan(np.pi / 8) * 1.0001)
     turn = 2 * np.pi

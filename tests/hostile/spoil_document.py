@@ -141,8 +141,32 @@ def _graph_parameters() -> Iterator[Spoiled]:
     )
     unknown = put("field.nodes.1.distribution", "cauchy")
     yield "distribution_unknown", "field", unknown, ("nodes[1].distribution", '"cauchy"')
+    yield from _waves()
     legacy = put("noise.scheme", "solidtexturenets")
     yield "legacy_scheme_normal", "field", legacy, ("nodes[1].distribution", "solidtexturenets")
+
+
+def _waves() -> Iterator[Spoiled]:
+    good = [1, 2, 3, 4]
+    other = {"name": "w", "op": "periodic", "level": 0, "waves": [good]}
+    bare = {key: other[key] for key in ("name", "op", "level")}
+    yield "waves_missing", "field", node(0, bare), ("nodes[0].waves", "nothing")
+    wrong: dict[str, tuple[Any, tuple[str, ...]]] = {
+        "empty": ([], ("nodes[0].waves", "0 entries")),
+        "number": (7, ("nodes[0].waves", "an array")),
+        "many": ([good] * 4097, ("nodes[0].waves", "4097 entries")),
+        "short": ([good, [1, 2, 3]], ("nodes[0].waves[1]", "4 integers")),
+        "object": ([{}], ("nodes[0].waves[0]", "4 integers")),
+        "negative": ([[1, -1, 3, 4]], ("nodes[0].waves[0][1]", "-1", "4294967295")),
+        "large": ([[1, 2, 3, 2**32]], ("nodes[0].waves[0][3]", "4294967296", "4294967295")),
+        "gigantic": ([[10**300, 2, 3, 4]], ("nodes[0].waves[0][0]", "4294967295")),
+        "fraction": ([[0.5, 2, 3, 4]], ("nodes[0].waves[0][0]", "0.5")),
+    }
+    for name, (waves, message) in wrong.items():
+        yield f"waves_{name}", "field", node(0, {**other, "waves": waves}), message
+    yield "waves_unused", "field", node(0, other), ("nodes[0]", "nothing uses")
+    yield "waves_level", "field", node(0, {**other, "level": 21}), ("nodes[0].level", "found 21")
+    yield "waves_channels", "field", node(0, {**other, "channels": 1}), ("channels", "unknown key")
 
 
 def _gigantic() -> Iterator[Spoiled]:

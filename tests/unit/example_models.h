@@ -39,6 +39,10 @@ class LatticeBuilder {
   int noise(int level, int channels, se::Distribution distribution = se::Distribution::uniform) {
     return add(se::NoiseOp{distribution}, {}, level, channels);
   }
+  int periodic(int level, std::vector<se::Wave> waves) {
+    const int channels = static_cast<int>(waves.size());
+    return add(se::PeriodicOp{std::move(waves)}, {}, level, channels);
+  }
   int conv(int input, int channels, int kernel) {
     const int inputs = node(input).channels;
     se::Conv3dOp op{kernel, weights_({channels, inputs, kernel, kernel, kernel}),
@@ -106,7 +110,8 @@ inline se::LatticeModel every_operation() {
   const int coarse = b.tanh(b.conv(b.noise(2, 2, se::Distribution::normal), 5, 3));
   const int grown = b.conv_transpose(coarse, 3, 4, 1);
   const int skipped = b.leaky_relu(grown, 0.2f);
-  const int wide = b.affine(b.conv(b.concat(skipped, b.noise(1, 1)), 7, 5));
+  const int waves = b.periodic(1, {{{0xFFFFFFF0u, 0x12345678u, 7}, 5}, {{}, 0x40000000u}});
+  const int wide = b.affine(b.conv(b.concat(b.concat(skipped, b.noise(1, 1)), waves), 7, 5));
   const int joined = b.concat(wide, grown);
   const int fine = b.conv(b.concat(b.upsample(joined), b.conv_transpose(joined, 2, 3, 2)), 9, 3);
   b.sigmoid(b.conv(b.leaky_relu(fine), 4, 1));

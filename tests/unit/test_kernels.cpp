@@ -229,6 +229,21 @@ TEST_CASE("element-wise kernels are their references bit for bit", "[kernels]") 
   check_maps(wide);
 }
 
+TEST_CASE("sines are as accurate as docs/numerics.md says, and exact at quarters", "[kernels]") {
+  constexpr double kTurn = 6.283185307179586;
+  double error = 0;
+  for (std::uint64_t angle = 0; angle < (1ull << 32); angle += 1021) {
+    const double expected = std::sin(kTurn * static_cast<double>(angle) * 0x1p-32);
+    const float found = solidtex::engine::sine_of_turn(static_cast<std::uint32_t>(angle));
+    error = std::max(error, std::fabs(found - expected));
+  }
+  CHECK(error < 1.0e-7);
+  WARN("largest error: sine " << error);
+  const float quarters[] = {0, 1, 0, -1};
+  for (std::uint32_t i = 0; i < 4; ++i)
+    CHECK(solidtex::engine::sine_of_turn(i * 0x40000000u) == quarters[i]);
+}
+
 TEST_CASE("tanh and sigmoid are as accurate as docs/numerics.md says", "[kernels]") {
   double tanh_error = 0, sigmoid_error = 0;
   for (int i = -2'000'000; i <= 2'000'000; ++i) {

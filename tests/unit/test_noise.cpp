@@ -9,6 +9,7 @@
 #include "engine/noise/noise.h"
 #include "engine/noise/normal.h"
 #include "engine/noise/solidtex_1.h"
+#include "engine/noise/waves.h"
 #include "tests/unit/every_target.h"
 
 using namespace solidtex::engine;
@@ -90,6 +91,56 @@ TEST_CASE("planes are single values, on every target", "[noise]") {
       noise.plane(Distribution::normal, points, count, plane.data());
       CHECK(same_bits(plane, normal));
     });
+  }
+}
+
+TEST_CASE("waves are their reference bit for bit, on every target", "[noise]") {
+  std::mt19937 random(8);
+  for (const int count : {1, 7, 16, 37, 64}) {
+    const auto padded = static_cast<std::size_t>(count + 15) / 16 * 16;
+    std::vector<std::int32_t> y, z;
+    for (std::size_t i = 0; i < padded; ++i) {
+      y.push_back(random_coordinate(random));
+      z.push_back(random_coordinate(random));
+    }
+    const Wave wave{{static_cast<std::uint32_t>(random()), static_cast<std::uint32_t>(random()),
+                     static_cast<std::uint32_t>(random())},
+                    static_cast<std::uint32_t>(random())};
+    const LatticePoints points{static_cast<std::uint32_t>(random()), y.data(), z.data()};
+    const auto size = static_cast<std::size_t>(count);
+    std::vector<float> expected(size + 1, 5.0f), found(size + 1, 5.0f);
+    reference::waves(wave, points, count, expected.data());
+    testing::on_every_target([&] {
+      waves(wave, points, count, found.data());
+      CHECK(same_bits(found, expected));
+    });
+    CHECK(found[size] == 5.0f);
+  }
+}
+
+TEST_CASE("a wave is the same at any distance from the origin", "[noise]") {
+  // A period of 4096 voxels is exact in 2^-32 turns.
+  const Wave wave{{3u << 20, 5u << 20, 7u << 20}, 11};
+  std::vector<std::int32_t> near(16), far(16);
+  for (std::int32_t i = 0; i < 16; ++i) near[i] = i, far[i] = i + 4096 * 131071;
+  float expected[16], found[16];
+  waves(wave, {1, near.data(), near.data()}, 16, expected);
+  waves(wave, {1 + 4096u * 1048575u, far.data(), far.data()}, 16, found);
+  CHECK(std::memcmp(found, expected, sizeof found) == 0);
+  CHECK(std::set<float>(expected, expected + 16).size() == 16);
+}
+
+TEST_CASE("with a period a wave has whole turns, the nearest ones", "[noise]") {
+  for (const std::uint32_t period : {1u, 24u, 1000u, 1u << 30}) {
+    const auto rounded = with_period({{0x12345678u, 0xFFFFFF00u, 0x80000001u}, 3}, period);
+    CHECK(rounded.phase == 3);
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::uint32_t before[] = {0x12345678u, 0xFFFFFF00u, 0x80000001u};
+      const double turns = rounded.frequency[axis] * 0x1p-32 * period;
+      CHECK(std::fabs(turns - std::round(turns)) <= period * 0x1p-32);
+      const auto change = static_cast<std::int32_t>(rounded.frequency[axis] - before[axis]);
+      CHECK(std::fabs(change * 0x1p-32) * period <= 0.5 + period * 0x1p-32);
+    }
   }
 }
 

@@ -10,9 +10,10 @@ using nlohmann::json;
 
 void propagate_shape(const json& description, const std::vector<GraphNode>& nodes,
                      GraphNode& node) {
-  if (node.op == "noise") {
+  if (node.inputs.empty()) {
     node.level = description.at("level");
-    node.channels = description.at("channels");
+    node.channels = node.op == "periodic" ? static_cast<int>(description.at("waves").size())
+                                          : description.at("channels").get<int>();
     return;
   }
   node.level = nodes[node.inputs.front()].level;

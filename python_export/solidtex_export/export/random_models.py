@@ -71,7 +71,8 @@ def every_operation_model(seed: int = 0) -> ModelFile:
         _node("z1", "noise", level=1, channels=3, distribution="uniform"),
         _node("wide", "conv3d", "z1", out_channels=5, kernel=5),
         _node("bent", "leaky_relu", "wide", slope=0.2),
-        _node("joint", "concat", "squashed", "bent", "z1"),
+        _node("waves", "periodic", level=1, waves=[[2**32 - 5, 3**19, 7**11, 9], [0, 0, 1, 2**30]]),
+        _node("joint", "concat", "squashed", "bent", "z1", "waves"),
         _node("thin", "conv_transpose3d", "joint", out_channels=2, kernel=1, padding=0),
         _node("odd", "conv_transpose3d", "joint", out_channels=3, kernel=3, padding=2),
         _node("big", "upsample", "joint"),
@@ -82,7 +83,7 @@ def every_operation_model(seed: int = 0) -> ModelFile:
         _node("gate", "sigmoid", "mixed"),
         _node("colors", "conv3d", "gate", out_channels=3, kernel=1),
     ]
-    channels = {"z2": 2, "z1": 3, "joint": 11, "big": 11, "all": 17, "gate": 4}
+    channels = {"z2": 2, "z1": 3, "joint": 13, "big": 13, "all": 19, "gate": 4}
     rng = np.random.default_rng(seed)
     tensors: dict[str, np.ndarray] = {}
     for node in nodes:

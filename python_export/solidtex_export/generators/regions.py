@@ -74,4 +74,4 @@ def hull(a: Box, b: Box) -> Box:
 
 def alignment(nodes: list[Node]) -> int:
     """Coarsest pitch: origins that differ by multiples of it have equal regions."""
-    return 1 << max(node["level"] for node in nodes if node["op"] == "noise")
+    return 1 << max(node["level"] for node in nodes if "inputs" not in node)

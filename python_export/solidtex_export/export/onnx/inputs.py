@@ -63,6 +63,8 @@ def _block(
 ) -> np.ndarray:
     lo, hi = ([v + (s >> node["level"]) for v, s in zip(node[end], shift, strict=True)]
               for end in ("lo", "hi"))  # fmt: skip
+    if "waves" in node:
+        return noise.waves(node["waves"], lo, hi).astype(np.float32)[None]
     scheme, channels = document["noise"]["scheme"], node["channels"]
     values = noise.block(scheme, node["distribution"], seed, node["level"], channels, lo, hi)
     return values.astype(np.float32)[None]

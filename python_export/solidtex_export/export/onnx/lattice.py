@@ -1,4 +1,7 @@
-"""Lattice family as an ONNX graph: noise in, the voxels of one box out, all shapes static."""
+"""Lattice family as an ONNX graph: noise and waves in, the voxels of one box out.
+
+All shapes are static.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ def lattice_graph(model: ModelFile, box: Box) -> tuple[GraphProto, dict[str, Any
     document = {
         "box": _box_document(box),
         "alignment": alignment(nodes),
-        "inputs": [exporter.input(node) for node in nodes if node["op"] == "noise"],
+        "inputs": [exporter.input(node) for node in nodes if "inputs" not in node],
     }
     return exporter.builder.graph(model.document["name"], value, shape), document
 
@@ -45,10 +48,11 @@ class _Exporter:
         self.tensors = model.tensors
         self.values: dict[str, str] = {}
 
-    def input(self, noise: Node) -> dict[str, Any]:
-        """Metadata of the input of a noise node."""
-        kept = {key: noise[key] for key in ("level", "channels", "distribution")}
-        name = noise["name"]
+    def input(self, node: Node) -> dict[str, Any]:
+        """Metadata of the input of a node of noise or waves."""
+        known = ("level", "channels", "distribution", "waves")
+        kept = {key: node[key] for key in known if key in node}
+        name = node["name"]
         return {"name": self.values[name], **kept, **_box_document(self.regions[name])}
 
     def add(self, node: Node) -> None:
@@ -84,6 +88,12 @@ class _Exporter:
 def _noise(exporter: _Exporter, node: Node) -> str:
     size = exporter.regions[node["name"]].size
     return exporter.builder.input(node["name"], (1, node["channels"], *size))
+
+
+def _periodic(exporter: _Exporter, node: Node) -> str:
+    """An input, as noise: floating-point angles would be inexact far from the origin."""
+    size = exporter.regions[node["name"]].size
+    return exporter.builder.input(node["name"], (1, len(node["waves"]), *size))
 
 
 def _conv3d(exporter: _Exporter, node: Node) -> str:
@@ -155,6 +165,7 @@ def _sigmoid(exporter: _Exporter, node: Node) -> str:
 
 _OPERATIONS: dict[str, Callable[[_Exporter, Node], str]] = {
     "noise": _noise,
+    "periodic": _periodic,
     "conv3d": _conv3d,
     "conv_transpose3d": _conv_transpose3d,
     "upsample": _upsample,

@@ -54,6 +54,20 @@ def block(
     return np.stack([draw(scheme, seed, level, channel, *grid) for channel in range(channels)])
 
 
+def waves(waves: Sequence[Sequence[int]], lo: Sequence[int], hi: Sequence[int]) -> Array:
+    """Sines of a box, one for each wave [f_x, f_y, f_z, phase] in 2^-32 turns: float64
+    [channel, x, y, z].
+    """
+    axes = [np.arange(l, h, dtype=np.int64) for l, h in zip(lo, hi, strict=True)]
+    grid = np.meshgrid(*axes, indexing="ij")
+    return np.stack([_wave(wave, *_wrapped(*grid)) for wave in waves])
+
+
+def _wave(wave: Sequence[int], x: Array, y: Array, z: Array) -> Array:
+    a, b, c, phase = (np.uint32(number) for number in wave)
+    return np.sin(2 * np.pi * (a * x + b * y + c * z + phase).astype(np.float64) * 2.0**-32)
+
+
 def _wrapped(*coordinates: Array) -> list[Array]:
     return [np.asarray(c).astype(np.int64).astype(np.uint32) for c in coordinates]
 

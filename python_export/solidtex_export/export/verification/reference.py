@@ -110,6 +110,10 @@ def _noise(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     return torch.from_numpy(values)
 
 
+def _periodic(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
+    return torch.from_numpy(noise.waves(node["waves"], *box))
+
+
 def _conv3d(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     r = node["kernel"] // 2
     source = lattice.input(node, (tuple(l - r for l in box[0]), tuple(h + r for h in box[1])))
@@ -167,6 +171,7 @@ def _sigmoid(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
 
 _OPERATIONS: dict[str, Callable[[_Lattice, dict[str, Any], Box], Tensor]] = {
     "noise": _noise,
+    "periodic": _periodic,
     "conv3d": _conv3d,
     "conv_transpose3d": _conv_transpose3d,
     "upsample": _upsample,
