@@ -12,10 +12,13 @@ import torch
 from small_spaces import run, save_photos, value
 
 from solidtex_export.commands import export_space, train_space
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.verification import engine
 from solidtex_export.generators.regions import Box
 from solidtex_export.settings import SettingsError, read_toml, validated
 from solidtex_export.spaces import settings
 from solidtex_export.spaces.alanov import losses
+from solidtex_export.spaces.alanov.export import waves_of
 from solidtex_export.spaces.alanov.materials import random_pair
 from solidtex_export.spaces.alanov.networks import (
     CodeDiscriminator,
@@ -131,17 +134,10 @@ def test_a_crop_of_a_sample_does_not_depend_on_its_size(dimensions: int) -> None
     z = generator.noise(codes, boxes[0])
 
     def values(box: Box) -> torch.Tensor:
-        inner = generator.boxes(box)
-        x = z
-        for axis, (lo, hi, first) in enumerate(
-            zip(inner[0].lo, inner[0].hi, boxes[0].lo, strict=True)
-        ):
+        x, needed = z, generator.boxes(box)[0]
+        for axis, (lo, hi, first) in enumerate(zip(needed.lo, needed.hi, boxes[0].lo, strict=True)):
             x = x.narrow(2 + axis, lo - first, hi - lo)
-        for i, layer in enumerate(generator.layers):
-            x = layer(x, inner[i + 1])
-            if i < len(generator.norms):
-                x = torch.nn.functional.leaky_relu(generator.norms[i](x), 0.2)
-        return torch.tanh(x)
+        return generator.from_noise(x, box)
 
     large = values(whole)
     for axis, (lo, hi) in enumerate(zip(part.lo, part.hi, strict=True)):
@@ -261,6 +257,52 @@ def test_an_interrupted_training_resumes_to_the_same_bits(
     config = json.loads((tmp_path / "whole" / "config.json").read_text())
     assert config["kind"] == "alanov"
     assert len(config["photographs"]) == len(whole.textures)
+
+
+def test_a_code_is_exported_as_an_ordinary_model(
+    inputs: list[str], tmp_path: Path, dimensions: int
+) -> None:
+    """The command itself compares the engine with the network, far from the origin too."""
+    preset = save_preset(tmp_path / "preset.toml", dimensions)
+    trainer = run(begin(inputs, preset, tmp_path / "result", 3), 3)
+    path = tmp_path / "model.solidtex"
+    name = trainer.textures[1].name
+    arguments = [str(tmp_path / "result"), "-o", str(path)]
+    assert export_space.main([*arguments, "--material", name]) == 0
+    model = model_file.read(path)
+    assert {"noise", "conv_transpose3d"} <= {n["op"] for n in model.document["field"]["nodes"]}
+    assert len(model.document["channels"]) == {2: 3, 3: 1}[dimensions]
+    values = evaluate(path, (-40, 3, -9), (5, 6, 32))
+    assert values.std() > 0.01
+    if dimensions == 2:
+        (waves,) = (n["waves"] for n in model.document["field"]["nodes"] if n["op"] == "periodic")
+        assert len(waves) == 5 and waves[4] == [0, 0, 0, 2**30]
+        sheet = 2**trainer.generator.levels  # sections of a sheet are one picture
+        first = np.arange(-9, 23) // sheet
+        for z in range(1, 32):
+            same = np.array_equal(values[:, :, z], values[:, :, z - 1])
+            assert same == (first[z] == first[z - 1])
+    other = ["--code", "0.5,-1,2", "--force", "--phases", "3"]
+    assert export_space.main([*arguments, *other]) == 0
+    assert not np.array_equal(evaluate(path, (-40, 3, -9), (5, 6, 32)), values)
+    for wrong in (["--code", "1,2"], ["--material", "none"], []):
+        assert export_space.main([*arguments, *wrong, "--force"]) == 1
+
+
+def evaluate(path: Path, origin: tuple[int, ...], size: tuple[int, ...]) -> np.ndarray:
+    with engine.open_model(path, 1) as texture:
+        return np.asarray(texture.eval_box(origin, size))
+
+
+def test_a_picture_lies_upright_in_the_solid() -> None:
+    """Columns along x, rows against y: a wave of the generator keeps its directions."""
+    generator = Generator(small(2))
+    code = torch.randn(3)
+    (along_rows, along_columns) = generator.angular_frequencies(code[None])[0, 0].tolist()
+    wave = waves_of(generator, code, [0, 0, 0, 0])[0]
+    turns = [((w + 2**31) % 2**32 - 2**31) / 2**32 for w in wave]
+    expected = [along_columns / (2 * np.pi), -along_rows / (2 * np.pi), 0, 0]
+    assert turns == pytest.approx(expected, abs=1e-6)
 
 
 def test_pairs_of_raw_photographs_are_near_each_other() -> None:

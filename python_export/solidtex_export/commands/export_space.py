@@ -1,8 +1,12 @@
-"""solidtex-export-space: writes a trained texture space as one file."""
+"""solidtex-export-space: writes a trained texture space as one file.
+
+The result of an Alanov preset becomes a model of one code.
+"""
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 
@@ -15,9 +19,12 @@ from solidtex_export.spaces.start_file import SUFFIX as START_SUFFIX
 from solidtex_export.spaces.start_file import write_start
 from solidtex_export.training.result import ResultError
 
+MODEL_SUFFIX = ".solidtex"
+
 EXAMPLES = """  solidtex-export-space results/stones -o stones.solidtex-space
   solidtex-export-space results/woods --license CC0-1.0 -o woods.solidtex-space
   solidtex-export-space results/start -o stones.solidtex-start
+  solidtex-export-space results/rocks --material berea -o berea.solidtex
 
 Then: solidtex-encode photo.jpg --space stones.solidtex-space -o mine.solidtex"""
 
@@ -28,19 +35,40 @@ def parser() -> argparse.ArgumentParser:
     cli.add_output_arguments(p, "SPACE", SUFFIX)
     p.add_argument("--name", help="name of the space (default: that of SPACE)")
     p.add_argument("--license", default="", help="licence of the space, an SPDX expression")
+    p.add_argument("--material", metavar="NAME",
+                   help="the material of an Alanov preset whose model is written")  # fmt: skip
+    p.add_argument("--code", metavar="N,N,...", type=_numbers,
+                   help="write the model of this code in place of a material's")  # fmt: skip
+    p.add_argument("--phases", type=int, default=0, metavar="S",
+                   help="random seed of the phases of periodic patterns (default: 0)"
+                   )  # fmt: skip
     return p
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = [math.nan]
+    if not all(map(math.isfinite, numbers)):
+        raise argparse.ArgumentTypeError(f"found {text}, expected numbers with commas between them")
+    return numbers
 
 
 def export(args: argparse.Namespace) -> None:
     from solidtex_export.spaces.result import read_config, read_space, read_start
 
     kind = read_config(args.result / "config.json")["kind"]
-    suffix = SUFFIX if kind == "space" else START_SUFFIX
+    suffix = {"space": SUFFIX, "start": START_SUFFIX, "alanov": MODEL_SUFFIX}[kind]
     if args.output.suffix != suffix:
         raise ResultError(f"-o: found {args.output}, expected a file named *{suffix}")
     if args.output.exists() and not args.force:
         raise ResultError(f"{args.output}: found an existing file, expected none (or use --force)")
     name = args.name or args.output.stem
+    if kind == "alanov":
+        return _export_model(args, name)
+    if args.material or args.code:
+        raise ResultError(f"{args.result}: found a {kind}, expected no --material and no --code")
     if kind == "space":
         space = read_space(args.result, name, args.license)
         write_space(args.output, space)
@@ -54,6 +82,29 @@ def export(args: argparse.Namespace) -> None:
     size = args.output.stat().st_size / 2**20
     print(f"{args.output}: {count} photographs, {size:.1f} MiB")
     print(f"next: {then}")
+
+
+def _export_model(args: argparse.Namespace, name: str) -> None:
+    """Write the model of one code, verified against the network."""
+    import torch
+
+    from solidtex_export.export.verification.model_output import summary, write_verified
+    from solidtex_export.spaces.alanov.export import generator_network, random_phases, waves_of
+    from solidtex_export.spaces.alanov.result import read_alanov
+
+    result = read_alanov(args.result)
+    if args.code:
+        code = torch.tensor(args.code)
+        if len(code) != result.recipe.code:
+            raise ResultError(f"--code: found {len(code)} numbers, expected {result.recipe.code}")
+    else:
+        code = result.codes[result.index_of(args.material)]
+    result.measure()
+    phases = random_phases(result.recipe.noise.periodic, args.phases)
+    waves = waves_of(result.generator, code, phases)
+    model = result.model(name, args.license, code, waves)
+    network = generator_network(result.generator, code, waves)
+    print(summary(args.output, model, write_verified(args.output, model, network)))
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -20,7 +20,7 @@ from solidtex_export.training.result import ResultError
 
 def read_space(folder: Path, name: str, license: str) -> Space:
     """Read config.json and checkpoint.pt without executing anything in them."""
-    config, state, training = _read(folder, "space")
+    config, state, training = read_training(folder, "space")
     path = folder / "checkpoint.pt"
     recipe = validated(SpaceRecipe, config["recipe"], str(folder / "config.json"))
     generator = make_generator(recipe)
@@ -49,7 +49,7 @@ def read_space(folder: Path, name: str, license: str) -> Space:
 
 def read_start(folder: Path, name: str, license: str) -> LearnedStart:
     """Read the result of a start preset."""
-    config, state, training = _read(folder, "start")
+    config, state, training = read_training(folder, "start")
     path = folder / "checkpoint.pt"
     recipe = validated(StartRecipe, config["recipe"], str(folder / "config.json"))
     document = StartDocument(
@@ -67,7 +67,7 @@ def read_start(folder: Path, name: str, license: str) -> LearnedStart:
     return LearnedStart(folder, digest, document, tensors)
 
 
-def _read(folder: Path, kind: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+def read_training(folder: Path, kind: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """The configuration, the checkpoint, and the record of the training for the file."""
     path = folder / "config.json"
     config = read_config(path)
@@ -86,6 +86,6 @@ def read_config(path: Path) -> dict[str, Any]:
         raise ResultError(
             f"{path}: found no readable JSON ({error}), expected a result of solidtex-train-space"
         ) from error
-    if not isinstance(config, dict) or config.get("kind") not in ("space", "start"):
+    if not isinstance(config, dict) or config.get("kind") not in ("space", "start", "alanov"):
         raise ResultError(f"{path}: kind: expected a result of solidtex-train-space")
     return config

@@ -157,8 +157,11 @@ class Generator(nn.Module):
 
     def forward(self, codes: Tensor, box: Box) -> Tensor:
         """Samples [batch, channel, ...] of a box, each with noise of its own."""
-        boxes = self.boxes(box)
-        x = self.noise(codes, boxes[0])
+        return self.from_noise(self.noise(codes, self.boxes(box)[0]), box)
+
+    def from_noise(self, z: Tensor, box: Box) -> Tensor:
+        """Samples of a box from z on the box of noise that it needs."""
+        boxes, x = self.boxes(box), z
         for i, layer in enumerate(self.layers):
             x = layer(x, boxes[i + 1])
             if i < len(self.norms):

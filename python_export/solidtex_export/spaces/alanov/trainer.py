@@ -99,7 +99,7 @@ class AlanovTrainer(ResumableTraining):
 
     def _logits(self) -> Logits:
         first, second = self._real_pairs()
-        codes = losses.sampled_codes(*self.encoder(first))
+        codes = losses.sampled_codes(*(v.float() for v in self.encoder(first)))
         prior = torch.randn_like(codes)
         # One batch: both kinds of codes are normalized by the same statistics, as in the end.
         box = self.generator.random_box(self.recipe.crops.size)
@@ -109,7 +109,7 @@ class AlanovTrainer(ResumableTraining):
         assert isinstance(pairs, PairDiscriminator)
         embeddings = pairs.embed(torch.cat([first, second, reproduced])).chunk(3)
         on_prior, on_reproduced = patches(fakes).chunk(2)
-        return Logits(
+        found = (
             patches(first),
             on_prior,
             on_reproduced,
@@ -118,6 +118,7 @@ class AlanovTrainer(ResumableTraining):
             judge(prior),
             judge(codes),
         )
+        return Logits(*(logits.float() for logits in found))
 
     def _real_pairs(self) -> tuple[Tensor, Tensor]:
         """Two batches of crops; the same place in both has the same texture."""
@@ -169,9 +170,9 @@ class AlanovTrainer(ResumableTraining):
     def state(self) -> dict[str, Any]:
         cuda = torch.cuda.get_rng_state(self.device) if self.device.type == "cuda" else None
         return {
-            "networks": {name: n.state_dict() for name, n in self.networks.items()},
+            **{name: network.state_dict() for name, network in self.networks.items()},
             "optimizers": {name: adam.state_dict() for name, adam in self._adams.items()},
-            "codes": self.material_codes().cpu(),
+            "material_codes": self.material_codes().cpu(),
             "watch": self.watch.state(),
             "step": self.step,
             "seconds": self.seconds,
@@ -181,7 +182,7 @@ class AlanovTrainer(ResumableTraining):
     def restore(self, state: dict[str, Any]) -> None:
         own = self.ranks.own(state["ranks"])
         for name, network in self.networks.items():
-            network.load_state_dict(state["networks"][name])
+            network.load_state_dict(state[name])
             self._adams[name].load_state_dict(state["optimizers"][name])
         self.watch.restore(state["watch"])
         self.step, self.seconds = state["step"], state["seconds"]

@@ -1,0 +1,72 @@
+"""Writes volumes of porous media for alanov-porous: two micro-CT rocks, three of PoreSpy.
+
+benchmarks/porous_volumes.py POROUS -o FOLDER
+
+POROUS holds berea.zip and ketton.zip. The three media of PoreSpy stand for the rocks of Alanov et
+al. 2019 that are not there. Their porosities are nominal ones of those rocks. Label 0 is pore.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import porespy
+import tifffile
+
+SIZE = 256
+ROCKS = ("berea", "ketton")
+
+
+def bentheimer(seed: int) -> np.ndarray:
+    return porespy.generators.blobs([SIZE] * 3, porosity=0.22, blobiness=2.0, seed=seed)
+
+
+def doddington(seed: int) -> np.ndarray:
+    """Grains are spheres that overlap."""
+    return porespy.generators.overlapping_spheres([SIZE] * 3, r=14, porosity=0.20, seed=seed)
+
+
+def estaillades(seed: int) -> np.ndarray:
+    """Large pores and small ones."""
+    large = porespy.generators.blobs([SIZE] * 3, porosity=0.09, blobiness=1.2, seed=seed)
+    small = porespy.generators.blobs([SIZE] * 3, porosity=0.045, blobiness=4.0, seed=seed + 1)
+    return large | small
+
+
+SYNTHETIC: dict[str, Callable[[int], np.ndarray]] = {
+    "bentheimer-blobs": bentheimer,
+    "doddington-spheres": doddington,
+    "estaillades-blobs": estaillades,
+}
+
+
+def rock(archive: Path) -> np.ndarray:
+    with zipfile.ZipFile(archive) as files:
+        (name,) = (n for n in files.namelist() if n.endswith(f"{archive.stem}.tif"))
+        volume: np.ndarray = tifffile.imread(io.BytesIO(files.read(name)))
+    return volume == 0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("porous", type=Path, metavar="POROUS")
+    parser.add_argument("-o", dest="folder", type=Path, metavar="FOLDER", required=True)
+    args = parser.parse_args()
+    args.folder.mkdir(parents=True, exist_ok=True)
+    pores = {name: rock(args.porous / f"{name}.zip") for name in ROCKS}
+    pores |= {name: make(seed=10 + i) for i, (name, make) in enumerate(SYNTHETIC.items())}
+    for name, pore in pores.items():
+        path = args.folder / f"{name}.tif"
+        tifffile.imwrite(path, np.where(pore, 0, 255).astype(np.uint8), photometric="minisblack")
+        print(f"{path}: {pore.shape}, porosity {pore.mean():.4f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""Reads a result folder of an Alanov preset, and makes a model of one of its codes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from solidtex_export.export.file_format.model_file import VERSION, ModelFile
+from solidtex_export.images.channels import COLOR
+from solidtex_export.settings import validated
+from solidtex_export.spaces.alanov.export import SCHEME, Wave, fold_generator
+from solidtex_export.spaces.alanov.networks import Encoder, Generator
+from solidtex_export.spaces.alanov.settings import AlanovRecipe
+from solidtex_export.spaces.result import read_training
+from solidtex_export.training.result import ResultError
+
+PHASE = "phase.1"  # the share of the higher of a volume's two labels
+BATCHES = 16  # that batch normalization is measured over
+LARGEST_BATCH = 8  # of codes of either kind
+
+
+@dataclass
+class AlanovResult:
+    """A training; `codes` [material, code] are those of `photographs`."""
+
+    folder: Path
+    recipe: AlanovRecipe
+    generator: Generator
+    encoder: Encoder
+    codes: Tensor
+    photographs: list[dict[str, str]]
+    training: dict[str, Any]
+
+    def measure(self) -> None:
+        """Measure batch normalization as in training: half of the codes are the prior's."""
+        torch.manual_seed(0)
+        count = min(self.recipe.crops.batch, LARGEST_BATCH)
+        batches = []
+        for _ in range(BATCHES):
+            prior = torch.randn(count, self.recipe.code)
+            chosen = self.codes[torch.randint(len(self.codes), (count,))]
+            batches.append(torch.cat([prior, chosen]))
+        self.generator.measure(torch.stack(batches), self.recipe.crops.size)
+
+    def index_of(self, material: str | None) -> int:
+        """Index of the material of that name; None is the only one."""
+        names = [record["name"] for record in self.photographs]
+        if material is None and len(names) == 1:
+            return 0
+        if material not in names:
+            raise ResultError(
+                f"--material: found {material or 'nothing'}, expected one of {', '.join(names)}"
+            )
+        return names.index(material)
+
+    def model(self, name: str, license: str, code: Tensor, waves: Sequence[Wave]) -> ModelFile:
+        """The generator with one code as a lattice model."""
+        architecture, tensors = fold_generator(self.generator, code, waves)
+        is_color = self.recipe.dimensions == 2
+        document = {
+            "version": VERSION,
+            "name": name,
+            "family": "field",
+            "channels": list(COLOR) if is_color else [PHASE],
+            "color_space": "srgb" if is_color else "data",
+            "noise": {"scheme": SCHEME},
+            "field": architecture,
+            "training": self.training | {"code": code.tolist(), "photographs": self.photographs},
+            **({"license": license} if license else {}),
+        }
+        return ModelFile(document, tensors)
+
+
+def read_alanov(folder: Path) -> AlanovResult:
+    """Read config.json and checkpoint.pt without executing anything in them."""
+    config, state, training = read_training(folder, "alanov")
+    recipe = validated(AlanovRecipe, config["recipe"], str(folder / "config.json"))
+    generator, encoder = Generator(recipe), Encoder(recipe)
+    try:
+        generator.load_state_dict(state["generator"])
+        encoder.load_state_dict(state["encoder"])
+        codes, photographs = state["material_codes"], config["photographs"]
+        if codes.shape != (len(photographs), recipe.code):
+            raise ValueError(f"found codes of shape {tuple(codes.shape)}")
+    except (AttributeError, KeyError, TypeError, ValueError, RuntimeError) as error:
+        raise ResultError(
+            f"{folder / 'checkpoint.pt'}: does not fit config.json ({error})"
+        ) from error
+    generator.eval()
+    encoder.eval()
+    return AlanovResult(folder, recipe, generator, encoder, codes, photographs, training)
