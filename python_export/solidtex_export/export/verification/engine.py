@@ -25,9 +25,9 @@ def open_model(model: str | os.PathLike[str], seed: int = 0, precision: str = "f
     return _module().Texture(model, seed, precision)
 
 
-def open_bytes(data: bytes) -> Texture:
+def open_bytes(data: bytes, seed: int = 0) -> Texture:
     """Open a model from the bytes of a file."""
-    return _module().Texture.from_bytes(data)
+    return _module().Texture.from_bytes(data, seed)
 
 
 @contextmanager

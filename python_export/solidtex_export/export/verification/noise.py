@@ -29,7 +29,7 @@ def normal(scheme: str, seed: int, level: int, channel: int, x: Array, y: Array,
     """Standard normal values in float64."""
     if scheme != "solidtex-1":
         raise ValueError(f'noise scheme: found {scheme!r} for "normal", expected "solidtex-1"')
-    u = _solidtex_1_bits(seed, level, channel, *_wrapped(x, y, z))
+    u = solidtex_1_bits(seed, level, channel, *_wrapped(x, y, z))
     p = ((u & np.uint32(0x7FFFFFFF)).astype(np.float64) + 0.5) * 2.0**-32
     tail = -torch.special.ndtri(torch.from_numpy(np.atleast_1d(p))).numpy().reshape(p.shape)
     return np.where(u >> 31 == 0, -tail, tail)
@@ -80,14 +80,14 @@ def _mix64(value: int) -> int:
     return z ^ (z >> 31)
 
 
-def _solidtex_1_key(seed: int, level: int, channel: int) -> list[np.uint32]:
+def solidtex_1_key(seed: int, level: int, channel: int) -> list[np.uint32]:
     h = _mix64(_mix64(seed + GOLDEN) + ((level << 32) | channel) + GOLDEN)
     k01, k23 = _mix64(h + GOLDEN), _mix64(h + 2 * GOLDEN)
     return [np.uint32(word & 0xFFFFFFFF) for word in (k01, k01 >> 32, k23, k23 >> 32)]
 
 
-def _solidtex_1_bits(seed: int, level: int, channel: int, x: Array, y: Array, z: Array) -> Array:
-    key = _solidtex_1_key(seed, level, channel)
+def solidtex_1_bits(seed: int, level: int, channel: int, x: Array, y: Array, z: Array) -> Array:
+    key = solidtex_1_key(seed, level, channel)
     counter = (x, y, z, np.zeros((), np.uint32))
     words = [w ^ k for w, k in zip(counter, key, strict=True)]
     # Arrays, never scalars: NumPy warns of wrapping scalars only.
@@ -108,7 +108,7 @@ def _stir(a: Array, b: Array, c: Array, d: Array) -> list[Array]:
 
 
 def _solidtex_1_uniform(seed: int, level: int, channel: int, x: Array, y: Array, z: Array) -> Array:
-    u = _solidtex_1_bits(seed, level, channel, x, y, z)
+    u = solidtex_1_bits(seed, level, channel, x, y, z)
     return (u >> 8).astype(np.float64) * 2.0**-24
 
 

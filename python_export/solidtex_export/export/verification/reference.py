@@ -184,17 +184,25 @@ _OPERATIONS: dict[str, Callable[[_Lattice, dict[str, Any], Box], Tensor]] = {
 
 
 def _sampler(model: ModelFile, positions: Positions, seed: int) -> np.ndarray:
-    """GramGAN equations 1 and 2: octave noise at T_i c enters the hidden layers bin by bin."""
-    sizes = model.document["sampler"]
+    return sampler_network(model, sampler_octaves(model, positions, seed))
+
+
+def sampler_octaves(model: ModelFile, positions: Positions, seed: int) -> np.ndarray:
+    """Noise of the octaves at T_i c: float64 [point, octave]."""
     scheme = model.document["noise"]["scheme"]
-    tensors = {name: values.astype(np.float64) for name, values in model.tensors.items()}
     octaves = [
         octave_noise(scheme, seed, level, _transformed(positions, transform))
-        for level, transform in enumerate(tensors["transforms"])
+        for level, transform in enumerate(model.tensors["transforms"].astype(np.float64))
     ]
-    eta = np.stack(octaves, axis=-1)
+    return np.stack(octaves, axis=-1)
+
+
+def sampler_network(model: ModelFile, eta: np.ndarray) -> np.ndarray:
+    """GramGAN equations 1 and 2: octave noise enters the hidden layers bin by bin."""
+    sizes = model.document["sampler"]
+    tensors = {name: values.astype(np.float64) for name, values in model.tensors.items()}
     bins = sizes["octaves"] // (sizes["hidden_layers"] - 1)
-    x = np.broadcast_to(tensors["constant"], (len(positions), sizes["width"]))
+    x = np.broadcast_to(tensors["constant"], (len(eta), sizes["width"]))
     for l in range(sizes["hidden_layers"]):
         y = x @ tensors[f"hidden.{l}.weight"].T + tensors[f"hidden.{l}.bias"]
         if l < sizes["hidden_layers"] - 1:

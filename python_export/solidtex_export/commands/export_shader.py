@@ -1,0 +1,131 @@
+"""solidtex-export-shader: converts a `.solidtex` model to a function in a shading language."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+
+from solidtex_export.commands import cli
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.shader.emitter import PRECISIONS, STORAGES, Storage
+from solidtex_export.export.shader.shader import BY_SUFFIX, Shader, function_name, shader
+from solidtex_export.export.verification.model_output import OutputError, check_output
+from solidtex_export.whole_file import replacing, write_whole
+
+PROGRAM = "solidtex-export-shader"
+MAX_SEED = 2**64 - 1
+LANGUAGES = ", ".join(f"{suffix} {emitter.language}" for suffix, emitter in BY_SUFFIX.items())
+
+EXAMPLES = f"""  {PROGRAM} granite.solidtex -o granite.wgsl
+  {PROGRAM} granite.solidtex -o granite.glsl --weights texture --precision half
+docs/shader-export.md shows how programs call the function."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    return cli.run(make_parser(), arguments, export)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(
+        PROGRAM,
+        "Export a model of the sampler family as a function in a shading language, for use without"
+        " the library. Weights that are not constants in the source are written beside it.",
+        EXAMPLES,
+    )
+    p.add_argument(
+        "model",
+        metavar="SOLIDTEX",
+        type=Path,
+        help="a .solidtex file, or the name of a shipped model",
+    )
+    p.add_argument("-o", dest="output", metavar="SHADER", type=Path, required=True,
+                   help="the file to write; its suffix is that of a language:"
+                   f" {LANGUAGES}")  # fmt: skip
+    p.add_argument("--force", action="store_true", help="replace existing files")
+    p.add_argument("--weights", choices=STORAGES,
+                   help="where the shader finds its weights: constants in the source, a storage"
+                   " buffer (.weights.bin), or a texture (.weights.bin and .weights.exr); default:"
+                   " the first that the language has of buffer, texture, constant")  # fmt: skip
+    p.add_argument("--precision", choices=PRECISIONS, default="float",
+                   help="stored weights; arithmetic is in float32 (default float)")  # fmt: skip
+    p.add_argument("--seed", type=int, default=0, help="random seed of the solid (default 0)")
+    return p
+
+
+def export(args: argparse.Namespace) -> None:
+    suffix = args.output.suffix
+    if suffix not in BY_SUFFIX:
+        raise OutputError(
+            f"{args.output}: found the suffix {suffix!r}, expected one of {', '.join(BY_SUFFIX)}"
+        )
+    check_output(args.output, args.force, suffix)
+    storage = _storage(args)
+    if not 0 <= args.seed <= MAX_SEED:
+        raise OutputError(f"--seed: found {args.seed}, expected 0 to {MAX_SEED}")
+    companions = [args.output.with_suffix(s) for s in _companions(storage)]
+    for path in companions:
+        check_output(path, args.force, path.suffix)
+    model = model_file.read(args.model)
+    name = function_name(args.output)
+    made = shader(model, suffix, name, storage, args.precision, args.seed)
+    write_whole(args.output, made.text.encode())
+    print(f"{args.output}: function {name}, {len(made.text)} bytes of source")
+    for path in companions:
+        _write_data(path, made)
+
+
+def _storage(args: argparse.Namespace) -> Storage:
+    emitter = BY_SUFFIX[args.output.suffix]
+    for option, given, allowed in (
+        ("weights", args.weights, emitter.storages),
+        ("precision", args.precision, emitter.precisions),
+    ):
+        if given is not None and given not in allowed:
+            raise OutputError(
+                f"--{option}: found {given} for {emitter.language}, expected"
+                f" {' or '.join(allowed)}"
+            )  # fmt: skip
+    return args.weights or emitter.storages[0]
+
+
+def _companions(storage: Storage) -> list[str]:
+    return {
+        "constant": [],
+        "buffer": [".weights.bin"],
+        "texture": [".weights.bin", ".weights.exr"],
+    }[storage]
+
+
+def _write_data(path: Path, made: Shader) -> None:
+    data = made.data
+    assert data is not None
+    if path.suffix == ".exr":
+        _write_exr(path, data)
+        return
+    write_whole(path, data.tobytes())
+    if data.ndim == 2:
+        print(f"{path}: storage buffer, {data.nbytes} bytes")
+    else:
+        kind = "RGBA16F" if data.dtype == np.float16 else "RGBA32F"
+        size = f"{data.shape[1]} x {data.shape[0]}"
+        print(f"{path}: texture of {size} texels, {kind}, {data.nbytes} bytes")
+
+
+def _write_exr(path: Path, texels: np.ndarray) -> None:
+    rows, columns, channels = texels.shape
+    spec = oiio.ImageSpec(
+        columns, rows, channels, "half" if texels.dtype == np.float16 else "float"
+    )
+    spec.attribute("compression", "zip")
+    with replacing(path) as temporary:
+        out = oiio.ImageOutput.create(str(temporary))
+        if not (out and out.open(str(temporary), spec) and out.write_image(texels) and out.close()):
+            raise OutputError(f"{path}: cannot be written: {oiio.geterror()}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

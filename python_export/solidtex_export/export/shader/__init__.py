@@ -1,0 +1,1 @@
+"""Models of the sampler family as functions in shading languages."""

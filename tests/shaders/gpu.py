@@ -1,0 +1,116 @@
+"""Runs shaders on Mesa's software GPU: Vulkan through wgpu, OpenGL through moderngl."""
+
+import functools
+import os
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import wgpu
+
+os.environ.setdefault("XDG_RUNTIME_DIR", tempfile.gettempdir())
+
+GROUP = 64
+
+
+@functools.cache
+def device() -> wgpu.GPUDevice:
+    adapters = wgpu.gpu.enumerate_adapters_sync()
+    vulkan = [a for a in adapters if a.info["backend_type"] == "Vulkan"]
+    assert vulkan, "found no Vulkan adapter, expected Mesa's: apt-get install mesa-vulkan-drivers"
+    return vulkan[0].request_device_sync()
+
+
+@functools.cache
+def context() -> moderngl.Context:
+    return moderngl.create_standalone_context(backend="egl")
+
+
+def run_wgpu(
+    code: str | bytes, data: np.ndarray | None, inputs: Sequence[np.ndarray], count: int
+) -> np.ndarray:
+    """Run `main` of WGSL or SPIR-V once per point; float32 [count, 4].
+
+    Group 0 has the shader's own data, group 1 the inputs and then the results.
+    """
+    module = device().create_shader_module(code=code)
+    pipeline = device().create_compute_pipeline(
+        layout="auto", compute={"module": module, "entry_point": "main"}
+    )
+    usage = wgpu.BufferUsage
+    buffers = [
+        device().create_buffer_with_data(data=np.ascontiguousarray(i), usage=usage.STORAGE)
+        for i in inputs
+    ]
+    results = device().create_buffer(size=16 * count, usage=usage.STORAGE | usage.COPY_SRC)
+    encoder = device().create_command_encoder()
+    work = encoder.begin_compute_pass()
+    work.set_pipeline(pipeline)
+    groups = [[{"buffer": b} for b in (*buffers, results)]]
+    groups.insert(0, [] if data is None else [_resource(data)])
+    for group, resources in enumerate(groups):
+        if resources:
+            entries = [{"binding": i, "resource": r} for i, r in enumerate(resources)]
+            layout = pipeline.get_bind_group_layout(group)
+            bound = device().create_bind_group(layout=layout, entries=entries)
+            work.set_bind_group(group, bound)
+    work.dispatch_workgroups(-(-count // GROUP))
+    work.end()
+    device().queue.submit([encoder.finish()])
+    return np.frombuffer(device().queue.read_buffer(results), np.float32).reshape(-1, 4)
+
+
+def _resource(data: np.ndarray) -> object:
+    if data.ndim == 2:
+        return {
+            "buffer": device().create_buffer_with_data(data=data, usage=wgpu.BufferUsage.STORAGE)
+        }
+    rows, columns = data.shape[:2]
+    texture = device().create_texture(
+        size=(columns, rows, 1),
+        format="rgba16float" if data.dtype == np.float16 else "rgba32float",
+        usage=wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST,
+    )
+    layout = {"bytes_per_row": data[0].nbytes, "rows_per_image": rows}
+    device().queue.write_texture({"texture": texture}, data, layout, (columns, rows, 1))
+    return texture.create_view()
+
+
+def run_opengl(
+    code: str, data: np.ndarray | None, inputs: Sequence[np.ndarray], count: int
+) -> np.ndarray:
+    """Run a GLSL compute shader once per point. Buffer 0 is the shader's own, then the inputs."""
+    shader = context().compute_shader(code)
+    buffers = [context().buffer(np.ascontiguousarray(i).tobytes()) for i in inputs]
+    buffers.append(context().buffer(reserve=16 * count))
+    for i, buffer in enumerate(buffers):
+        buffer.bind_to_storage_buffer(i + 1)
+    if data is not None and data.ndim == 2:
+        weights = context().buffer(data.tobytes())
+        weights.bind_to_storage_buffer(0)
+    elif data is not None:
+        size = (data.shape[1], data.shape[0])
+        dtype = "f2" if data.dtype == np.float16 else "f4"
+        texture = context().texture(size, 4, data.tobytes(), dtype=dtype)
+        texture.use(0)
+    shader.run(-(-count // GROUP))
+    return np.frombuffer(buffers[-1].read(), np.float32).reshape(-1, 4)
+
+
+def compiled(command: Sequence[str], source: str, suffix: str) -> bytes:
+    """Compile a source with a command, in which {source} and {output} stand for files."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = {"source": f"{folder}/shader{suffix}", "output": f"{folder}/output"}
+        Path(paths["source"]).write_text(source)
+        done = subprocess.run(
+            [part.format(**paths) for part in command],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        output = Path(paths["output"])
+        return output.read_bytes() if output.exists() else b""
