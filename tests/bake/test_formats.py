@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import os
+import resource
+import shutil
+import struct
 import subprocess
 from pathlib import Path
 
+import etcpak
 import mitsuba
 import nrrd
 import numpy as np
 import OpenImageIO as oiio
 import pytest
 import tifffile
+from PIL import Image
 
 import solidtex
 
-BAKE = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bake"
+BUILD = Path(os.environ["SOLIDTEX_BUILD"])
+BAKE = BUILD / "bin" / "solidtex-bake"
 MODEL = "granite-grey"
 SIZE, ORIGIN = (20, 13, 17), (-9, 40, 5)
 BOX = ["--size", "20,13,17", "--origin", "-9,40,5"]
@@ -203,13 +211,219 @@ def test_exr_slices_of_half(tmp_path: Path) -> None:
     assert_same(np.stack([image.get_pixels("half") for image in images]), "half")
 
 
+def box_means(volume: np.ndarray, size: tuple[int, int, int]) -> np.ndarray:
+    """Means over the part of [z][y][x][channel] that each texel of a smaller volume covers."""
+    for axis, coarse in enumerate(size):
+        fine = volume.shape[axis]
+        edges = np.arange(coarse + 1) * fine / coarse
+        covered = np.clip(
+            np.minimum(edges[1:, None], np.arange(1, fine + 1))
+            - np.maximum(edges[:-1, None], np.arange(fine)),
+            0,
+            None,
+        )
+        weights = covered / covered.sum(axis=1, keepdims=True)
+        volume = np.moveaxis(np.tensordot(weights, volume, axes=(1, axis)), 0, axis)
+    return volume
+
+
+def texture_levels(depth: str) -> list[np.ndarray]:
+    """Levels of a 3D texture as a reader should find them, [z][y][x][channel] with alpha."""
+    linear = srgb_to_linear(eval_box().transpose(2, 1, 0, 3))
+    size = SIZE[::-1]
+    levels = []
+    while True:
+        linear = box_means(linear, size)
+        shown = linear
+        if depth in ("8", "bc7"):
+            low, high = linear * 12.92, 1.055 * np.maximum(linear, 0) ** (1 / 2.4) - 0.055
+            shown = np.where(linear > 0.0031308, high, low)
+        if depth in ("8", "bc7", "16"):
+            shown = np.clip(shown, 0, 1) * (65535 if depth == "16" else 255)
+        alpha = {"8": 255, "bc7": 255, "16": 65535}.get(depth, 1)
+        levels.append(np.concatenate([shown, np.full((*size, 1), alpha)], axis=3))
+        if size == (1, 1, 1):
+            return levels
+        size = tuple(max(edge // 2, 1) for edge in size)
+
+
+TEXTURE_TYPES = {"8": np.uint8, "16": np.uint16, "half": np.float16, "float": np.float32}
+TEXTURE_TOLERANCE = {"8": 0.51, "16": 1, "half": 1e-3, "float": 1e-5}
+
+
+def decode_bc7(blocks: bytes, size: tuple[int, ...]) -> np.ndarray:
+    """Slices of a texture, each decoded by Pillow."""
+    depth, height, width = size
+    rows, columns = (height + 3) // 4, (width + 3) // 4
+    slices = np.frombuffer(blocks, np.uint8).reshape(depth, -1)
+    assert slices.shape[1] == rows * columns * 16
+    decoded = []
+    for part in slices:
+        blocks_size = (4 * columns, 4 * rows)
+        image = np.asarray(Image.frombytes("RGBA", blocks_size, part.tobytes(), "bcn", 7, "BC7"))
+        decoded.append(image[:height, :width])
+    return np.stack(decoded)
+
+
+def assert_levels(found: list[bytes], depth: str) -> None:
+    wanted = texture_levels(depth)
+    assert len(found) == len(wanted) == 5  # 20, 10, 5, 2, 1
+    for level, (data, texels) in enumerate(zip(found, wanted, strict=True)):
+        if depth == "bc7":
+            pixels = decode_bc7(data, texels.shape[:3]).astype(float)
+            assert (pixels[..., 3] >= 254).all()
+            error = np.sqrt(np.mean((pixels - texels)[..., :3] ** 2))
+            assert error < 4, f"level {level}: {error}"
+        else:
+            pixels = np.frombuffer(data, TEXTURE_TYPES[depth]).reshape(texels.shape)
+            assert np.abs(pixels.astype(float) - texels).max() <= TEXTURE_TOLERANCE[depth]
+
+
+@pytest.mark.parametrize("depth", ["8", "16", "half", "float", "bc7"])
+def test_dds(tmp_path: Path, depth: str) -> None:
+    path = bake(tmp_path / "a.dds", "--depth", depth)
+    file = path.read_bytes()
+    bytes_per_texel = {"8": 4, "16": 8, "half": 8, "float": 16}
+    levels, at = [], 148
+    for texels in texture_levels(depth):
+        z, y, x = texels.shape[:3]
+        blocks = ((x + 3) // 4) * ((y + 3) // 4) * z
+        length = 16 * blocks if depth == "bc7" else x * y * z * bytes_per_texel[depth]
+        levels.append(file[at : at + length])
+        at += length
+    assert at == len(file)
+    assert_levels(levels, depth)
+    if depth in ("8", "bc7"):  # Pillow shows the first slice
+        image = np.asarray(Image.open(path).convert("RGBA"))
+        tolerance = 0.51 if depth == "8" else 40
+        assert np.abs(image - texture_levels(depth)[0][0]).max() <= tolerance
+
+
+@pytest.mark.parametrize("depth", ["8", "16", "half", "float", "bc7"])
+def test_ktx2(tmp_path: Path, depth: str) -> None:
+    file = bake(tmp_path / "a.ktx2", "--depth", depth).read_bytes()
+    assert file[:12] == b"\xabKTX 20\xbb\r\n\x1a\n"
+    codes = {"8": 43, "16": 91, "half": 97, "float": 109, "bc7": 146}
+    sizes = {"8": 1, "16": 2, "half": 2, "float": 4, "bc7": 1}
+    header = struct.unpack_from("<9I", file, 12)
+    assert header == (codes[depth], sizes[depth], *SIZE, 0, 1, 5, 0)
+    levels = []
+    for level in range(5):
+        offset, length, uncompressed = struct.unpack_from("<3Q", file, 80 + 24 * level)
+        assert length == uncompressed and offset % 4 == 0
+        levels.append(file[offset : offset + length])
+    assert_levels(levels, depth)
+
+
+READ_KTX2 = """
+import {read} from 'ktx-parse';
+import {readFileSync} from 'node:fs';
+const texture = read(new Uint8Array(readFileSync(process.argv[1])));
+texture.levels = texture.levels.map(level => Buffer.from(level.levelData).toString('base64'));
+console.log(JSON.stringify(texture));
+"""
+
+
+@pytest.mark.parametrize("depth", ["8", "16", "half", "float", "bc7"])
+def test_ktx2_in_the_parser_of_three_js(tmp_path: Path, depth: str) -> None:
+    """ktx-parse, installed by `npm install --prefix build ktx-parse`."""
+    if not shutil.which("node") or not (BUILD / "node_modules" / "ktx-parse").is_dir():
+        pytest.skip("no node, or no ktx-parse")
+    path = bake(tmp_path / "a.ktx2", "--depth", depth)
+    command = ["node", "--input-type=module", "-e", READ_KTX2, str(path)]
+    result = subprocess.run(command, cwd=BUILD, capture_output=True, text=True, check=True)
+    texture = json.loads(result.stdout)
+    assert (texture["pixelWidth"], texture["pixelHeight"], texture["pixelDepth"]) == SIZE
+    assert_levels([base64.b64decode(level) for level in texture["levels"]], depth)
+    assert texture["keyValue"]["KTXorientation"] == "rdi"
+    assert texture["keyValue"]["KTXwriter"].startswith("solidtex ")
+    (format,) = texture["dataFormatDescriptor"]
+    assert format["colorModel"] == (134 if depth == "bc7" else 1)
+    assert format["transferFunction"] == (2 if depth in ("8", "bc7") else 1)
+    bits = {"8": 8, "16": 16, "half": 16, "float": 32, "bc7": 128}[depth]
+    assert [sample["bitLength"] + 1 for sample in format["samples"]] == [bits] * (
+        1 if depth == "bc7" else 4
+    )
+
+
+def test_bc7_is_as_good_as_another_encoder(tmp_path: Path) -> None:
+    box = ["--size", "64,64,4"]
+    dds = tmp_path / "a.dds"
+    assert run_bake(*box, "-o", dds, "--depth", "bc7").returncode == 0
+    raw = tmp_path / "a.raw"
+    assert run_bake(*box, "-o", raw, "--depth", "8").returncode == 0
+    rgb = np.fromfile(raw, np.uint8).reshape(4, 64, 64, 3)
+    rgba = np.concatenate([rgb, np.full((4, 64, 64, 1), 255, np.uint8)], axis=3)
+    ours = decode_bc7(dds.read_bytes()[148 : 148 + 64 * 64 * 4], (4, 64, 64))
+    theirs = decode_bc7(
+        b"".join(etcpak.compress_bc7(part.tobytes(), 64, 64) for part in rgba), (4, 64, 64)
+    )
+
+    def error(decoded: np.ndarray) -> float:
+        return float(np.sqrt(np.mean((decoded.astype(float) - rgba)[..., :3] ** 2)))
+
+    print(error(ours), error(theirs))
+    assert error(ours) < 1.25 * error(theirs)
+
+
+@pytest.mark.parametrize("depth", ["8", "16"])
+def test_flipbook(tmp_path: Path, depth: str) -> None:
+    path = bake(tmp_path / "a.png", "--depth", depth, *VOXEL)
+    sheet = json.loads((tmp_path / "a.json").read_text())
+    image = oiio.ImageBuf(str(path)).get_pixels("uint8" if depth == "8" else "uint16")
+    width, height = sheet["frame_width"], sheet["frame_height"]
+    assert image.shape[:2] == (sheet["rows"] * height, sheet["columns"] * width)
+    frames = []
+    for frame in range(sheet["frames"]):
+        row, column = divmod(frame, sheet["columns"])
+        frames.append(image[row * height : (row + 1) * height, column * width :][:, :width])
+    assert_same(np.stack(frames), depth)
+    assert sheet["image"] == "a.png" and sheet["color_space"] == "srgb"
+    assert sheet["voxel_size"] == list(EDGES) and sheet["unit"] == "um"
+
+
+def test_a_flipbook_larger_than_a_texture_is_refused(tmp_path: Path) -> None:
+    result = run_bake("--size", 1024, "-o", tmp_path / "a.png")
+    assert result.returncode == 1 and "a.png: needs a sheet of 32768 x 32768" in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_nanovdb(tmp_path: Path) -> None:
+    warp = pytest.importorskip("warp")
+    path = bake(tmp_path / "a.nvdb", *VOXEL)
+    with path.open("rb") as file:
+        volume = warp.Volume.load_from_nvdb(file, device="cpu")
+    voxels = volume.get_voxels().numpy()
+    assert len(voxels) == np.prod(SIZE)
+    assert np.array_equal(np.sort(voxels, axis=0)[0], ORIGIN)
+    info = volume.get_grid_info()
+    assert info.name == "albedo" and info.type_str == "Vec3f"
+    assert np.allclose(info.translation, EDGES / 2)
+    values = warp.zeros(len(voxels), dtype=warp.vec3)
+
+    @warp.kernel
+    def look_up(
+        grid: warp.uint64, at: warp.array(dtype=warp.vec3i), to: warp.array(dtype=warp.vec3)
+    ):
+        i = warp.tid()
+        to[i] = warp.volume_lookup(grid, at[i][0], at[i][1], at[i][2], dtype=warp.vec3)
+
+    warp.launch(look_up, len(voxels), [volume.id, volume.get_voxels(), values], device="cpu")
+    found = np.zeros((*SIZE, 3), np.float32)
+    found[tuple((voxels - ORIGIN).T)] = values.numpy()
+    assert np.array_equal(found, eval_box())
+
+
 def test_a_name_by_default(tmp_path: Path) -> None:
     command = [BAKE, MODEL, "--size", "4", "--format", "nrrd"]
     subprocess.run(command, check=True, cwd=tmp_path, capture_output=True)
     assert os.listdir(tmp_path) == [f"{MODEL}.nrrd"]
 
 
-@pytest.mark.parametrize("name", ["A.NRRD", "A.NHDR", "A.RAW", "A.VTI", "A.VOL", "A.TIF", "A.TIFF"])
+@pytest.mark.parametrize(
+    "name",
+    ["A.NRRD", "A.NHDR", "A.RAW", "A.VTI", "A.VOL", "A.TIF", "A.TIFF", "A.DDS", "A.KTX2", "A.PNG"],
+)
 def test_extensions_in_capitals(tmp_path: Path, name: str) -> None:
     bake(tmp_path / name)
     assert (tmp_path / name).exists()
@@ -250,5 +464,64 @@ def test_voxels_beside_a_header_are_not_replaced(tmp_path: Path) -> None:
 
 def test_formats_of_the_help_are_those_of_the_program() -> None:
     text = run_bake("--help").stdout
-    for extension in ("npy", "vdb", "nrrd", "nhdr", "raw", "vti", "vol", "tif"):
+    for extension in [
+        "npy",
+        "vdb",
+        "nvdb",
+        "nrrd",
+        "nhdr",
+        "raw",
+        "vti",
+        "vol",
+        "tif",
+        "dds",
+        "ktx2",
+        "png",
+    ]:
         assert f".{extension}" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "depth", "needed"),
+    [("a.dds", "8", "of memory"), ("a.ktx2", "bc7", "of memory"), ("a.nvdb", "float", "of memory")],
+)
+def test_what_memory_cannot_hold_is_refused(
+    tmp_path: Path, name: str, depth: str, needed: str
+) -> None:
+    result = run_bake("--size", 20000, "-o", tmp_path / name, "--depth", depth)
+    assert result.returncode == 1
+    assert f"{name}: needs " in result.stderr and needed in result.stderr
+    assert "TiB" in result.stderr and "are available; .npy, .nrrd" in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["a.nrrd", "a.nhdr", "a.raw", "a.vti", "a.vol", "a.tif"])
+def test_what_the_disk_cannot_hold_is_refused(tmp_path: Path, name: str) -> None:
+    result = run_bake("--size", 100000, "-o", tmp_path / name)
+    assert result.returncode == 1
+    assert f"{name}: needs " in result.stderr and "on the disk" in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["a.nhdr", "a.tif", "a.ktx2", "a.png"])
+def test_a_write_that_fails_leaves_nothing(tmp_path: Path, name: str) -> None:
+    def limit_files() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (7000, 7000))
+
+    command = [BAKE, MODEL, "--size", "12", "-o", tmp_path / name]
+    result = subprocess.run(command, capture_output=True, text=True, preexec_fn=limit_files)
+    assert result.returncode == 1 and ".tmp" not in result.stderr
+    assert "needs" in result.stderr or "cannot write: File too large" in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["a.nrrd", "a.tif", "a.raw"])
+def test_memory_stays_that_of_a_piece(tmp_path: Path, name: str) -> None:
+    """A volume of 768 MiB; the program and a piece take 160 MiB."""
+    command = [BAKE, "brick", "--size", "2048,256,128", "-o", tmp_path / name, "--depth"]
+    command.append("16" if name == "a.tif" else "float")
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0
+    assert usage.ru_maxrss < 300 * 1024

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "plugins/mesh/atlas.h"
@@ -17,6 +18,9 @@
 #include "tools/bake/glb.h"
 #include "tools/bake/image_file.h"
 #include "tools/bake/maps.h"
+#ifdef SOLIDTEX_HAS_OPENVDB
+#include "tools/bake/mesh_volume.h"
+#endif
 #include "tools/bake/ply.h"
 #include "tools/common/cli.h"
 #include "tools/common/limits.h"
@@ -226,6 +230,32 @@ void bake_maps(const BakeOptions& options, Mesh loaded, const solidtex::texture&
   }
 }
 
+#ifdef SOLIDTEX_HAS_OPENVDB
+void bake_volume_inside(const BakeOptions& options, const Mesh& mesh,
+                        const solidtex::texture& texture, const fs::path& file) {
+  bake_inside(resolve_output(options.request(), texture), mesh, placement_of(options, mesh),
+              texture, file);
+}
+#else
+void bake_volume_inside(const BakeOptions& options, const Mesh&, const solidtex::texture&,
+                        const fs::path&) {
+  format_of(options.request());  // throws: no OpenVDB
+}
+#endif
+
+void check_volume_options(const BakeOptions& options) {
+  const FormatKind kind = format_of(options.request()).kind;
+  if (kind != FormatKind::vdb && kind != FormatKind::nanovdb) {
+    throw std::runtime_error(
+        fmt::format("-o {}: expected a name that ends in .vdb or .nvdb with --to volume",
+                    options.output.string()));
+  }
+  if (options.has_size)
+    throw std::runtime_error("--size: found it with --to volume, expected --texels-per-unit");
+  if (!options.checkpoint.empty())
+    throw std::runtime_error("--checkpoint: found it with --to volume, expected --to uv");
+}
+
 // After Ctrl-C.
 [[noreturn]] void stop(const BakeOptions& options) {
   if (options.checkpoint.empty()) throw Interrupted();
@@ -243,6 +273,7 @@ void check_map_options(const BakeOptions& options) {
 
 void check_mesh_options(const BakeOptions& options) {
   if (options.to.empty()) return check_map_options(options);
+  if (options.to == "volume") return check_volume_options(options);
   const bool is_atlas = options.to == "uv";
   const char* extension = is_atlas ? ".exr" : ".ply";
   if (lower_extension(options.output) != extension) {
@@ -267,6 +298,8 @@ void bake_mesh(const BakeOptions& options, const solidtex::texture& texture, con
   try {
     if (options.to.empty()) {
       bake_maps(options, std::move(mesh), texture, file);
+    } else if (options.to == "volume") {
+      bake_volume_inside(options, mesh, texture, file);
     } else if (options.to == "uv") {
       bake_atlas(options, std::move(mesh), texture, file);
     } else {

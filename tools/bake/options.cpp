@@ -92,12 +92,11 @@ void add_store_options(CLI::App& app, BakeOptions& options) {
 }
 
 constexpr char examples[] =
-    "OUT is a file whose name ends in .npy, .vdb, .nrrd, .nhdr, .raw, .vti, .vol, .tif or .zarr, "
-    "a\n"
-    "new folder with --slices, or with --mesh a .ply, .exr or .glb file or a new folder of "
-    "--maps.\n"
-    "What memory or the disk cannot hold is refused: .vdb needs memory for the whole volume,\n"
-    "--slices for a slice, --maps and .glb for all maps, the others for none.\n"
+    "OUT is a file whose name ends in .npy, .vdb, .nvdb, .nrrd, .nhdr, .raw, .vti, .vol, .tif,\n"
+    ".dds, .ktx2, .png (a sheet of all slices) or .zarr, a new folder with --slices, or with\n"
+    "--mesh a .ply, .exr, .glb, .vdb or .nvdb file or a new folder of --maps. What memory or the\n"
+    "disk cannot hold is refused: .vdb, .nvdb, .dds, .ktx2 and .png need memory for the whole\n"
+    "volume, --slices for a slice, --maps and .glb for all maps, the others for none.\n"
     "A .zarr is a folder with levels of detail; after an interruption the same command goes on.\n"
     "Examples:\n"
     "  solidtex-bake granite-grey --size 256 -o granite.npy\n"
@@ -110,6 +109,7 @@ constexpr char examples[] =
     "  solidtex-bake marble --mesh bust.obj --to vertex-color -o bust.ply\n"
     "  solidtex-bake paint-rusted --mesh bust.obj --maps albedo,roughness,height,normal -o maps\n"
     "  solidtex-bake paint-rusted --mesh bust.obj -o bust.glb\n"
+    "  solidtex-bake marble --mesh bust.obj --to volume -o bust.vdb\n"
     "  solidtex-bake mine.solidtex --show roughness --preview roughness.png";
 
 // Refuses options of a mesh that contradict each other.
@@ -125,6 +125,13 @@ void check_mesh_usage(const BakeOptions& options) {
     if (is_glb) refuse("--normal-map directx", "opengl in a .glb: the normals of glTF point up");
     if (options.maps.empty()) throw CLI::RequiresError("--normal-map", "--maps");
   }
+  if (options.to == "volume") return;
+  const std::pair<const char*, std::string> volume_options[] = {
+      {"--depth", options.depth},
+      {"--color-space", options.color_space},
+      {"--channels", options.channels}};
+  for (const auto& [name, value] : volume_options)
+    if (!value.empty()) refuse(name, "it with --to volume, or without --mesh");
   if (options.format.empty()) return;
   if (!options.to.empty()) refuse("--format", "it with --maps, found it with --to " + options.to);
   if (is_glb) refuse("--format", "none with a .glb, whose maps are PNG");
@@ -135,15 +142,16 @@ void check_mesh_usage(const BakeOptions& options) {
 
 void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) {
   auto* mesh = app.add_option("--mesh", options.mesh,
-                              "Bake the surface of a mesh file (OBJ, PLY ...) instead of a box")
+                              "Bake the surface or the inside of a mesh file (OBJ, PLY ...), not "
+                              "a box")
                    ->type_name("FILE")
                    ->needs(output);
   auto* to =
       app.add_option("--to", options.to,
-                     "Bake colors of the vertices to a .ply, or the UV atlas to an .exr; not "
-                     "with --maps and OUT.glb")
-          ->check(CLI::IsMember({"vertex-color", "uv"}))
-          ->type_name("vertex-color|uv")
+                     "Bake colors of the vertices to a .ply, the UV atlas to an .exr, or the "
+                     "inside of a closed mesh to a .vdb or .nvdb; not with --maps and OUT.glb")
+          ->check(CLI::IsMember({"vertex-color", "uv", "volume"}))
+          ->type_name("vertex-color|uv|volume")
           ->needs(mesh);
   app.add_option("--maps", options.maps,
                  "Bake maps of the UV atlas into the folder OUT: albedo, normal (by the channel "
@@ -185,8 +193,8 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
                  "Save the progress of a mesh to this file; continue from it if it exists")
       ->type_name("FILE")
       ->needs(mesh);
-  for (const char* name : {"--slices", "--depth", "--color-space", "--channels", "--voxel-size",
-                           "--block", "--periodic", "--shard", "--shard-size"})
+  for (const char* name :
+       {"--slices", "--voxel-size", "--block", "--periodic", "--shard", "--shard-size"})
     mesh->excludes(app.get_option(name));
 }
 
@@ -205,9 +213,9 @@ void add_format_options(CLI::App& app, BakeOptions& options, CLI::Option* output
       ->excludes(format);
   app.add_option("--depth", options.depth,
                  "Type of a value: integers of 8 or 16 bits are clamped to [0, 1], half and float "
-                 "are not (default: by the format)")
-      ->check(CLI::IsMember({"8", "16", "half", "float"}))
-      ->type_name("8|16|half|float");
+                 "are not, bc7 is compressed (default: by the format)")
+      ->check(CLI::IsMember({"8", "16", "half", "float", "bc7"}))
+      ->type_name("8|16|half|float|bc7");
   app.add_option("--color-space", options.color_space,
                  "Encoding of colors: sRGB, linear, or the model's own (default: sRGB in integers, "
                  "model in .npy and .vdb, else linear)")

@@ -24,9 +24,16 @@ constexpr bool has_openvdb = true;
 constexpr bool has_openvdb = false;
 #endif
 
+#ifdef SOLIDTEX_HAS_NANOVDB
+constexpr bool has_nanovdb = true;
+#else
+constexpr bool has_nanovdb = false;
+#endif
+
 constexpr Format all_formats[] = {
     {FormatKind::npy, "npy", ".npy", "float 8 16 half", "", ColorSpace::model},
     {FormatKind::vdb, "vdb", ".vdb", "float half", "", ColorSpace::model},
+    {FormatKind::nanovdb, "nanovdb", ".nvdb", "float", "", ColorSpace::model},
     {FormatKind::nrrd, "nrrd", ".nrrd", "float 8 16", "", ColorSpace::linear},
     {FormatKind::nhdr, "nhdr", ".nhdr", "float 8 16", "", ColorSpace::linear},
     {FormatKind::raw, "raw", ".raw", "float 8 16 half", "", ColorSpace::linear},
@@ -34,6 +41,9 @@ constexpr Format all_formats[] = {
     {FormatKind::mitsuba, "vol", ".vol", "float", "1 3 6", ColorSpace::linear},
     {FormatKind::tiff, "tiff", ".tif", "16 8 half float", "", ColorSpace::linear},
     {FormatKind::imagej, "imagej", ".tif", "16 8 float", "", ColorSpace::linear},
+    {FormatKind::dds, "dds", ".dds", "8 16 half float bc7", "1 2 3 4", ColorSpace::linear},
+    {FormatKind::ktx2, "ktx2", ".ktx2", "8 16 half float bc7", "1 2 3 4", ColorSpace::linear},
+    {FormatKind::flipbook, "flipbook", ".png", "8 16", "1 3", ColorSpace::srgb},
     {FormatKind::zarr, "zarr", ".zarr", "float half 16 8", "", ColorSpace::model},
     {FormatKind::png, "png", "", "8 16", "", ColorSpace::srgb},
     {FormatKind::exr, "exr", "", "float half", "", ColorSpace::linear},
@@ -76,14 +86,19 @@ std::vector<std::string> words(const char* text) {
   return {std::istream_iterator<std::string>(stream), {}};
 }
 
-Depth parse_depth(const Format& format, const std::string& text) {
+// Returns the name of a depth that the format has.
+std::string depth_name(const Format& format, const std::string& text) {
   const std::vector<std::string> allowed = words(format.depths);
   const std::string name = text.empty() ? allowed.front() : text;
   if (std::ranges::find(allowed, name) == allowed.end()) {
     throw std::runtime_error(
         fmt::format("--depth {}: {} holds {}", name, format.name, fmt::join(allowed, ", ")));
   }
-  if (name == "8") return Depth::uint8;
+  return name;
+}
+
+Depth parse_depth(const std::string& name) {
+  if (name == "8" || name == "bc7") return Depth::uint8;
   if (name == "16") return Depth::uint16;
   return name == "half" ? Depth::half : Depth::float32;
 }
@@ -94,12 +109,20 @@ ColorSpace parse_color_space(const Format& format, Depth depth, const std::strin
   if (text == "model") return ColorSpace::model;
   if (text == "srgb") return ColorSpace::srgb;
   if (text == "linear") return ColorSpace::linear;
-  return is_integer(depth) ? ColorSpace::srgb : format.float_colors;
+  // Graphics cards decode sRGB from 8 bits only.
+  const bool is_texture = format.kind == FormatKind::dds || format.kind == FormatKind::ktx2;
+  const bool is_encoded = is_texture ? depth == Depth::uint8 : is_integer(depth);
+  return is_encoded ? ColorSpace::srgb : format.float_colors;
 }
 
 constexpr std::pair<const char*, double> units[] = {{"nm", 1e-3},  {"um", 1},     {"mm", 1e3},
                                                     {"cm", 1e4},   {"m", 1e6},    {"km", 1e9},
                                                     {"in", 25400}, {"ft", 304800}};
+
+// Formats whose readers take the first three channels for a color.
+bool begins_with_color(FormatKind kind) {
+  return kind == FormatKind::dds || kind == FormatKind::ktx2 || kind == FormatKind::tiff;
+}
 
 }  // namespace
 
@@ -158,21 +181,22 @@ std::array<double, 3> Output::first_center(const Volume& volume) const {
 
 const Format& format_of(const OutputRequest& request) {
   const std::string output = "-o " + request.path.string();
-  if (request.format.empty()) {
-    const Format& format = format_by_extension(request.path);
-    if (format.kind == FormatKind::vdb && !has_openvdb) {
-      throw std::runtime_error(
-          output + ": this solidtex-bake was built without OpenVDB and cannot write " +
-          format.extension + " (install libopenvdb-dev, configure with SOLIDTEX_WITH_OPENVDB=ON)");
-    }
-    return format;
-  }
-  const Format* format = find_format(request.format);
+  const Format* format =
+      request.format.empty() ? &format_by_extension(request.path) : find_format(request.format);
   if (!format) {
     throw std::runtime_error(
         fmt::format("--format {}: expected {}", request.format,
                     format_list(", ", [](const Format& candidate) { return candidate.name; })));
   }
+  const auto needs = [&](const char* library, const char* package) {
+    throw std::runtime_error(
+        fmt::format("{}: this solidtex-bake was built without {} and cannot write {} (install {}, "
+                    "configure with SOLIDTEX_WITH_OPENVDB=ON)",
+                    output, library, format->extension, package));
+  };
+  if (format->kind == FormatKind::vdb && !has_openvdb) needs("OpenVDB", "libopenvdb-dev");
+  if (format->kind == FormatKind::nanovdb && !has_nanovdb)
+    needs("NanoVDB", "libopenvdb-dev and libnanovdb-dev");
   const std::string extension = usual_extension(request.path);
   const bool names_a_file = std::ranges::any_of(all_formats, [&](const Format& candidate) {
     return !extension.empty() && extension == candidate.extension;
@@ -189,10 +213,12 @@ const Format& format_of(const OutputRequest& request) {
 
 Output resolve_output(const OutputRequest& request, const solidtex::texture& texture) {
   const Format& format = format_of(request);
-  const Depth depth = parse_depth(format, request.depth);
+  const std::string depth_text = depth_name(format, request.depth);
+  const Depth depth = parse_depth(depth_text);
   Output output{format,
                 request.path,
                 depth,
+                depth_text == "bc7",
                 parse_color_space(format, depth, request.color_space),
                 request.voxel_size,
                 {},
@@ -201,6 +227,9 @@ Output resolve_output(const OutputRequest& request, const solidtex::texture& tex
   output.groups = request.channels.empty()
                       ? channel_groups(texture)
                       : std::vector{channel_group(texture, request.channels, "--channels")};
+  if (begins_with_color(format.kind))
+    std::ranges::stable_partition(
+        output.groups, [](const ChannelGroup& group) { return group.channels.size() == 3; });
   for (const ChannelGroup& group : output.groups)
     for (const std::size_t channel : group.channels) output.channels.push_back(channel);
   if (format.kind == FormatKind::npy) std::ranges::sort(output.channels);
@@ -213,6 +242,10 @@ Output resolve_output(const OutputRequest& request, const solidtex::texture& tex
         fmt::format("-o {}: {} holds {} channels, found {}: {}; choose some with --channels NAME",
                     request.path.string(), format.name, fmt::join(counts, " or "), count,
                     fmt::join(output.names, ", ")));
+  }
+  if (output.is_bc7 && output.channels.size() < 3) {
+    throw std::runtime_error("--depth bc7: expected 3 or 4 channels, found " + count +
+                             "; --depth 8 takes as many bytes for one");
   }
   return output;
 }

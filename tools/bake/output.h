@@ -70,7 +70,7 @@ VoxelSize parse_voxel_size(const std::string& text);
 struct OutputRequest {
   std::filesystem::path path;
   std::string format;       // name of a format; empty: by the extension of `path`
-  std::string depth;        // empty: the format's default
+  std::string depth;        // "8", "16", "half", "float", "bc7"; empty: the format's default
   std::string color_space;  // empty: the format's default
   std::string channels;     // name of one channel group; empty: all
   VoxelSize voxel_size;
@@ -80,6 +80,7 @@ struct Output {
   const Format& format;
   std::filesystem::path path;
   Depth depth;
+  bool is_bc7;  // blocks of 8 bits
   ColorSpace color_space;
   VoxelSize voxel_size;
   std::vector<ChannelGroup> groups;   // groups in the file

@@ -54,16 +54,22 @@ class Pace {
 class Column {
  public:
   Column(const Volume& volume, std::int64_t max_planes, Progress& progress,
-         const std::function<void(const Piece&)>& take)
-      : volume_(volume), pace_(max_planes), progress_(progress), take_(take) {}
+         const std::function<void(const Piece&)>& take, const IsWanted& is_wanted)
+      : volume_(volume),
+        pace_(max_planes),
+        progress_(progress),
+        take_(take),
+        is_wanted_(is_wanted) {}
 
   void bake(Piece piece) {
     for (std::int64_t& x = piece.offset[0]; x < volume_.size[0]; x += piece.size[0]) {
       throw_if_interrupted();
       const std::int64_t planes = pace_.planes(piece.size[1] * piece.size[2]);
       piece.size[0] = piece_end(volume_, 0, x, planes, std::min(planes, brick)) - x;
-      evaluate(piece);
-      take_(piece);
+      if (!is_wanted_ || is_wanted_(piece.offset, piece.size)) {
+        evaluate(piece);
+        take_(piece);
+      }
       progress_.advance(voxel_count(piece.size));
     }
   }
@@ -84,6 +90,7 @@ class Column {
   Pace pace_;
   Progress& progress_;
   const std::function<void(const Piece&)>& take_;
+  const IsWanted& is_wanted_;
   std::vector<float> values_;
 };
 
@@ -98,8 +105,8 @@ Index3 choose_piece(const Volume& volume, std::int64_t depth) {
 }
 
 void for_each_piece(const Volume& volume, const Index3& largest, Progress& progress,
-                    const std::function<void(const Piece&)>& take) {
-  Column column(volume, largest[0], progress, take);
+                    const std::function<void(const Piece&)>& take, const IsWanted& is_wanted) {
+  Column column(volume, largest[0], progress, take, is_wanted);
   Piece piece{};
   for (std::int64_t& z = piece.offset[2]; z < volume.size[2]; z += piece.size[2]) {
     piece.size[2] = piece_end(volume, 2, z, largest[2], largest[2]) - z;

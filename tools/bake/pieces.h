@@ -20,8 +20,10 @@ Index3 choose_piece(const Volume& volume, std::int64_t depth);
 
 // Calls `take` for each piece; pieces with the same z come one after another. The volume is cut at
 // multiples of `largest`, along x also in between, to react to Ctrl-C within a second. The library
-// evaluates each piece in parallel. Throws Interrupted after Ctrl-C.
+// evaluates each piece in parallel. A piece is left out where `is_wanted`(offset, size) is false.
+// Throws Interrupted after Ctrl-C.
+using IsWanted = std::function<bool(const Index3& offset, const Index3& size)>;
 void for_each_piece(const Volume& volume, const Index3& largest, Progress& progress,
-                    const std::function<void(const Piece&)>& take);
+                    const std::function<void(const Piece&)>& take, const IsWanted& is_wanted = {});
 
 }  // namespace solidtex::tools

@@ -1,5 +1,8 @@
 #include "tools/bake/sink.h"
 
+#include <fmt/core.h>
+
+#include <algorithm>
 #include <stdexcept>
 
 #include "tools/common/limits.h"
@@ -43,7 +46,11 @@ void check_room(const Output& output, const Volume& volume) {
   const double values = slice_values * static_cast<double>(z);
   switch (output.format.kind) {
     case FormatKind::vdb:
-      check_memory(path.string(), vdb_bytes(output, volume), streams);
+    case FormatKind::nanovdb:
+      // NanoVDB's grids are made of OpenVDB's.
+      check_memory(path.string(),
+                   vdb_bytes(output, volume) * (output.format.kind == FormatKind::vdb ? 1 : 2),
+                   streams);
       check_disk(path, values * min_vdb_bytes, smaller);
       check_file_size(path, values * min_vdb_bytes, splits);
       return;
@@ -55,6 +62,38 @@ void check_room(const Output& output, const Volume& volume) {
                    ".npy is written piece by piece");
       check_disk(path, values * bytes, "");
       check_file_size(path, slice_values * bytes, "");
+      return;
+    }
+    case FormatKind::dds:
+    case FormatKind::ktx2: {
+      // All levels together; the largest as floats and encoded, and its blocks.
+      const auto padded =
+          static_cast<double>(output.channels.size() == 3 ? 4 : output.channels.size());
+      const double texels = values / static_cast<double>(output.channels.size()) * 8 / 7;
+      const double bytes =
+          texels * (output.is_bc7 ? 1 : padded * static_cast<double>(output.bytes_per_value()));
+      check_memory(
+          path.string(),
+          texels * padded * static_cast<double>(sizeof(float) + output.bytes_per_value()) + bytes,
+          streams);
+      check_disk(path, bytes, smaller);
+      check_file_size(path, bytes, splits);
+      return;
+    }
+    case FormatKind::flipbook: {
+      const FlipbookSheet sheet = flipbook_sheet(volume.size);
+      constexpr std::int64_t max_edge = 16384;
+      if (std::max(sheet.width, sheet.height) > max_edge) {
+        throw std::runtime_error(fmt::format(
+            "{}: needs a sheet of {} x {} pixels, graphics cards hold {}; give a smaller --size",
+            path.string(), sheet.width, sheet.height, max_edge));
+      }
+      // The sheet and its file.
+      const double bytes = static_cast<double>(sheet.width * sheet.height) *
+                           static_cast<double>(output.bytes_per_voxel());
+      check_memory(path.string(), 2 * bytes, streams);
+      check_disk(path, values * min_png_bytes, "");
+      check_file_size(path, values * min_png_bytes, splits);
       return;
     }
     default: {
@@ -72,7 +111,13 @@ std::unique_ptr<Sink> make_sink(const fs::path& path, const Output& output, cons
     case FormatKind::png:
     case FormatKind::exr:
       return make_slice_sink(path, output, volume);
+    case FormatKind::dds:
+    case FormatKind::ktx2:
+      return make_texture_sink(path, output, volume);
+    case FormatKind::flipbook:
+      return make_flipbook_sink(path, output, volume);
     case FormatKind::vdb:
+    case FormatKind::nanovdb:
 #ifdef SOLIDTEX_HAS_OPENVDB
       return make_vdb_sink(path, output, volume);
 #endif

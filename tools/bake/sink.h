@@ -36,6 +36,20 @@ std::unique_ptr<Sink> make_vdb_sink(const std::filesystem::path& path, const Out
 std::unique_ptr<Sink> make_slice_sink(const std::filesystem::path& folder, const Output& output,
                                       const Volume& volume);
 
+// 3D texture with mip levels: .dds, .ktx2. The whole volume is in memory.
+std::unique_ptr<Sink> make_texture_sink(const std::filesystem::path& path, const Output& output,
+                                        const Volume& volume);
+
+// One image with all slices beside each other, and a JSON file that describes it.
+std::unique_ptr<Sink> make_flipbook_sink(const std::filesystem::path& path, const Output& output,
+                                         const Volume& volume);
+
+// A sheet that is about square, in pixels.
+struct FlipbookSheet {
+  std::int64_t columns, rows, width, height;
+};
+FlipbookSheet flipbook_sheet(const Index3& size);
+
 // Throws, with the bytes needed and available, if memory or the disk cannot hold the volume.
 void check_room(const Output& output, const Volume& volume);
 
