@@ -506,7 +506,7 @@ def test_what_the_disk_cannot_hold_is_refused(tmp_path: Path, name: str) -> None
 @pytest.mark.parametrize("name", ["a.nhdr", "a.tif", "a.ktx2", "a.png"])
 def test_a_write_that_fails_leaves_nothing(tmp_path: Path, name: str) -> None:
     def limit_files() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (7000, 7000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
 
     command = [BAKE, MODEL, "--size", "12", "-o", tmp_path / name]
     result = subprocess.run(command, capture_output=True, text=True, preexec_fn=limit_files)
