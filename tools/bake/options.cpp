@@ -1,6 +1,7 @@
 #include "tools/bake/options.h"
 
 #include <charconv>
+#include <utility>
 #include <vector>
 
 #include "tools/common/cli.h"
