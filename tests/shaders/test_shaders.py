@@ -2,15 +2,13 @@
 
 from pathlib import Path
 
-import gpu
 import numpy as np
 import pytest
+from shader_gpu import MAINS, Points, compiled, run_shader, run_wgpu
 
-from solidtex import Texture
 from solidtex_export.commands import export_shader
 from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
-from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.shader.emitter import Precision, Storage
 from solidtex_export.export.shader.shader import shader
 from solidtex_export.export.verification import noise
@@ -20,68 +18,19 @@ STONE = model_file.read(REPOSITORY / "models" / "stone-grey.solidtex")
 GRANITE = model_file.read(REPOSITORY / "models" / "granite-grey-sampler.solidtex")
 SMALL = random_models.sampler_model(octaves=6, hidden=3, width=10)
 NAME = "solidtex_test"
-FAR = 2**24
-
 FLOAT_BOUND = 1 / 1024
 HALF_BOUND, HALF_SHARE = 1 / 255, 0.999
 
-MAINS = {
-    ".wgsl": """
-@group(1) @binding(0) var<storage, read> points: array<vec4<f32>>;
-@group(1) @binding(1) var<storage, read> origins: array<vec4<i32>>;
-@group(1) @binding(2) var<storage, read_write> results: array<vec4<f32>>;
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-  let i = id.x;
-  if (i >= arrayLength(&points)) { return; }
-  let color = solidtex_test_at(origins[i].xyz, points[i].xyz, points[i].w);
-  results[i] = vec4<f32>(color, 0.0);
-}
-""",
-    ".glsl": """
-layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Points { vec4 points[]; };
-layout(std430, binding = 2) readonly buffer Origins { ivec4 origins[]; };
-layout(std430, binding = 3) buffer Results { vec4 results[]; };
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= uint(points.length())) return;
-  results[i] = vec4(solidtex_test_at(origins[i].xyz, points[i].xyz, points[i].w), 0.0);
-}
-""",
-}
 
-
-class Points:
-    """Points near and far, half of them with footprints, and the engine's values."""
-
-    def __init__(self, model: ModelFile, count: int = 1024, seed: int = 0) -> None:
-        random = np.random.default_rng(1)
-        self.points = np.zeros((count, 4), np.float32)
-        self.points[:, :3] = random.uniform(-300, 300, (count, 3))
-        self.points[count // 2 :, 3] = 2 ** random.uniform(-4, 10, count // 2)
-        self.points[-8:, 3] = np.inf
-        self.origins = np.zeros((count, 4), np.int32)
-        self.origins[::2] = random.integers(-FAR, FAR, (count // 2, 4))
-        with Texture.from_bytes(model_file.serialize(model), seed) as texture:
-            self.values = np.array([
-                texture.eval_points(point[:3], origin.astype(float), radii=point[3])
-                for point, origin in zip(self.points, self.origins[:, :3], strict=True)
-            ])  # fmt: skip
-
-    def check(self, results: np.ndarray, precision: Precision) -> None:
-        errors = np.abs(results[:, :3] - self.values).max(axis=1)
-        assert np.isfinite(results).all()
-        if precision == "float":
-            assert errors.max() <= FLOAT_BOUND
-        else:
-            assert np.mean(errors <= HALF_BOUND) >= HALF_SHARE
-            # Halves are in use.
-            assert errors.max() > 1e-5
-
-    @property
-    def inputs(self) -> list[np.ndarray]:
-        return [self.points, self.origins]
+def check(points: Points, results: np.ndarray, precision: Precision) -> None:
+    errors = points.errors(results)
+    assert np.isfinite(results).all()
+    if precision == "float":
+        assert errors.max() <= FLOAT_BOUND
+    else:
+        assert np.mean(errors <= HALF_BOUND) >= HALF_SHARE
+        # Halves are in use.
+        assert errors.max() > 1e-5
 
 
 STONE_POINTS, SMALL_POINTS = Points(STONE), Points(SMALL)
@@ -89,37 +38,25 @@ STONE_POINTS, SMALL_POINTS = Points(STONE), Points(SMALL)
 COMBINATIONS = [(s, p) for s in ("buffer", "texture") for p in ("float", "half")]
 
 
-def run(
-    model: ModelFile,
-    points: Points,
-    suffix: str,
-    storage: Storage,
-    precision: Precision,
-    seed: int = 0,
-) -> np.ndarray:
-    made = shader(model, suffix, NAME, storage, precision, seed)
-    arguments = (made.data, points.inputs, len(points.points))
-    if suffix == ".wgsl":
-        return gpu.run_wgpu(made.text + MAINS[suffix], *arguments)
-    return gpu.run_opengl("#version 430\n" + made.text + MAINS[suffix], *arguments)
-
-
 @pytest.mark.parametrize("suffix", MAINS)
 @pytest.mark.parametrize(("storage", "precision"), COMBINATIONS)
 def test_values(suffix: str, storage: Storage, precision: Precision) -> None:
-    STONE_POINTS.check(run(STONE, STONE_POINTS, suffix, storage, precision), precision)
+    results = run_shader(STONE, STONE_POINTS, suffix, storage, precision)
+    check(STONE_POINTS, results, precision)
 
 
 @pytest.mark.parametrize("suffix", MAINS)
 @pytest.mark.parametrize("precision", ["float", "half"])
 def test_constants_in_the_source(suffix: str, precision: Precision) -> None:
     """A small network: a software GPU copies constants for every point."""
-    SMALL_POINTS.check(run(SMALL, SMALL_POINTS, suffix, "constant", precision), precision)
+    results = run_shader(SMALL, SMALL_POINTS, suffix, "constant", precision)
+    check(SMALL_POINTS, results, precision)
 
 
 def test_64_octaves_and_a_seed() -> None:
     points = Points(GRANITE, 256, seed=2**63 + 5)
-    points.check(run(GRANITE, points, ".wgsl", "buffer", "float", 2**63 + 5), "float")
+    results = run_shader(GRANITE, points, ".wgsl", "buffer", "float", 2**63 + 5)
+    check(points, results, "float")
 
 
 def test_a_model_of_other_channels() -> None:
@@ -127,7 +64,7 @@ def test_a_model_of_other_channels() -> None:
     model = random_models.sampler_model(octaves=4, hidden=2, width=7)
     model.document["channels"] = ["height", "roughness", "porosity"]
     points = Points(model, 256)
-    results = run(model, points, ".wgsl", "buffer", "float")
+    results = run_shader(model, points, ".wgsl", "buffer", "float")
     assert np.abs(results[:, :3] - points.values[:, :1]).max() <= FLOAT_BOUND
 
 
@@ -154,7 +91,7 @@ def test_noise_bits(storage: Storage, precision: Precision) -> None:
     cells = np.random.default_rng(2).integers(0, 2**32, (512, 4), np.uint32)
     made = shader(SMALL if precision == "float" else STONE, ".wgsl", NAME, storage, precision, 7)
     cells[:, 3] %= 6 if precision == "float" else 16
-    found = gpu.run_wgpu(made.text + BITS, made.data, [cells], len(cells)).view(np.uint32)[:, 0]
+    found = run_wgpu(made.text + BITS, made.data, [cells], len(cells)).view(np.uint32)[:, 0]
     for level in np.unique(cells[:, 3]):
         x, y, z, _ = cells[cells[:, 3] == level].T
         expected = noise.solidtex_1_bits(7, int(level), 0, x, y, z)
@@ -174,7 +111,7 @@ def test_glsl_compiles_for_vulkan_and_the_web() -> None:
             command += ["-V", "-o", "{output}"]
             main = "layout(location = 0) " + main
         source = f"#version {version}\n{made.text}{main}"
-        gpu.compiled(command, source, ".frag")
+        compiled(command, source, ".frag")
 
 
 def export(*arguments: object) -> int:

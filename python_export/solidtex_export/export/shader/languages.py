@@ -217,6 +217,9 @@ class Metal(Emitter):
         element = self.types["uvec2" if self.precision == "half" else "uvec4"]
         return f"device const {element}* {name}"
 
+    def float_literal(self, value: float) -> str:
+        return f"{super().float_literal(value)}f"
+
     def resource_argument(self, name: str) -> str:
         return self.global_name(name) if self.storage == "constant" else WEIGHTS
 
@@ -364,4 +367,4 @@ class Osl(Emitter):
         )
 
 
-EMITTERS: Sequence[type[Emitter]] = (Wgsl, Glsl)
+EMITTERS: Sequence[type[Emitter]] = (Wgsl, Glsl, Hlsl, Osl, Metal, Slang)

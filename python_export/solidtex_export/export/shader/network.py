@@ -351,7 +351,7 @@ def _fade(f: Function, network: _Network, radius: Expression, values: Expression
             f.set(finer, level + integer(1))
             f.set(between, edge / size - number(1.0))
         f.set(size, size + size)
-    first = f.let("fade", finer * integer(2 * count))
+    first = f.let("step_word", finer * integer(2 * count))
     for channel, is_light in enumerate(network.light):
         gain, offset = (
             _between_steps(first, 2 * count, row * count + channel, between) for row in range(2)

@@ -1,4 +1,4 @@
-"""Runs shaders on Mesa's software GPU: Vulkan through wgpu, OpenGL through moderngl."""
+"""Runs exported shaders on Mesa's software GPU: Vulkan through wgpu, OpenGL through moderngl."""
 
 import functools
 import os
@@ -11,9 +11,42 @@ import moderngl
 import numpy as np
 import wgpu
 
+from solidtex import Texture
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.shader.emitter import Precision, Storage
+from solidtex_export.export.shader.shader import shader
+
 os.environ.setdefault("XDG_RUNTIME_DIR", tempfile.gettempdir())
 
 GROUP = 64
+FAR = 2**24
+
+MAINS = {
+    ".wgsl": """
+@group(1) @binding(0) var<storage, read> points: array<vec4<f32>>;
+@group(1) @binding(1) var<storage, read> origins: array<vec4<i32>>;
+@group(1) @binding(2) var<storage, read_write> results: array<vec4<f32>>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+  let i = id.x;
+  if (i >= arrayLength(&points)) { return; }
+  let color = NAME_at(origins[i].xyz, points[i].xyz, points[i].w);
+  results[i] = vec4<f32>(color, 0.0);
+}
+""",
+    ".glsl": """
+layout(local_size_x = 64) in;
+layout(std430, binding = 1) readonly buffer Points { vec4 points[]; };
+layout(std430, binding = 2) readonly buffer Origins { ivec4 origins[]; };
+layout(std430, binding = 3) buffer Results { vec4 results[]; };
+void main() {
+  uint i = gl_GlobalInvocationID.x;
+  if (i >= uint(points.length())) return;
+  results[i] = vec4(NAME_at(origins[i].xyz, points[i].xyz, points[i].w), 0.0);
+}
+""",
+}
 
 
 @functools.cache
@@ -98,6 +131,49 @@ def run_opengl(
         texture.use(0)
     shader.run(-(-count // GROUP))
     return np.frombuffer(buffers[-1].read(), np.float32).reshape(-1, 4)
+
+
+class Points:
+    """Points near and far, half of them with footprints, and the engine's values."""
+
+    def __init__(self, model: ModelFile, count: int = 1024, seed: int = 0) -> None:
+        random = np.random.default_rng(1)
+        self.points = np.zeros((count, 4), np.float32)
+        self.points[:, :3] = random.uniform(-300, 300, (count, 3))
+        self.points[count // 2 :, 3] = 2 ** random.uniform(-4, 10, count // 2)
+        self.points[-8:, 3] = np.inf
+        self.origins = np.zeros((count, 4), np.int32)
+        self.origins[::2] = random.integers(-FAR, FAR, (count // 2, 4))
+        with Texture.from_bytes(model_file.serialize(model), seed) as texture:
+            self.values = np.array([
+                texture.eval_points(point[:3], origin.astype(float), radii=point[3])
+                for point, origin in zip(self.points, self.origins[:, :3], strict=True)
+            ])  # fmt: skip
+
+    @property
+    def inputs(self) -> list[np.ndarray]:
+        return [self.points, self.origins]
+
+    def errors(self, results: np.ndarray) -> np.ndarray:
+        """Largest error of a channel at each point."""
+        return np.abs(results[:, :3] - self.values).max(axis=1)
+
+
+def run_shader(
+    model: ModelFile,
+    points: Points,
+    suffix: str,
+    storage: Storage,
+    precision: Precision,
+    seed: int = 0,
+) -> np.ndarray:
+    """Export a model to WGSL or GLSL and evaluate points: float32 [count, 4]."""
+    made = shader(model, suffix, "solid", storage, precision, seed)
+    text = made.text + MAINS[suffix].replace("NAME", "solid")
+    arguments = (made.data, points.inputs, len(points.points))
+    if suffix == ".wgsl":
+        return run_wgpu(text, *arguments)
+    return run_opengl("#version 430\n" + text, *arguments)
 
 
 def compiled(command: Sequence[str], source: str, suffix: str) -> bytes:
