@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+import re
 import resource
 import shutil
 import struct
@@ -31,6 +32,8 @@ BOX = ["--size", "20,13,17", "--origin", "-9,40,5"]
 VOXEL = ["--voxel-size", "1,2,4.5um"]
 EDGES = np.array([1, 2, 4.5])
 CENTER = (np.array(ORIGIN) + 0.5) * EDGES
+FILES = ["a.npy", "a.vdb", "a.nvdb", "a.nrrd", "a.raw", "a.vti", "a.vol", "a.tif", "a.dds"]
+FILES += ["a.ktx2", "a.png"]
 
 
 def run_bake(*arguments: object, model: object = MODEL) -> subprocess.CompletedProcess[str]:
@@ -300,6 +303,16 @@ def test_dds(tmp_path: Path, depth: str) -> None:
         assert np.abs(image - texture_levels(depth)[0][0]).max() <= tolerance
 
 
+@pytest.mark.parametrize("depth", ["8", "bc7"])
+def test_dds_in_openimageio(tmp_path: Path, depth: str) -> None:
+    """OpenImageIO reads no other depth of a volume, the first slice, and one level of BC7."""
+    path = bake(tmp_path / "a.dds", "--depth", depth)
+    for level, texels in enumerate(texture_levels(depth)[: 1 if depth == "bc7" else None]):
+        found = oiio.ImageBuf(str(path), 0, level).get_pixels("uint8").reshape(texels.shape)
+        error = np.sqrt(np.mean((found[0] - texels[0]) ** 2))
+        assert error < (0.51 if depth == "8" else 8), f"level {level}: {error}"
+
+
 @pytest.mark.parametrize("depth", ["8", "16", "half", "float", "bc7"])
 def test_ktx2(tmp_path: Path, depth: str) -> None:
     file = bake(tmp_path / "a.ktx2", "--depth", depth).read_bytes()
@@ -428,10 +441,7 @@ def test_a_name_by_default(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == [f"{MODEL}.nrrd"]
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["A.NRRD", "A.NHDR", "A.RAW", "A.VTI", "A.VOL", "A.TIF", "A.TIFF", "A.DDS", "A.KTX2", "A.PNG"],
-)
+@pytest.mark.parametrize("name", ["A.NHDR", "A.TIFF", "A.ZARR", *map(str.upper, FILES)])
 def test_extensions_in_capitals(tmp_path: Path, name: str) -> None:
     bake(tmp_path / name)
     assert (tmp_path / name).exists()
@@ -460,6 +470,14 @@ def test_refusals(tmp_path: Path, arguments: list[str], code: int, message: str)
     result = run_bake("--size", 4, "-o", tmp_path / "a.nrrd", *arguments)
     assert result.returncode == code
     assert message in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_an_extension_that_is_none_is_refused_with_those_that_are(tmp_path: Path) -> None:
+    result = run_bake("--size", 4, "-o", tmp_path / "a.txt")
+    assert result.returncode == 1
+    listed = result.stderr.split("ends in ")[1].split(", or --slices")[0].split(", ")
+    assert len(listed) == len(set(listed)) == 13 and ".zarr" in listed
     assert os.listdir(tmp_path) == []
 
 
@@ -499,7 +517,7 @@ def test_what_memory_cannot_hold_is_refused(
     result = run_bake("--size", 20000, "-o", tmp_path / name, "--depth", depth)
     assert result.returncode == 1
     assert f"{name}: needs " in result.stderr and needed in result.stderr
-    assert "TiB" in result.stderr and "are available; .npy, .nrrd" in result.stderr
+    assert "TiB" in result.stderr and "are available; .zarr, .npy, .nrrd" in result.stderr
     assert os.listdir(tmp_path) == []
 
 
@@ -520,6 +538,50 @@ def test_a_write_that_fails_leaves_nothing(tmp_path: Path, name: str) -> None:
     result = subprocess.run(command, capture_output=True, text=True, preexec_fn=limit_files)
     assert result.returncode == 1 and ".tmp" not in result.stderr
     assert "needs" in result.stderr or "cannot write: File too large" in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_disk_that_is_full_at_the_last_byte(tmp_path: Path, name: str) -> None:
+    whole = tmp_path / "whole"
+    whole.mkdir()
+    bytes_needed = bake(whole / name).stat().st_size
+
+    def limited(limit: int) -> subprocess.CompletedProcess[str]:
+        def limit_files() -> None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+        command = [BAKE, MODEL, *BOX, "-o", tmp_path / name]
+        return subprocess.run(command, capture_output=True, text=True, preexec_fn=limit_files)
+
+    failed = limited(bytes_needed - 1)
+    assert failed.returncode == 1
+    assert (
+        f"{name}: cannot write: File too large" in failed.stderr or "are allowed" in failed.stderr
+    )
+    assert os.listdir(tmp_path) == ["whole"]
+    assert limited(bytes_needed).returncode == 0
+    if name != "a.vdb":  # has an identifier of its own
+        assert (tmp_path / name).read_bytes() == (whole / name).read_bytes()
+
+
+@pytest.mark.parametrize("name", [*FILES, "a.zarr"])
+def test_a_volume_whose_end_is_out_of_range_is_refused(tmp_path: Path, name: str) -> None:
+    result = run_bake("--size", "4,4,16", "--origin", "0,0,1073807350", "-o", tmp_path / name)
+    assert result.returncode == 1 and "Baking" not in result.stderr
+    assert "box along z has origin 1073807365 and size 1, expected voxels" in result.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_block_beyond_memory_is_refused(tmp_path: Path) -> None:
+    def limit_memory() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (500 << 20, 500 << 20))
+
+    command = [BAKE, MODEL, "--size", "512", "--block", "512", "-o", tmp_path / "a.npy"]
+    result = subprocess.run(command, capture_output=True, text=True, preexec_fn=limit_memory)
+    assert result.returncode == 1
+    needed = r"a\.npy: needs 3\.0 GiB of memory, \d+\.\d MiB are available; "
+    assert re.search(needed + "a smaller --block needs less", result.stderr)
     assert os.listdir(tmp_path) == []
 
 

@@ -60,7 +60,7 @@ def test_an_output_without_room_is_refused_before_the_first_voxel(
 @pytest.mark.parametrize("kind", ["png", "exr"])
 def test_a_slice_without_room_is_refused(tmp_path: Path, kind: str) -> None:
     message = refusal(tmp_path, "--size", "1048576,1048576,1", *OUTPUTS[kind][0])
-    assert re.search(f"needs 36.0 TiB of memory, {SIZE} are available; .npy is", message)
+    assert re.search(f"needs 36.0 TiB of memory, {SIZE} are available; .zarr and .npy", message)
 
 
 @pytest.mark.parametrize("kind", OUTPUTS)

@@ -80,7 +80,8 @@ void bake_volume(const Output& output, const BakeOptions& options, const Volume&
 
 void write_volume(const BakeOptions& options, const Volume& volume) {
   const Output output = resolve_output(options.request(), volume.texture);
-  check_room(output, volume);
+  check_range(volume);
+  check_room(output, volume, options.block);
   write_completely(options.output,
                    [&](const fs::path& file) { bake_volume(output, options, volume, file); });
 }

@@ -51,10 +51,12 @@ constexpr Format all_formats[] = {
 
 template <class Accept>
 std::string format_list(const char* separator, const Accept& text_of) {
-  std::string list;
+  std::string list, last;
   for (const Format& format : all_formats) {
     const std::string text = text_of(format);
-    if (!text.empty()) list += (list.empty() ? "" : separator) + text;
+    if (text.empty() || text == last) continue;  // two formats are .tif
+    list += (list.empty() ? "" : separator) + text;
+    last = text;
   }
   return list;
 }

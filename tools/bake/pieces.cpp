@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::int64_t brick = 16;  // edges are whole bricks where that is possible
 constexpr std::int64_t max_depth = 1024, max_cross_section = 1 << 16;
-constexpr std::int64_t max_piece_bytes = 64 << 20;
 constexpr double seconds_between_checks = 1;
 
 // Whole bricks, at least one.
@@ -102,6 +101,14 @@ Index3 choose_piece(const Volume& volume, std::int64_t depth) {
   const auto plane_bytes = std::min(y, volume.size[1]) * z *
                            static_cast<std::int64_t>(volume.channels() * sizeof(float));
   return {in_bricks(max_piece_bytes / plane_bytes), y, z};
+}
+
+void check_range(const Volume& volume) {
+  std::vector<float> values(volume.channels());
+  Index3 voxel = volume.origin;
+  volume.texture.eval_box(voxel, {1, 1, 1}, values);
+  for (std::size_t axis = 0; axis < 3; ++axis) voxel[axis] += volume.size[axis] - 1;
+  volume.texture.eval_box(voxel, {1, 1, 1}, values);
 }
 
 void for_each_piece(const Volume& volume, const Index3& largest, Progress& progress,

@@ -14,9 +14,14 @@ struct Piece {
   std::span<const float> values;  // [x][y][z][channel]
 };
 
-// The size of the largest piece: up to 64 MiB, at most `depth` voxels along z, and long along x,
+inline constexpr std::int64_t max_piece_bytes = 64 << 20;
+
+// The size of the largest piece: up to max_piece_bytes, at most `depth` voxels along z, and long along x,
 // where the lattice family evaluates plane after plane.
 Index3 choose_piece(const Volume& volume, std::int64_t depth);
+
+// Throws the engine's error if voxels of the volume lie beyond its range.
+void check_range(const Volume& volume);
 
 // Calls `take` for each piece; pieces with the same z come one after another. The volume is cut at
 // multiples of `largest`, along x also in between, to react to Ctrl-C within a second. The library

@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 constexpr double min_png_bytes = 0.25, min_exr_bytes = 3, min_vdb_bytes = 2;
 
 constexpr char streams[] =
-    ".npy, .nrrd, .vti, .vol, .tif and .raw are written piece by piece, --slices png|exr slice by "
-    "slice";
+    ".zarr, .npy, .nrrd, .vti, .vol, .tif and .raw are written piece by piece, --slices png|exr "
+    "slice by slice";
 constexpr char smaller[] = "--slices png takes a quarter of a .npy, --depth 8 too";
 constexpr char splits[] = "--slices png|exr writes smaller files";
 
@@ -36,9 +36,35 @@ double vdb_bytes(const Output& output, const Volume& volume) {
   return leaves * (voxels * channels * sizeof(float) + grids * overhead);
 }
 
+// Graphics cards have no texels of three channels.
+double padded_channels(const Output& output) {
+  return static_cast<double>(output.channels.size() == 3 ? 4 : output.channels.size());
+}
+
+// Texels of all levels of a 3D texture in a file.
+double texture_bytes(const Output& output, Index3 size) {
+  const double texel = padded_channels(output) * static_cast<double>(output.bytes_per_value());
+  double bytes = 0;
+  while (true) {
+    const Index3 blocks{(size[0] + 3) / 4, (size[1] + 3) / 4, size[2]};
+    bytes += output.is_bc7 ? 16.0 * static_cast<double>(voxel_count(blocks))
+                           : texel * static_cast<double>(voxel_count(size));
+    if (voxel_count(size) == 1) return bytes;
+    for (std::int64_t& edge : size) edge = std::max(edge / 2, std::int64_t{1});
+  }
+}
+
+// The largest piece; `block` as in check_room.
+double piece_bytes(const Volume& volume, std::int64_t block) {
+  double bytes = static_cast<double>(volume.channels() * sizeof(float));
+  for (const std::int64_t edge : volume.size)
+    bytes *= static_cast<double>(block ? std::min(edge, block) : edge);
+  return block ? bytes : std::min(bytes, static_cast<double>(max_piece_bytes));
+}
+
 }  // namespace
 
-void check_room(const Output& output, const Volume& volume) {
+void check_room(const Output& output, const Volume& volume, std::int64_t block) {
   const fs::path& path = output.path;
   const auto [x, y, z] = volume.size;
   const double slice_values =
@@ -59,23 +85,18 @@ void check_room(const Output& output, const Volume& volume) {
       const double bytes = output.format.kind == FormatKind::png ? min_png_bytes : min_exr_bytes;
       // A slice as the model has it, as an image, and encoded.
       check_memory(path.string(), 3 * slice_values * sizeof(float),
-                   ".npy is written piece by piece");
+                   ".zarr and .npy are written piece by piece");
       check_disk(path, values * bytes, "");
       check_file_size(path, slice_values * bytes, "");
       return;
     }
     case FormatKind::dds:
     case FormatKind::ktx2: {
-      // All levels together; the largest as floats and encoded, and its blocks.
-      const auto padded =
-          static_cast<double>(output.channels.size() == 3 ? 4 : output.channels.size());
-      const double texels = values / static_cast<double>(output.channels.size()) * 8 / 7;
-      const double bytes =
-          texels * (output.is_bc7 ? 1 : padded * static_cast<double>(output.bytes_per_value()));
-      check_memory(
-          path.string(),
-          texels * padded * static_cast<double>(sizeof(float) + output.bytes_per_value()) + bytes,
-          streams);
+      // All levels encoded; the largest as floats and, for blocks, in bytes.
+      const double bytes = texture_bytes(output, volume.size);
+      const double texel = padded_channels(output) * static_cast<double>(sizeof(float) + 1);
+      const auto texels = static_cast<double>(voxel_count(volume.size));
+      check_memory(path.string(), texels * texel + bytes, streams);
       check_disk(path, bytes, smaller);
       check_file_size(path, bytes, splits);
       return;
@@ -85,7 +106,8 @@ void check_room(const Output& output, const Volume& volume) {
       constexpr std::int64_t max_edge = 16384;
       if (std::max(sheet.width, sheet.height) > max_edge) {
         throw std::runtime_error(fmt::format(
-            "{}: needs a sheet of {} x {} pixels, graphics cards hold {}; give a smaller --size",
+            "{}: needs a sheet of {} x {} pixels, graphics cards hold {}; .dds, .ktx2 and .zarr "
+            "hold more",
             path.string(), sheet.width, sheet.height, max_edge));
       }
       // The sheet and its file.
@@ -98,6 +120,8 @@ void check_room(const Output& output, const Volume& volume) {
     }
     default: {
       const double bytes = values * static_cast<double>(output.bytes_per_value());
+      // A piece as the model has it, and encoded.
+      check_memory(path.string(), 2 * piece_bytes(volume, block), "a smaller --block needs less");
       check_disk(path, bytes, smaller);
       check_file_size(path, bytes, splits);
     }

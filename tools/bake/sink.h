@@ -51,7 +51,8 @@ struct FlipbookSheet {
 FlipbookSheet flipbook_sheet(const Index3& size);
 
 // Throws, with the bytes needed and available, if memory or the disk cannot hold the volume.
-void check_room(const Output& output, const Volume& volume);
+// `block` is the edge of a piece; 0: choose_piece.
+void check_room(const Output& output, const Volume& volume, std::int64_t block);
 
 // A sink that writes to `path`, a temporary name of the output.
 std::unique_ptr<Sink> make_sink(const std::filesystem::path& path, const Output& output,

@@ -66,7 +66,7 @@ class StoreBake {
   void run() {
     check_memory(folder_.string(), ShardLevels::memory(layout_, volume_) + max_queued_bytes,
                  "a smaller --shard-size needs less");
-    check_range();
+    check_range(volume_);
     if (!fs::exists(folder_))
       check_room(voxel_count(volume_.size) / static_cast<std::uint64_t>(options_.parts));
     open_store(folder_, output_, volume_, layout_,
@@ -81,15 +81,6 @@ class StoreBake {
   }
 
  private:
-  // The engine refuses voxels out of its range, here before there is a store.
-  void check_range() const {
-    std::vector<float> values(volume_.channels());
-    Index3 voxel = volume_.origin;
-    volume_.texture.eval_box(voxel, {1, 1, 1}, values);
-    for (std::size_t axis = 0; axis < 3; ++axis) voxel[axis] += volume_.size[axis] - 1;
-    volume_.texture.eval_box(voxel, {1, 1, 1}, values);
-  }
-
   // The shards of this part of the store: all, or with --shard I/N each N-th.
   std::vector<std::int64_t> own_shards() const {
     std::vector<std::int64_t> shards;

@@ -10,7 +10,7 @@
 namespace solidtex::tools {
 namespace {
 
-constexpr std::int64_t max_piece_bytes = 48 << 20;
+constexpr std::int64_t max_step_bytes = 48 << 20;
 
 // Adds a row of voxels, as light, to the row of sums.
 void add_row(const float* row, std::size_t row_channels, std::size_t voxels,
@@ -93,7 +93,7 @@ Index3 ShardLevels::piece_size() const {
   const Level& first = levels_.front();
   const std::int64_t row_bytes =
       first.edge * first.size[2] * static_cast<std::int64_t>(model_channels_ * sizeof(float));
-  const std::int64_t rows = std::max(max_piece_bytes / row_bytes / first.edge, std::int64_t{1});
+  const std::int64_t rows = std::max(max_step_bytes / row_bytes / first.edge, std::int64_t{1});
   return {first.edge, std::min(rows * first.edge, first.size[1]), first.size[2]};
 }
 
@@ -171,7 +171,7 @@ double ShardLevels::memory(const StoreLayout& layout, const Volume& volume) {
                    static_cast<double>(volume.channels()) * sizeof(float);
   // A piece, and its chunks.
   double bytes =
-      2 * std::max<double>(max_piece_bytes, row * static_cast<double>(layout.shard_edge));
+      2 * std::max<double>(max_step_bytes, row * static_cast<double>(layout.shard_edge));
   for (int level = 1; level < layout.level_count(); ++level) {
     const auto edge = static_cast<double>(layout.shard_edge_of(level));
     bytes += static_cast<double>(layout.chunk_edge(level)) * edge * edge * voxel;
