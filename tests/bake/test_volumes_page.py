@@ -47,18 +47,33 @@ def blocks(picture: np.ndarray) -> np.ndarray:
     return cut.mean(axis=(1, 3))
 
 
-def test_the_picture_of_pyvista(made: Path) -> None:
-    pytest.importorskip("pyvista")
-    (program,) = programs("python")
-    done = subprocess.run([sys.executable, "-B", "-c", program], cwd=made, capture_output=True)
+def assert_makes_its_picture(made: Path, name: str, python: str) -> None:
+    (program,) = (program for program in programs("python") if name in program)
+    display = ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24"] if "napari" in name else []
+    environment = dict(os.environ) | ({} if python == sys.executable else {"PYTHONPATH": ""})
+    command = [*display, python, "-B", "-c", program]
+    done = subprocess.run(command, cwd=made, env=environment, capture_output=True)
     assert done.returncode == 0, done.stderr.decode()
     pictures = [
         np.asarray(Image.open(path).convert("RGB"), dtype=float)
-        for path in (
-            made / "volume-pyvista.png",
-            REPOSITORY / "docs" / "images" / "volume-pyvista.png",
-        )
+        for path in (made / name, REPOSITORY / "docs" / "images" / name)
     ]
     assert pictures[0].shape == pictures[1].shape and pictures[1].std() > 20
-    # Another version of VTK may shade differently.
+    # Another version of a program may shade differently.
     assert np.abs(blocks(pictures[0]) - blocks(pictures[1])).max() < 10
+
+
+def test_the_picture_of_pyvista(made: Path) -> None:
+    pytest.importorskip("pyvista")
+    assert_makes_its_picture(made, "volume-pyvista.png", sys.executable)
+
+
+@pytest.mark.skipif("SOLIDTEX_NAPARI" not in os.environ, reason="names no Python with napari")
+def test_the_picture_of_napari(made: Path) -> None:
+    """Python with napari, PyQt6 and napari-ome-zarr; the program xvfb-run."""
+    assert_makes_its_picture(made, "volume-napari.png", os.environ["SOLIDTEX_NAPARI"])
+
+
+@pytest.mark.skipif("SOLIDTEX_BPY45" not in os.environ, reason="names no Python with bpy 4.5")
+def test_the_picture_of_blender(made: Path) -> None:
+    assert_makes_its_picture(made, "volume-blender.png", os.environ["SOLIDTEX_BPY45"])

@@ -76,6 +76,13 @@ def test_the_first_level_has_the_values_of_the_engine(store: Path, expected: np.
     assert np.array_equal(array[:], expected)
 
 
+def test_tensorstore_reads_the_same(store: Path, expected: np.ndarray) -> None:
+    tensorstore = pytest.importorskip("tensorstore", reason="tensorstore is not installed")
+    spec = {"driver": "zarr3", "kvstore": f"file://{store}/0/"}
+    array = tensorstore.open(spec, open=True, read=True).result()
+    assert np.array_equal(array.read().result(), expected)
+
+
 def test_each_level_is_the_mean_of_light(store: Path, expected: np.ndarray) -> None:
     group = zarr.open_group(store, mode="r")
     assert sorted(group.array_keys()) == ["0", "1"]
