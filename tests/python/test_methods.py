@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import json
 import math
 import os
@@ -305,3 +306,74 @@ def test_some_octaves_are_as_long_as_the_grain(
     assert cli_train.main([*arguments, "--set", "grain.short_octaves=16"]) == 1
     message = "grain.short_octaves: found 16, expected fewer than all 16 octaves"
     assert message in capsys.readouterr().err
+
+
+OWN = """
+import torch
+from torch import nn
+
+calls = []
+
+
+def brightness(slices, crops):
+    calls.append((slices.shape, crops.shape))
+    return (slices.mean() - crops.mean()).abs()
+
+
+class Tiny(nn.Module):
+    def __init__(self, channels):
+        super().__init__()
+        self.layer = nn.Conv2d(channels, 1, 3)
+
+    def features(self, images):
+        return [self.layer(images)]
+
+    def score(self, features):
+        return features[0].mean((1, 2, 3))
+
+    def loss(self, fakes, reals):
+        on_fakes, on_reals = (self.score(self.features(i)).mean() for i in (fakes, reals))
+        return on_fakes - on_reals + self.layer.weight.square().sum()
+
+
+number = 3
+"""
+
+
+def test_a_loss_and_a_discriminator_of_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine_for_a_test.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    photo = save_photo(tmp_path / "photo.png")
+    own = [
+        "critic.widths=[4,6]",
+        "critic.batch=2",
+        "losses.mine.kind=mine_for_a_test:brightness",
+        "losses.it.kind=mine_for_a_test:Tiny",
+    ]
+    settings = [part for setting in own for part in ("--set", setting)]
+    trainer = make_trainer([photo], tmp_path / "own", "gutierrez", *settings)
+    before = [p.clone() for p in trainer.discriminators[0]["mine_for_a_test:Tiny"].parameters()]
+    train(trainer)
+    log = (tmp_path / "own" / "log.csv").read_text().splitlines()
+    assert {"mine", "it", "mine_for_a_test:Tiny"} <= set(log[0].split(","))
+    after = list(trainer.discriminators[0]["mine_for_a_test:Tiny"].parameters())
+    assert any(not torch.equal(a, b) for a, b in zip(before, after, strict=True))
+    calls = importlib.import_module("mine_for_a_test").calls
+    assert calls and all(slices == crops for slices, crops in calls)
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        ("no_such_module:f", "expected a module and a function in it"),
+        ("json:no_such_function", "expected a module and a function in it"),
+        ("string:digits", "expected a function or class, not str"),
+    ],
+)
+def test_a_loss_that_is_none_is_refused(kind: str, message: str, tmp_path: Path) -> None:
+    text = "[generator]\nkind = 'lattice'\n[optimizer]\nlearning_rate = 0.1\n[losses.mine]\n"
+    (tmp_path / "my.toml").write_text(f"{text}kind = '{kind}'")
+    with pytest.raises(PresetError, match=f'losses.mine.kind: found "{kind}", {message}'):
+        load_recipe(str(tmp_path / "my.toml"))

@@ -15,6 +15,7 @@ from solidtex_export.discriminators.critic import Critic, Penalties
 from solidtex_export.discriminators.projected import ProjectedCritic
 from solidtex_export.discriminators.settings import AnyDiscriminator, ProjectedCriticSettings
 from solidtex_export.images.exemplar import random_crops
+from solidtex_export.losses import own
 from solidtex_export.losses.descriptors import DescriptorSource
 
 Reals = Callable[[int, int], Tensor]
@@ -31,12 +32,18 @@ class DiscriminatorTrainer:
     """
 
     def __init__(
-        self, settings: AnyDiscriminator, photograph: Tensor, source: DescriptorSource
+        self,
+        name: str,
+        settings: AnyDiscriminator,
+        photograph: Tensor,
+        source: DescriptorSource,
     ) -> None:
-        """`photograph` [channel, rows, columns] is whitened, on the device of the training."""
+        """`name` is that of the table, or "module:class". `photograph` [channel, rows, columns] is
+        whitened, on the device of the training.
+        """
         self._settings = settings
         self.discriminators = [
-            _discriminator(settings, photograph, source).to(photograph.device)
+            _discriminator(name, settings, photograph, source).to(photograph.device)
             for _ in settings.scales
         ]
         self._optimizers = [
@@ -116,8 +123,10 @@ class DiscriminatorTrainer:
 
 
 def _discriminator(
-    settings: AnyDiscriminator, photograph: Tensor, source: DescriptorSource
-) -> Critic | ProjectedCritic:
+    name: str, settings: AnyDiscriminator, photograph: Tensor, source: DescriptorSource
+) -> Any:
+    if own.is_own(name):
+        return own.load(name)(len(photograph))
     if isinstance(settings, ProjectedCriticSettings):
         network = source.learned("projected_critic").network
         return ProjectedCritic(network, photograph, settings.layers, settings.head_width)

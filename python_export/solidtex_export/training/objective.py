@@ -13,6 +13,7 @@ from torch import Tensor
 from solidtex_export.discriminators.critic import adversarial_loss, style_loss
 from solidtex_export.discriminators.trainer import DiscriminatorTrainer
 from solidtex_export.images.exemplar import random_crops, random_symmetry
+from solidtex_export.losses import own
 from solidtex_export.losses.color_distribution import color_distance
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
 from solidtex_export.losses.patches import patch_distance
@@ -20,7 +21,7 @@ from solidtex_export.losses.spectrum import SpectrumLoss
 from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.wavelets import WaveletLoss
 from solidtex_export.training.config import Config
-from solidtex_export.training.recipe import DESCRIPTOR_LOSSES, DISCRIMINATOR_OF, Loss
+from solidtex_export.training.recipe import DESCRIPTOR_LOSSES, Loss, discriminator_of
 
 REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
 
@@ -134,12 +135,14 @@ class Objective:
                 loss = self._spectra[index](slices)
             elif term.kind == "color_distribution":
                 loss = color_distance(slices, self._exemplars[index])
-            elif term.kind in DISCRIMINATOR_OF:
-                table = DISCRIMINATOR_OF[term.kind]
+            elif (table := discriminator_of(term.kind)) is not None:
                 if table not in evaluated:
                     trainer = self._discriminators[index][table]
                     evaluated[table] = self._discriminator_loss(trainer, slices, index)
                 loss = evaluated[table](term)
+            elif own.is_own(term.kind):
+                reals = self._reals(index, len(slices), slices.shape[2])
+                loss = own.load(term.kind)(self._turned(slices), reals)
             else:
                 if key not in features:
                     reals = self._reals(index, len(slices), slices.shape[2])

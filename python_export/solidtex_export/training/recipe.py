@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from solidtex_export.discriminators.settings import (
     AnyDiscriminator,
@@ -17,6 +17,7 @@ from solidtex_export.discriminators.settings import (
     CriticSettings,
     ProjectedCriticSettings,
 )
+from solidtex_export.losses import own
 from solidtex_export.settings import Array, Pair, Settings, expected, within, wrong
 
 Share = Annotated[float, within(0, 1)]
@@ -27,7 +28,7 @@ FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
 DISCRIMINATOR_OF = {"style": "critic", "adversarial": "critic", "projected": "projected_critic"}
 """Table of the discriminators that a loss uses."""
-LossKind = Literal[
+KINDS = (
     "descriptor",
     "gram",
     "autocorrelation",
@@ -40,8 +41,20 @@ LossKind = Literal[
     "patches",
     "projected",
     "spectrum",
-]
-KINDS: tuple[str, ...] = LossKind.__args__  # type: ignore[attr-defined]
+)
+
+
+def discriminator_of(kind: str) -> str | None:
+    """Name of the discriminators that a loss uses: their table, or "module:class"."""
+    return kind if own.is_discriminator(kind) else DISCRIMINATOR_OF.get(kind)
+
+
+def _known_kind(kind: str) -> str:
+    if own.is_own(kind):
+        own.load(kind)
+    elif kind not in KINDS:
+        raise expected(f"one of {', '.join(KINDS)}, or MODULE:FUNCTION")
+    return kind
 
 
 class GeneratorSettings(Settings):
@@ -102,7 +115,7 @@ class Slicing(Settings):
 class Loss(Settings):
     """Term of the generator's loss; its kind defaults to the name of its table."""
 
-    kind: LossKind
+    kind: Annotated[str, AfterValidator(_known_kind)]
     weight: Annotated[float, within(-1e12, 1e12)] = 1.0
     start: Share = 0.0
     """Fraction of the training after which the term starts."""
@@ -248,7 +261,7 @@ class Recipe(Settings):
     def discriminators(self) -> dict[str, AnyDiscriminator]:
         """Discriminators that the losses use, by the names of their tables."""
         names = self._discriminators_of(self.losses.values())
-        return {name: getattr(self, name) for name in names}
+        return {name: self.critic if own.is_own(name) else getattr(self, name) for name in names}
 
     def discriminators_at(self, progress: float) -> list[str]:
         """Names of the discriminators in use at this fraction of the training."""
@@ -256,8 +269,8 @@ class Recipe(Settings):
 
     @staticmethod
     def _discriminators_of(terms: Iterable[Loss]) -> list[str]:
-        kinds = (t.kind for t in terms if t.kind in DISCRIMINATOR_OF)
-        return list(dict.fromkeys(DISCRIMINATOR_OF[kind] for kind in kinds))
+        names = (discriminator_of(t.kind) for t in terms)
+        return list(dict.fromkeys(name for name in names if name is not None))
 
     def uses(self, descriptor: str) -> bool:
         if descriptor == "learned" and "projected_critic" in self.discriminators:
@@ -274,4 +287,4 @@ class Recipe(Settings):
     def only_vgg(self) -> bool:
         """Whether VGG-19, which sees three channels, is the only loss at the start."""
         first = [t for t in self.losses.values() if t.start == 0]
-        return all(t.descriptor == "vgg" and t.kind not in DISCRIMINATOR_OF for t in first)
+        return all(t.descriptor == "vgg" and discriminator_of(t.kind) is None for t in first)

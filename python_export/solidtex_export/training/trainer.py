@@ -76,7 +76,7 @@ class Trainer:
         )
         settings = self.recipe.discriminators
         self.discriminators = [
-            {name: DiscriminatorTrainer(s, p, source) for name, s in settings.items()}
+            {name: DiscriminatorTrainer(name, s, p, source) for name, s in settings.items()}
             for p in photographs
         ]
         self._critic_is_frozen = config.fine_tuned is not None and (

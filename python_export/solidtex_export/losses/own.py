@@ -1,0 +1,44 @@
+"""Losses and discriminators of the user's own, by "module:name".
+
+A loss is a function of two batches [batch, channel, side, side] on the device of the training:
+slices of the solid, and crops of the photograph. It returns a number to minimize, differentiable
+with respect to the slices. Values are whitened: mean 0 and covariance 1 over the photographs.
+
+A discriminator is a class that is constructed with the number of channels; `Discriminator` in
+discriminators/critic.py is its interface. The table [critic] has the settings of its training.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from solidtex_export.settings import expected
+
+
+def is_own(kind: str) -> bool:
+    return ":" in kind
+
+
+def load(kind: str) -> Callable[..., Any]:
+    """The function or class of "module:name". Modules of the current folder are found, too."""
+    module, _, name = kind.partition(":")
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.append(folder)
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        what = f"a module and a function in it, in the current folder or PYTHONPATH ({error})"
+        raise expected(what) from error
+    if not callable(found):
+        raise expected(f"a function or class, not {type(found).__name__}")
+    return found  # type: ignore[no-any-return]
+
+
+def is_discriminator(kind: str) -> bool:
+    return is_own(kind) and inspect.isclass(load(kind))
