@@ -163,7 +163,7 @@ def array(
     precision: Precision = "full",
     chunk: int = 128,
 ) -> dask.array.Array:
-    """Volume as an array of Dask, [x][y][z][channel], evaluated chunk by chunk when needed."""
+    """Volume as an array of Dask, `[x][y][z][channel]`, evaluated chunk by chunk when needed."""
     texture = model if isinstance(model, Texture) else Texture(model, seed, precision)
     extents = _index3((size, size, size) if isinstance(size, int) else size)
     chunks = dask.array.core.normalize_chunks((chunk, chunk, chunk), shape=extents)
