@@ -354,12 +354,12 @@ def test_a_loss_and_a_discriminator_of_ones_own(
     ]
     settings = [part for setting in own for part in ("--set", setting)]
     trainer = make_trainer([photo], tmp_path / "own", "gutierrez", *settings)
-    before = [p.clone() for p in trainer.discriminators[0]["mine_for_a_test:Tiny"].parameters()]
+    (tiny,) = trainer.discriminators[0]["mine_for_a_test:Tiny"].discriminators
+    before = [p.clone() for p in tiny.parameters()]
     train(trainer)
     log = (tmp_path / "own" / "log.csv").read_text().splitlines()
     assert {"mine", "it", "mine_for_a_test:Tiny"} <= set(log[0].split(","))
-    after = list(trainer.discriminators[0]["mine_for_a_test:Tiny"].parameters())
-    assert any(not torch.equal(a, b) for a, b in zip(before, after, strict=True))
+    assert any(not torch.equal(a, b) for a, b in zip(before, tiny.parameters(), strict=True))
     calls = importlib.import_module("mine_for_a_test").calls
     assert calls and all(slices == crops for slices, crops in calls)
 

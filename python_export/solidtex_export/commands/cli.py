@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, redirect_stderr
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from solidtex_export import __version__
 from solidtex_export.commands.completion import SHELLS, Completion
@@ -20,6 +21,7 @@ from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.value_range import Range, parse_range
+from solidtex_export.settings import SettingsError, read_toml
 
 FAILURES = (ModelFileError, OutputError, StateError, OSError)
 
@@ -34,6 +36,42 @@ class Parser(argparse.ArgumentParser):
         print(f"{self.prog}: {_in_words(message)}", file=sys.stderr)
         print(f"See {self.prog} --help for all options.", file=sys.stderr)
         raise SystemExit(2)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Put the options of --config FILE before those of the command line, which go first."""
+        args = list(sys.argv[1:] if args is None else args)
+        first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+        first.add_argument("--config", type=Path)
+        first.exit_on_error = False
+        try:
+            config = first.parse_known_args(args)[0].config
+        except argparse.ArgumentError:
+            config = None  # reported below
+        if config is not None:
+            args = [*self._options_of(config), *args]
+        return super().parse_known_args(args, namespace)
+
+    def _options_of(self, config: Path) -> list[str]:
+        """Arguments of a TOML file: option = value, true for a flag, a list to repeat an option;
+        `arguments` is the list of those without an option.
+        """
+        try:
+            table = read_toml(config)
+        except SettingsError as error:
+            self.error(f"--config: {error}")
+        options: list[str] = []
+        for name, value in table.items():
+            values = [str(v) for v in (value if isinstance(value, list) else [value])]
+            option = f"-{name}" if len(name) == 1 else f"--{name}"
+            if name == "arguments":
+                options += values
+            elif option not in self._option_string_actions:
+                self.error(f"--config: {config}: found an unknown option {name}, see --help")
+            elif isinstance(value, bool):
+                options += [option] * value
+            else:
+                options += [part for v in values for part in (option, v)]
+        return options
 
 
 def _in_words(message: str) -> str:
@@ -57,6 +95,9 @@ def parser(program: str, description: str, examples: str) -> argparse.ArgumentPa
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    p.add_argument("--config", metavar="FILE", type=Path,
+                   help="read options from a TOML file; the command line goes first")  # fmt: skip
+    p.add_argument("-q", "--quiet", action="store_true", help="print results and errors only")
     p.add_argument("--completion", action=Completion, choices=SHELLS,
                    help="print a completion script for this shell and exit")  # fmt: skip
     return p
@@ -120,6 +161,19 @@ def optional_packages(program: str, extra: str) -> Iterator[None]:
         ) from error
 
 
+@contextmanager
+def without_remarks(
+    quiet: bool, redirect: Callable[[Any], AbstractContextManager[Any]] = redirect_stderr
+) -> Iterator[None]:
+    """Drop remarks if `quiet`: what is printed to standard error, or what `redirect` redirects.
+    Errors are printed outside.
+    """
+    with ExitStack() as stack:
+        if quiet:
+            stack.enter_context(redirect(stack.enter_context(open(os.devnull, "w"))))
+        yield
+
+
 def run(
     p: argparse.ArgumentParser,
     arguments: list[str] | None,
@@ -129,7 +183,8 @@ def run(
     """Run work(args); an exception with a message for the user gives exit code 1."""
     args = p.parse_args(arguments)
     try:
-        work(args)
+        with without_remarks(args.quiet):
+            work(args)
     except (*failures, *engine.errors()) as error:
         print(f"{p.prog}: {error}", file=sys.stderr)
         return 1

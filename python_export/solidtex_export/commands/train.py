@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import torch
 
-from solidtex_export.commands.cli import print_notes
+from solidtex_export.commands.cli import print_notes, without_remarks
 from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.commands.train_options import parser, request_of
 from solidtex_export.images.file_kinds import ExemplarError
@@ -66,6 +68,11 @@ def make_trainer(request: Request, result: Path, use_cuda: bool, compiled: bool)
 def main(arguments: list[str] | None = None) -> int:
     p = parser()
     args = p.parse_args(arguments)
+    with without_remarks(args.quiet, redirect_stdout):
+        return train(p, args)
+
+
+def train(p: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     if args.threads:
         torch.set_num_threads(args.threads)
     try:
