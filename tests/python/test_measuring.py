@@ -191,6 +191,40 @@ def test_the_report_has_diagrams_and_the_reason(tmp_path: Path) -> None:
     assert "Beside the picture" in text
 
 
+def test_tortuosity_and_pore_sizes_are_those_of_taufactor_and_porespy() -> None:
+    taufactor = pytest.importorskip("taufactor")
+    porespy = pytest.importorskip("porespy")
+    transport = pytest.importorskip("solidtex.transport")
+    pores = porespy.generators.blobs(shape=[32, 32, 32], porosity=0.5, seed=3)
+    fraction = transport.conducting_fraction(pores, 0)
+    assert 0.9 < fraction <= 1
+    solver = taufactor.Solver(pores.astype(np.uint8), device="cpu")
+    solver.solve(verbose=False)
+    relative = transport.diffusivity(pores, 0).value
+    assert pores.mean() / relative == pytest.approx(float(np.squeeze(solver.tau)), rel=0.02)
+    radii, covered = map(np.array, geometry.pore_sizes(pores))
+    whole = [1, 2, 3]
+    sizes = porespy.filters.local_thickness(pores, sizes=whole)
+    for radius in whole:
+        expected = np.count_nonzero(sizes >= radius) / np.count_nonzero(pores)
+        assert np.interp(radius, radii, covered) == pytest.approx(expected, abs=0.05)
+
+
+def test_labels_of_a_picture_count_by_their_order(tmp_path: Path, capfd) -> None:
+    from PIL import Image
+
+    np.save(tmp_path / "ball.npy", ball(10, 32).astype(np.uint8))
+    options = ["--phase", "1", "--voxel-size", "1um", "--exemplar", str(tmp_path / "cut.png")]
+    cut = ball(10, 32)[:, :, 16]
+    Image.fromarray(np.where(cut, 255, 9).astype(np.uint8)).save(tmp_path / "cut.png")
+    found = measure(tmp_path, tmp_path / "ball.npy", *options, *QUICK)
+    assert found["exemplar"]["fraction"] == pytest.approx(cut.mean())
+    Image.fromarray((cut + np.eye(32)).astype(np.uint8)).save(tmp_path / "cut.png")
+    report = ["-o", str(tmp_path / "three.json")]
+    assert main([str(tmp_path / "ball.npy"), *report, *options, *QUICK]) == 1
+    assert "cut.png: found 3 labels 0, 1, 2, expected 2 as in the volume" in capfd.readouterr().err
+
+
 def test_sizes_and_axes_of_files(tmp_path: Path) -> None:
     volume = np.zeros((5, 6, 7), np.uint8)
     volume[0, 1, 2] = 1

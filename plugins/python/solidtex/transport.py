@@ -68,8 +68,8 @@ def permeability(
     report: Called every 50 steps with the number of steps and the present value.
     viscosity: Of the lattice. Changes the number of steps, not the value. None chooses it by the
         width of the pores and the length of the image.
-    refinement: Split each voxel into this many along each axis. Throats of one to three voxels
-        conduct too well unrefined, in sandstone by a fifth; see docs/porous-media.md. Time and
+    refinement: Split each voxel into this many along each axis. Oblique walls become stairs with
+        sharp edges, so that narrow channels conduct less than between smooth walls. Time and
         memory grow with its cube.
     """
     array, is_periodic = _checked(pores, axis, boundary)

@@ -60,8 +60,8 @@ def make_parser() -> argparse.ArgumentParser:
                    help="open: flow from face to face, the other faces sealed; periodic: the volume"
                    " repeats (default: open)")  # fmt: skip
     p.add_argument("--refine", type=int, choices=(1, 2, 3), default=1, metavar="N",
-                   help="split voxels into N^3 for permeability: 2 where throats are one to three"
-                   " voxels wide (default: 1)")  # fmt: skip
+                   help="split voxels into N^3 for permeability: the flow between cubes with sharp"
+                   " edges, below that between smooth walls (default: 1)")  # fmt: skip
     p.add_argument("--axes", metavar="AXES", default="xyz",
                    help="axes of transport, such as x or xz (default: xyz)")  # fmt: skip
     p.add_argument("--without", metavar="PART", action="append", default=[],
@@ -139,8 +139,7 @@ def run(args: argparse.Namespace) -> None:
         from solidtex_export.measuring.measure import measure_picture, read_picture
 
         document["exemplar"] = measure_picture(
-            read_picture(args.exemplar), args.threshold, args.exemplar.name, settings,
-            document["phase"],
+            read_picture(args.exemplar), args.threshold, args.exemplar.name, settings, phases,
         )  # fmt: skip
     print(summary(document))
     middle = [np.take(phases.labels, n // 2, axis) for axis, n in enumerate(phases.labels.shape)]

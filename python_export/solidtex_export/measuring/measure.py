@@ -107,14 +107,23 @@ def _transport_figures(settings: Settings) -> dict[str, Callable[[Mask], float]]
 
 
 def measure_picture(
-    pixels: NDArray[Any], threshold: float | None, name: str, settings: Settings, phase: int
+    pixels: NDArray[Any], threshold: float | None, name: str, settings: Settings, solid: Phases
 ) -> dict[str, Any]:
     """The same figures of a picture, where 2D has them.
+
+    Its labels may have other numbers than those of the solid: their order counts.
 
     For an isotropic solid the surface by volume is 4 / pi times the boundary length by area.
     """
     phases = find_phases(pixels, threshold, name)
-    phase = choose_phase(phases, phase, name)
+    if len(phases.names) != len(solid.names):
+        raise VolumeError(
+            f"{name}: found {len(phases.names)} labels {', '.join(map(str, phases.names))},"
+            f" expected {len(solid.names)} as in the volume:"
+            f" {', '.join(map(str, solid.names))}"
+        )
+    chosen = choose_phase(solid, settings.phase, "the volume")
+    phase = phases.names[solid.names.index(chosen)]
     voxel, unit = settings.voxel_size.value, settings.voxel_size.unit
     mask = phases.of(phase)
     figures = geometry.measure_phase(mask, voxel, unit)
