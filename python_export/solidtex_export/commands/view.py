@@ -1,0 +1,62 @@
+"""solidtex-view: writes a page that shows models in the browser."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from solidtex_export.commands import cli
+from solidtex_export.export.file_format import model_file
+from solidtex_export.export.verification.model_output import OutputError, check_output
+from solidtex_export.export.view.page import MIME_TYPES, Material, page
+from solidtex_export.whole_file import write_whole
+
+PROGRAM = "solidtex-view"
+EXAMPLES = f"""  {PROGRAM} granite.solidtex -o granite.html
+  {PROGRAM} stone-grey wood-oak --exemplar stone.jpg oak.jpg -o materials.html
+docs/view.md describes the page."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    return cli.run(make_parser(), arguments, write)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    p = cli.parser(
+        PROGRAM,
+        "Write one self-contained page that evaluates models of the sampler family in the browser,"
+        " with WebGPU or WebGL 2, on a cube, a sphere, a knot and meshes of the viewer's own.",
+        EXAMPLES,
+    )
+    p.add_argument("models", metavar="SOLIDTEX", type=Path, nargs="+",
+                   help="a .solidtex file, or the name of a shipped model")  # fmt: skip
+    p.add_argument("--exemplar", metavar="IMAGE", type=Path, nargs="+", default=[],
+                   help="photographs (.jpg, .png) to show beside the models, in order")  # fmt: skip
+    cli.add_output_arguments(p, "PAGE", ".html")
+    return p
+
+
+def write(args: argparse.Namespace) -> None:
+    check_output(args.output, args.force, ".html")
+    exemplars = args.exemplar
+    if len(exemplars) > len(args.models):
+        raise OutputError(
+            f"--exemplar: found {len(exemplars)} images, expected at most {len(args.models)},"
+            " one for each model"
+        )
+    for path in exemplars:
+        if path.suffix.lower() not in MIME_TYPES:
+            raise OutputError(f"{path}: found {path.suffix!r}, expected .jpg or .png")
+    padded = [*exemplars, *[None] * (len(args.models) - len(exemplars))]
+    materials = [
+        Material(model_file.read(model), exemplar)
+        for model, exemplar in zip(args.models, padded, strict=True)
+    ]
+    text = page(materials)
+    write_whole(args.output, text.encode())
+    print(f"{args.output}: {len(materials)} models, {len(text.encode())} bytes")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""A page that evaluates models of the sampler family in the browser."""

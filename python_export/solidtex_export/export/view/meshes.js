@@ -1,0 +1,183 @@
+// Triangle meshes: three positions and three normals a triangle. The longest side is from -1 to 1.
+
+function cube() {
+  const positions = [], normals = [];
+  for (let axis = 0; axis < 3; ++axis)
+    for (const side of [-1, 1]) {
+      const corner = (u, v) => {
+        const at = [0, 0, 0];
+        at[axis] = side;
+        at[(axis + 1) % 3] = side * u;
+        at[(axis + 2) % 3] = v;
+        return at;
+      };
+      const normal = [0, 0, 0];
+      normal[axis] = side;
+      for (const [u, v] of [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]]) {
+        positions.push(...corner(u, v));
+        normals.push(...normal);
+      }
+    }
+  return { positions: new Float32Array(positions), normals: new Float32Array(normals) };
+}
+
+// A surface of points at(u, v) with u and v from 0 to 1.
+function surface(at, columns, rows) {
+  const positions = [], normals = [], step = 1e-3;
+  const vertex = (u, v) => {
+    const p = at(u, v), a = minus(at(u + step, v), at(u - step, v));
+    const b = minus(at(u, v + step), at(u, v - step));
+    positions.push(...p);
+    normals.push(...unit(cross(a, b)));
+  };
+  for (let i = 0; i < columns; ++i)
+    for (let j = 0; j < rows; ++j)
+      for (const [k, l] of [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]])
+        vertex((i + k) / columns, (j + l) / rows);
+  return { positions: new Float32Array(positions), normals: new Float32Array(normals) };
+}
+
+function sphere() {
+  const at = (u, v) => {
+    const a = 2 * Math.PI * u, b = Math.PI * (0.998 * v + 0.001 - 0.5);
+    return [Math.cos(a) * Math.cos(b), -Math.sin(a) * Math.cos(b), -Math.sin(b)];
+  };
+  const mesh = surface(at, 96, 48);
+  mesh.normals = mesh.positions.slice();
+  return mesh;
+}
+
+function knot() {
+  const along = (u) => {
+    const a = 4 * Math.PI * u, b = 6 * Math.PI * u, r = 0.5 + 0.22 * Math.cos(b);
+    return [r * Math.cos(a), r * Math.sin(a), 0.3 * Math.sin(b)];
+  };
+  return surface((u, v) => {
+    const tangent = unit(minus(along(u + 1e-3), along(u - 1e-3)));
+    const across = unit(cross(tangent, [0, 0, 1])), up = cross(across, tangent);
+    const a = 2 * Math.PI * v, p = along(u);
+    return p.map((c, i) => c + 0.17 * (Math.cos(a) * across[i] + Math.sin(a) * up[i]));
+  }, 240, 24);
+}
+
+const SHAPES = { cube, sphere, knot };
+
+// Reads a .glb file. Throws an Error whose message is for the user.
+function readGlb(buffer, name) {
+  const view = new DataView(buffer);
+  const fail = (what) => { throw new Error(`${name}: ${what}`); };
+  if (buffer.byteLength < 20 || view.getUint32(0, true) !== 0x46546c67)
+    fail("found no binary glTF, expected a .glb file");
+  const size = view.getUint32(12, true);
+  let document;
+  try {
+    document = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 20, size)));
+  } catch {
+    fail("found a damaged JSON part, expected that of a .glb file");
+  }
+  const extension = (document.extensionsRequired ?? []).find((e) => !e.startsWith("KHR_mat"));
+  if (extension) fail(`needs the extension ${extension}; export it without compression`);
+  const start = 28 + size;
+  const read = (index) => {
+    const accessor = document.accessors[index], part = document.bufferViews[accessor.bufferView];
+    const Kind = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array }[
+      accessor.componentType];
+    if (!Kind || !part) fail("found vertices of an unknown kind, expected floats");
+    const width = accessor.type === "VEC3" ? 3 : 1, bytes = Kind.BYTES_PER_ELEMENT;
+    const pitch = part.byteStride ?? width * bytes;
+    const first = start + (part.byteOffset ?? 0) + (accessor.byteOffset ?? 0);
+    const values = new Kind(width * accessor.count);
+    for (let i = 0; i < accessor.count; ++i)
+      values.set(new Kind(buffer.slice(first + i * pitch, first + i * pitch + width * bytes)),
+                 width * i);
+    return values;
+  };
+  const positions = [], normals = [];
+  const addPrimitive = (primitive, matrix) => {
+    if ((primitive.mode ?? 4) !== 4) return;
+    const from = read(primitive.attributes.POSITION);
+    const given = primitive.attributes.NORMAL;
+    const facing = given === undefined ? null : read(given);
+    const order = primitive.indices === undefined ? null : read(primitive.indices);
+    const count = order ? order.length : from.length / 3;
+    for (let i = 0; i + 2 < count; i += 3) {
+      const corners = [i, i + 1, i + 2].map((k) => 3 * (order ? order[k] : k));
+      const placed = corners.map((c) => transformed(matrix, from.subarray(c, c + 3), 1));
+      const flat = cross(minus(placed[1], placed[0]), minus(placed[2], placed[0]));
+      corners.forEach((c, k) => {
+        positions.push(...placed[k]);
+        const n = facing ? transformed(matrix, facing.subarray(c, c + 3), 0) : flat;
+        normals.push(...unit(n));
+      });
+    }
+  };
+  const addNode = (index, parent) => {
+    const node = document.nodes[index];
+    const matrix = product(parent, node.matrix ?? matrixOf(node));
+    if (node.mesh !== undefined)
+      for (const p of document.meshes[node.mesh].primitives) addPrimitive(p, matrix);
+    for (const child of node.children ?? []) addNode(child, matrix);
+  };
+  const scene = document.scenes?.[document.scene ?? 0];
+  for (const node of scene?.nodes ?? []) addNode(node, IDENTITY);
+  if (positions.length === 0) fail("found no triangles, expected a mesh");
+  return fitted({ positions: new Float32Array(positions), normals: new Float32Array(normals) });
+}
+
+function fitted(mesh) {
+  const low = [Infinity, Infinity, Infinity], high = low.map((v) => -v);
+  mesh.positions.forEach((v, i) => {
+    low[i % 3] = Math.min(low[i % 3], v);
+    high[i % 3] = Math.max(high[i % 3], v);
+  });
+  const half = Math.max(...minus(high, low)) / 2;
+  mesh.positions = mesh.positions.map((v, i) => (v - (low[i % 3] + high[i % 3]) / 2) / half);
+  return mesh;
+}
+
+// Vectors and matrices of four columns.
+
+const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+function minus(a, b) { return [a[0] - b[0], a[1] - b[1], a[2] - b[2]]; }
+function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+function cross(a, b) {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+function unit(a) {
+  const length = Math.sqrt(dot(a, a)) || 1;
+  return [a[0] / length, a[1] / length, a[2] / length];
+}
+function product(a, b) {
+  const result = [];
+  for (let column = 0; column < 4; ++column)
+    for (let row = 0; row < 4; ++row) {
+      let sum = 0;
+      for (let k = 0; k < 4; ++k) sum += a[4 * k + row] * b[4 * column + k];
+      result.push(sum);
+    }
+  return result;
+}
+function transformed(m, p, w) {
+  return [0, 1, 2].map((r) => m[r] * p[0] + m[4 + r] * p[1] + m[8 + r] * p[2] + w * m[12 + r]);
+}
+function matrixOf({ translation: t = [0, 0, 0], rotation: q = [0, 0, 0, 1], scale: s = [1, 1, 1] }) {
+  const [x, y, z, w] = q;
+  return [
+    s[0] * (1 - 2 * (y * y + z * z)), s[0] * 2 * (x * y + z * w), s[0] * 2 * (x * z - y * w), 0,
+    s[1] * 2 * (x * y - z * w), s[1] * (1 - 2 * (x * x + z * z)), s[1] * 2 * (y * z + x * w), 0,
+    s[2] * 2 * (x * z + y * w), s[2] * 2 * (y * z - x * w), s[2] * (1 - 2 * (x * x + y * y)), 0,
+    ...t, 1,
+  ];
+}
+// Camera at `eye` that looks at `target`; depth from `near` to 1 in clip space.
+function cameraMatrix(eye, target, fieldOfView, aspect, near) {
+  const back = unit(minus(eye, target));
+  const up = Math.abs(back[1]) > 0.999 ? [0, 0, 1] : [0, 1, 0];
+  const right = unit(cross(up, back)), above = cross(back, right);
+  const turn = [right[0], above[0], back[0], 0, right[1], above[1], back[1], 0,
+    right[2], above[2], back[2], 0, -dot(right, eye), -dot(above, eye), -dot(back, eye), 1];
+  const f = 1 / Math.tan(fieldOfView / 2), first = 0.01, last = 100;
+  const a = (near * first - last) / (last - first);
+  const b = (near - 1) * first * last / (last - first);
+  return product([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, a, -1, 0, 0, b, 0], turn);
+}

@@ -1,0 +1,199 @@
+// The page: controls, camera, and drawing in parts, so that no draw takes long.
+
+const canvas = document.getElementById("canvas");
+const control = (id) => document.getElementById(id);
+const state = { model: 0, shape: "cube", texels: 512, cut: "", at: 0, place: [0, 0, 0], seed: "0",
+                lit: true, filter: true, yaw: 0.6, pitch: 0.45, distance: 4.2, camera: null };
+const FIELD_OF_VIEW = Math.PI / 5, COARSE = 4;
+const GOLDEN = 0x9e3779b97f4a7c15n, MASK = (1n << 64n) - 1n;
+let view = null, mesh = null, loaded = {}, generation = 0, moving = false;
+
+function say(message) {
+  control("message").textContent = message;
+  control("message").hidden = !message;
+}
+
+// Keys of the noise: docs/noise.md.
+function mix64(value) {
+  let z = value & MASK;
+  z = ((z ^ (z >> 30n)) * 0xbf58476d1ce4e5b9n) & MASK;
+  z = ((z ^ (z >> 27n)) * 0x94d049bb133111ebn) & MASK;
+  return z ^ (z >> 31n);
+}
+function keyOf(seed, octave) {
+  const h = mix64(mix64(seed + GOLDEN) + (BigInt(octave) << 32n) + GOLDEN);
+  const pairs = [mix64(h + GOLDEN), mix64(h + 2n * GOLDEN)];
+  return pairs.flatMap((pair) => [Number(pair & 0xffffffffn), Number(pair >> 32n)]);
+}
+// A whole number below 2048 as a half.
+function halfOf(value) {
+  if (value === 0) return 0;
+  const exponent = 31 - Math.clz32(value);
+  return ((exponent + 15) << 10) | ((value << (10 - exponent)) & 0x3ff);
+}
+function seeded(model, seed) {
+  const halves = model.halves.slice();
+  for (let octave = 0; octave < model.octaves; ++octave)
+    keyOf(seed, octave).forEach((word, k) => {
+      const first = 4 * (octave * model.octaveWords + k);
+      [word & 0x7ff, (word >>> 11) & 0x7ff, word >>> 22].forEach((part, i) => {
+        halves[first + i] = halfOf(part);
+      });
+    });
+  return halves;
+}
+
+function bytesOf(text) {
+  return Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+}
+
+function readSeed(text) {
+  if (!/^\d{1,20}$/.test(text) || BigInt(text) > MASK)
+    throw new Error(`seed: found ${text}, expected a whole number from 0 to 2^64 - 1`);
+  return BigInt(text);
+}
+
+// Loads what changed since the last drawing.
+async function load() {
+  const model = MODELS[state.model];
+  const seed = readSeed(state.seed);
+  model.halves ??= new Uint16Array(bytesOf(model.data));
+  if (loaded.model !== state.model) {
+    await view.setModel(model);
+    control("exemplar").hidden = !model.exemplar;
+    if (model.exemplar) control("exemplar").src = model.exemplar;
+  }
+  if (loaded.model !== state.model || loaded.seed !== state.seed)
+    view.setWeights(seeded(model, seed), model.width);
+  if (loaded.shape !== state.shape) {
+    mesh = state.shape in SHAPES ? SHAPES[state.shape]() : mesh;
+    view.setMesh(mesh);
+  }
+  loaded = { ...state };
+}
+
+function settingsOf(width, height) {
+  const { yaw, pitch, distance } = state;
+  const orbit = [Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), Math.cos(yaw) * Math.cos(pitch)];
+  const { eye, target, fieldOfView } = state.camera ?? {
+    eye: orbit.map((c) => distance * c), target: [0, 0, 0], fieldOfView: FIELD_OF_VIEW };
+  const clip = cameraMatrix(eye, target, fieldOfView, width / height, view.constructor.near);
+  const normal = [0, 0, 0], axis = "xyz".indexOf(state.cut || "x");
+  const side = eye[axis] < 0 ? -1 : 1;
+  normal[axis] = side;
+  const pixel = 2 * Math.tan(fieldOfView / 2) / height;
+  return new Float32Array([...clip, ...eye, pixel, ...normal, side * state.at, 0, 0, 0,
+    state.texels / 2, Number(state.lit), Number(state.cut !== ""), Number(state.filter), 0]);
+}
+
+// Draws the state. Returns when it is on the canvas, or a newer drawing has begun.
+async function render() {
+  const mine = ++generation;
+  try {
+    await load();
+    if (mine !== generation) return;
+    say("");
+    const shrink = moving ? COARSE : 1, ratio = (state.camera ? 1 : devicePixelRatio) / shrink;
+    const size = [canvas.clientWidth, canvas.clientHeight].map((s) => Math.max(1, Math.round(s * ratio)));
+    if (canvas.width !== size[0]) canvas.width = size[0];
+    if (canvas.height !== size[1]) canvas.height = size[1];
+    const { width, height } = canvas, settings = settingsOf(width, height);
+    view.begin(width, height);
+    let edge = 64;
+    for (let y = 0, rows; y < height; y += rows) {
+      rows = Math.min(edge, height - y);
+      const started = performance.now();
+      await view.draw(settings, new Int32Array(state.place), [0, y, width, rows]);
+      if (mine !== generation) return;
+      const time = performance.now() - started;
+      edge = Math.round(Math.min(1024, Math.max(8, edge * Math.min(2, 30 / Math.max(time, 1)))));
+      if (!moving) await new Promise((done) => setTimeout(done));
+      if (mine !== generation) return;
+    }
+    await view.end();
+  } catch (error) {
+    say(error.message);
+  }
+}
+
+async function set(changes) {
+  Object.assign(state, changes);
+  for (const id of ["model", "shape", "texels", "cut", "at", "seed"]) control(id).value = state[id];
+  control("place").value = state.place.join(", ");
+  control("lit").checked = state.lit;
+  await render();
+}
+
+function readPlace(text) {
+  const place = text.split(",").map(Number);
+  if (place.length !== 3 || !place.every((c) => Number.isInteger(c) && Math.abs(c) <= 2 ** 30)) {
+    say(`place: found ${text}, expected three whole numbers up to 2^30`);
+    return state.place;
+  }
+  return place;
+}
+
+async function showFile(file) {
+  try {
+    mesh = readGlb(await file.arrayBuffer(), file.name);
+    const own = mesh;
+    SHAPES[file.name] = () => own;
+    control("shape").add(new Option(file.name));
+    loaded.shape = null;
+    await set({ shape: file.name });
+  } catch (error) {
+    say(error.message);
+  }
+}
+
+function listen() {
+  const readers = { model: Number, texels: Number, at: Number, place: readPlace };
+  for (const id of ["model", "shape", "texels", "cut", "at", "place", "seed"])
+    control(id).addEventListener("input", ({ target }) =>
+      set({ [id]: (readers[id] ?? String)(target.value) }));
+  control("place").addEventListener("keydown", (e) => e.stopPropagation());
+  control("lit").addEventListener("input", ({ target }) => set({ lit: target.checked }));
+  control("controls").addEventListener("submit", (event) => event.preventDefault());
+  control("png").addEventListener("click", async () => {
+    await render();
+    canvas.toBlob((blob) => {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(blob);
+      link.download = `${MODELS[state.model].name}.png`;
+      link.click();
+    });
+  });
+  const move = (is) => { moving = is; return render(); };
+  canvas.addEventListener("pointerdown", (e) => canvas.setPointerCapture(e.pointerId));
+  canvas.addEventListener("pointermove", ({ buttons, movementX, movementY }) => {
+    if (!buttons) return;
+    state.yaw -= movementX / 150;
+    state.pitch = Math.min(1.5, Math.max(-1.5, state.pitch + movementY / 150));
+    move(true);
+  });
+  canvas.addEventListener("pointerup", () => move(false));
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    state.distance = Math.min(20, Math.max(1.2, state.distance * Math.exp(event.deltaY / 1000)));
+    render();
+  });
+  addEventListener("resize", render);
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    if (event.dataTransfer.files.length) showFile(event.dataTransfer.files[0]);
+  });
+}
+
+async function start() {
+  const only = new URLSearchParams(location.search).get("backend");
+  const lost = (message) => say(`${message}; reload the page`);
+  if (only !== "webgl") view = await WebGpuView.create(canvas, lost).catch(() => null);
+  if (!view && only !== "webgpu") view = WebGlView.create(canvas, lost);
+  if (!view) return say("This page needs WebGPU or WebGL 2; this browser offers neither.");
+  MODELS.forEach((model, i) => control("model").add(new Option(model.name, i)));
+  listen();
+  await set({});
+}
+
+window.solidtex = { set, state, showFile, ready: start(), backend: () => view?.name };

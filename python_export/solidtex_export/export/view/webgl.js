@@ -1,0 +1,116 @@
+// The solid in WebGL 2: triangles, and the exported function in the fragment shader.
+
+const GL_VERTEX = `#version 300 es
+uniform vec4 settings[8];
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+out vec3 at, facing;
+void main() {
+  at = position;
+  facing = normal;
+  gl_Position = mat4(settings[0], settings[1], settings[2], settings[3]) * vec4(position, 1.0);
+}`;
+const GL_FRAGMENT = `
+uniform vec4 settings[8];
+uniform ivec3 origin;
+in vec3 at, facing;
+out vec4 color;
+void main() {
+  vec3 eye = settings[4].xyz, p = at, n = normalize(facing);
+  vec4 cut = settings[5];
+  if (settings[7].y > 0.5) {
+    float below = cut.w - dot(cut.xyz, p), height = dot(cut.xyz, eye) - cut.w;
+    if (below < 0.0) discard;
+    if (!gl_FrontFacing && height > 0.0) {  // the nearest face is a back: the ray enters where the solid is cut
+      p = mix(eye, p, height / (height + below));
+      n = cut.xyz;
+    }
+  }
+  if (dot(n, eye - p) < 0.0) n = -n;
+  float scale = settings[6].w;
+  float footprint = 0.5 * scale * distance(eye, p) * settings[4].w * settings[7].z;
+  vec3 albedo = solidtex_solid_at(origin, scale * p + settings[6].xyz, footprint);
+  if (settings[7].x > 0.5) {
+    float light = 0.3 + 0.9 * max(dot(n, normalize(vec3(1.0, 2.0, 3.0))), 0.0);
+    albedo = pow(light * pow(max(albedo, 0.0), vec3(2.2)), vec3(1.0 / 2.2));
+  }
+  color = vec4(albedo, 1.0);
+}`;
+
+class WebGlView {
+  static near = -1;  // of clip space
+
+  static create(canvas, onLost) {
+    const gl = canvas.getContext("webgl2", { preserveDrawingBuffer: true, antialias: false });
+    if (!gl) return null;
+    canvas.addEventListener("webglcontextlost", () => onLost("the graphics context was lost"));
+    return new WebGlView(gl);
+  }
+
+  constructor(gl) {
+    this.gl = gl;
+    this.name = "WebGL 2";
+    this.buffers = [gl.createBuffer(), gl.createBuffer()];
+    this.texture = gl.createTexture();
+  }
+
+  setMesh({ positions, normals }) {
+    const { gl } = this;
+    [positions, normals].forEach((values, i) => {
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[i]);
+      gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+      gl.enableVertexAttribArray(i);
+      gl.vertexAttribPointer(i, 3, gl.FLOAT, false, 0, 0);
+    });
+    this.count = positions.length / 3;
+  }
+
+  async setModel(model) {
+    const { gl } = this;
+    const program = gl.createProgram();
+    const sources = [GL_VERTEX, `#version 300 es\n${model.glsl}${GL_FRAGMENT}`];
+    [gl.VERTEX_SHADER, gl.FRAGMENT_SHADER].forEach((kind, i) => {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, sources[i]);
+      gl.compileShader(shader);
+      gl.attachShader(program, shader);
+    });
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS))
+      throw new Error(`the shader cannot be linked: ${gl.getProgramInfoLog(program)}`);
+    gl.useProgram(program);
+    this.settings = gl.getUniformLocation(program, "settings");
+    this.origin = gl.getUniformLocation(program, "origin");
+  }
+
+  setWeights(halves, width) {
+    const { gl } = this;
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, halves.length / 4 / width, 0, gl.RGBA,
+                  gl.HALF_FLOAT, halves);
+  }
+
+  begin(width, height) {
+    this.height = height;
+    this.gl.viewport(0, 0, width, height);
+    this.gl.disable(this.gl.SCISSOR_TEST);
+    this.gl.enable(this.gl.DEPTH_TEST);
+    this.gl.clearColor(0.86, 0.86, 0.86, 1);
+    this.gl.clear(this.gl.COLOR_BUFFER_BIT | this.gl.DEPTH_BUFFER_BIT);
+  }
+
+  // Draws a part of the canvas and waits for it.
+  async draw(settings, origin, [x, y, width, height]) {
+    const { gl } = this;
+    gl.uniform4fv(this.settings, settings);
+    gl.uniform3iv(this.origin, origin);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(x, this.height - y - height, width, height);
+    gl.drawArrays(gl.TRIANGLES, 0, this.count);
+    gl.readPixels(x, this.height - y - 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+
+  async end() {}
+}

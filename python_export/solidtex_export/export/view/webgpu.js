@@ -1,0 +1,146 @@
+// The solid in WebGPU: triangles, and the exported function in the fragment shader. The picture is
+// copied to a 2D canvas: that works without a swap chain, too, and keeps it for PNG files.
+
+const GPU_MAIN = `
+struct View { settings: array<vec4<f32>, 8>, origin: vec4<i32> }
+@group(1) @binding(0) var<uniform> view: View;
+struct Vertex {
+  @builtin(position) clip: vec4<f32>, @location(0) at: vec3<f32>, @location(1) facing: vec3<f32>
+}
+
+@vertex fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Vertex {
+  let s = view.settings;
+  let clip = mat4x4<f32>(s[0], s[1], s[2], s[3]) * vec4<f32>(position, 1.0);
+  return Vertex(clip, position, normal);
+}
+
+@fragment fn fragment(
+  vertex: Vertex, @builtin(front_facing) front: bool
+) -> @location(0) vec4<f32> {
+  let eye = view.settings[4].xyz;
+  var p = vertex.at;
+  var n = normalize(vertex.facing);
+  let cut = view.settings[5];
+  if (view.settings[7].y > 0.5) {
+    let below = cut.w - dot(cut.xyz, p);
+    let height = dot(cut.xyz, eye) - cut.w;
+    if (below < 0.0) { discard; }
+    if (!front && height > 0.0) {  // the nearest face is a back: the ray enters where the solid is cut
+      p = mix(eye, p, height / (height + below));
+      n = cut.xyz;
+    }
+  }
+  if (dot(n, eye - p) < 0.0) { n = -n; }
+  let scale = view.settings[6].w;
+  let footprint = 0.5 * scale * distance(eye, p) * view.settings[4].w * view.settings[7].z;
+  var albedo = solidtex_solid_at(view.origin.xyz, scale * p + view.settings[6].xyz, footprint);
+  if (view.settings[7].x > 0.5) {
+    let light = 0.3 + 0.9 * max(dot(n, normalize(vec3<f32>(1.0, 2.0, 3.0))), 0.0);
+    let linear = pow(max(albedo, vec3<f32>(0.0)), vec3<f32>(2.2));
+    albedo = pow(light * linear, vec3<f32>(1.0 / 2.2));
+  }
+  return vec4<f32>(albedo, 1.0);
+}`;
+
+class WebGpuView {
+  static near = 0;
+
+  static async create(canvas, onLost) {
+    const adapter = await navigator.gpu?.requestAdapter();
+    const device = await adapter?.requestDevice();
+    if (!device) return null;
+    const context = canvas.getContext("2d");
+    device.lost.then(({ message }) => onLost(`the graphics device was lost: ${message}`));
+    return new WebGpuView(device, context);
+  }
+
+  constructor(device, context) {
+    Object.assign(this, { device, context, name: "WebGPU", format: "rgba8unorm" });
+    this.uniforms = device.createBuffer({ size: 144,
+      usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
+  }
+
+  setMesh(mesh) {
+    this.vertices = [mesh.positions, mesh.normals].map((values) => {
+      const usage = GPUBufferUsage.VERTEX | GPUBufferUsage.COPY_DST;
+      const buffer = this.device.createBuffer({ size: values.byteLength, usage });
+      this.device.queue.writeBuffer(buffer, 0, values);
+      return buffer;
+    });
+    this.count = mesh.positions.length / 3;
+  }
+
+  async setModel(model) {
+    const module = this.device.createShaderModule({ code: model.wgsl + GPU_MAIN });
+    const buffers = [0, 1].map((shaderLocation) => (
+      { arrayStride: 12, attributes: [{ shaderLocation, offset: 0, format: "float32x3" }] }));
+    this.pipeline = await this.device.createRenderPipelineAsync({
+      layout: "auto",
+      vertex: { module, entryPoint: "vertex", buffers },
+      fragment: { module, entryPoint: "fragment", targets: [{ format: this.format }] },
+      depthStencil: { format: "depth32float", depthCompare: "less", depthWriteEnabled: true },
+    });
+  }
+
+  setWeights(halves, width) {
+    const size = [width, halves.length / 4 / width];
+    const usage = GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST;
+    this.weights?.destroy();
+    this.weights = this.device.createTexture({ size, format: "rgba16float", usage });
+    this.device.queue.writeTexture(
+      { texture: this.weights }, halves, { bytesPerRow: 8 * width }, size);
+  }
+
+  begin(width, height) {
+    if (this.target?.width !== width || this.target?.height !== height) {
+      const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_SRC;
+      const texture = (format) => this.device.createTexture({ size: [width, height], format, usage });
+      this.target = texture(this.format);
+      this.depth = texture("depth32float");
+    }
+    this.load = "clear";
+  }
+
+  async draw(settings, origin, [x, y, width, height]) {
+    const { device, pipeline } = this;
+    device.queue.writeBuffer(this.uniforms, 0, settings);
+    device.queue.writeBuffer(this.uniforms, 128, origin);
+    const encoder = device.createCommandEncoder();
+    const pass = encoder.beginRenderPass({
+      colorAttachments: [{ view: this.target.createView(), loadOp: this.load, storeOp: "store",
+                           clearValue: [0.86, 0.86, 0.86, 1] }],
+      depthStencilAttachment: { view: this.depth.createView(), depthLoadOp: this.load,
+                                depthStoreOp: "store", depthClearValue: 1 },
+    });
+    this.load = "load";
+    const bound = (group, resource) => pass.setBindGroup(group, device.createBindGroup(
+      { layout: pipeline.getBindGroupLayout(group), entries: [{ binding: 0, resource }] }));
+    pass.setPipeline(pipeline);
+    bound(0, this.weights.createView());
+    bound(1, { buffer: this.uniforms });
+    this.vertices.forEach((buffer, i) => pass.setVertexBuffer(i, buffer));
+    pass.setScissorRect(x, y, width, height);
+    pass.draw(this.count);
+    pass.end();
+    device.queue.submit([encoder.finish()]);
+    await device.queue.onSubmittedWorkDone();
+  }
+
+  // Shows what was drawn.
+  async end() {
+    const { width, height } = this.target, bytesPerRow = 256 * Math.ceil(width / 64);
+    const usage = GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ;
+    const buffer = this.device.createBuffer({ size: bytesPerRow * height, usage });
+    const encoder = this.device.createCommandEncoder();
+    encoder.copyTextureToBuffer({ texture: this.target }, { buffer, bytesPerRow }, [width, height]);
+    this.device.queue.submit([encoder.finish()]);
+    await buffer.mapAsync(GPUMapMode.READ);
+    const bytes = new Uint8Array(buffer.getMappedRange());
+    const image = new ImageData(width, height);
+    for (let y = 0; y < height; ++y)
+      image.data.set(bytes.subarray(y * bytesPerRow, y * bytesPerRow + 4 * width), 4 * y * width);
+    buffer.destroy();
+    if (this.context.canvas.width === width && this.context.canvas.height === height)
+      this.context.putImageData(image, 0, 0);
+  }
+}

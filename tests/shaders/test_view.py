@@ -1,0 +1,249 @@
+"""solidtex-view: the page shows in headless Chromium what the engine and solidtex-render show."""
+
+import base64
+import io
+import json
+import os
+import shutil
+import struct
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from PIL import Image
+
+from solidtex import Texture
+from solidtex_export.commands import view
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+BINARIES = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin"
+MODELS = REPOSITORY / "models"
+CHROMIUM = shutil.which("chromium-headless-shell") or shutil.which("chromium")
+OPTIONS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+           "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]  # fmt: skip
+SIZE = WIDTH, HEIGHT = 64, 48
+EYE, FIELD_OF_VIEW = np.array([2.5, 2.0, 3.0]), 0.7
+TEXELS = 24  # across: 0.4 a pixel
+CAMERA = {"eye": EYE.tolist(), "target": [0, 0, 0], "fieldOfView": FIELD_OF_VIEW}
+FLAT = {"camera": CAMERA, "lit": False, "filter": False, "texels": TEXELS}
+# A byte, and the halves of the weights.
+BOUND = 1 / 255 + 2e-3
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(not CHROMIUM, reason="Chromium is not installed")
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("view") / "view.html"
+    arguments = [MODELS / "stone-grey.solidtex", "-o", path]
+    assert view.main([str(a) for a in arguments]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module", params=["webgl", "webgpu"])
+def page(request: pytest.FixtureRequest, file: Path, browser: Any) -> Any:
+    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    page.set_default_timeout(300_000)
+    page.goto(f"file://{file}?backend={request.param}")
+    page.evaluate("solidtex.ready")
+    assert (
+        page.evaluate("solidtex.backend()")
+        == {"webgl": "WebGL 2", "webgpu": "WebGPU"}[request.param]
+    )
+    return page
+
+
+def picture(page: Any, **changes: object) -> np.ndarray:
+    """Pixels of the canvas, 0 to 1, rows from the top."""
+    page.evaluate("changes => solidtex.set(changes)", changes)
+    assert page.evaluate("document.getElementById('message').textContent") == ""
+    url = page.evaluate("document.getElementById('canvas').toDataURL()")
+    image = Image.open(io.BytesIO(base64.b64decode(url.split(",")[1])))
+    return np.asarray(image.convert("RGB")) / 255
+
+
+def hits(side: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Points where the rays of the pixels enter the cube whose x ends at `side`, and which do."""
+    back = EYE / np.linalg.norm(EYE)
+    right = np.cross([0, 1, 0], back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    half = np.tan(FIELD_OF_VIEW / 2)
+    x = ((np.arange(WIDTH) + 0.5) / WIDTH * 2 - 1) * half * WIDTH / HEIGHT
+    y = (1 - (np.arange(HEIGHT) + 0.5) / HEIGHT * 2) * half
+    rays = x[None, :, None] * right + y[:, None, None] * up - back
+    low, high = np.array([-1.0, -1, -1]), np.array([side, 1, 1])
+    planes = np.stack([(low - EYE) / rays, (high - EYE) / rays])
+    enter, leave = planes.min(axis=0).max(axis=-1), planes.max(axis=0).min(axis=-1)
+    # Rays that only graze an edge are left out.
+    return EYE + enter[..., None] * rays, leave - enter > 0.03
+
+
+@pytest.mark.parametrize(
+    ("seed", "place", "cut"),
+    [(0, (0, 0, 0), None), (2**63 + 9, (2**24 - 5, -(2**24), 77), None), (0, (0, 0, 0), 0.25)],
+)
+def test_pixels_are_those_of_the_engine(
+    page: Any, seed: int, place: tuple[int, int, int], cut: float | None
+) -> None:
+    cuts = {"cut": ""} if cut is None else {"cut": "x", "at": cut}
+    found = picture(page, seed=str(seed), place=place, shape="cube", **cuts, **FLAT)
+    points, is_hit = hits(1.0 if cut is None else cut)
+    with Texture(MODELS / "stone-grey.solidtex", seed) as texture:
+        expected = texture.eval_points(TEXELS / 2 * points[is_hit], place)
+    assert is_hit.mean() > 0.2
+    errors = np.abs(found[is_hit] - expected.clip(0, 1)).max(axis=1)
+    print(f"mean {errors.mean():.2g}, 99 % {np.quantile(errors, 0.99):.2g}, max {errors.max():.2g}")
+    # A rasterizer moves corners to a grid of 1/16 to 1/256 of a pixel.
+    assert errors.mean() <= BOUND
+    assert errors.max() <= 10 * BOUND
+
+
+def test_albedo_is_that_of_the_renderer(page: Any, tmp_path: Path) -> None:
+    corners = [f"v {x} {y} {z}\n" for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    faces = ["1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4"]
+    (tmp_path / "cube.obj").write_text("".join(corners) + "".join(f"f {f}\n" for f in faces))
+    color = {"solid": str(MODELS / "stone-grey.solidtex"), "texels_per_unit": 3}
+    scene = {
+        "version": 1,
+        "render": {"size": SIZE, "spp": 256},
+        "camera": {
+            "position": EYE.tolist(), "look_at": [0, 0, 0], "fov": np.degrees(FIELD_OF_VIEW)
+        },
+        "materials": {"stone": {"type": "diffuse", "color": color}},
+        "objects": [{"mesh": "cube.obj", "material": "stone"}],
+    }  # fmt: skip
+    (tmp_path / "scene.json").write_text(json.dumps(scene))
+    command = [BINARIES / "solidtex-render", "scene.json", "-o", "albedo.exr", "--view", "albedo",
+               "--texture-filter", "none", "--quiet"]  # fmt: skip
+    subprocess.run(command, cwd=tmp_path, check=True)
+    linear = oiio.ImageBuf(str(tmp_path / "albedo.exr")).get_pixels(oiio.FLOAT)[..., :3]
+    expected = np.where(linear < 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    coarse = FLAT | {"texels": 6}
+    found = picture(page, seed="0", place=(0, 0, 0), shape="cube", cut="", **coarse)
+    inside = hits()[1]
+    for axis in (0, 1):  # the renderer averages over pixels: leave those at edges out
+        for step in (-1, 1):
+            inside = inside & np.roll(hits()[1], step, axis)
+    difference = np.abs(found - expected)[inside]
+    # The renderer's pixels are means over an area, the page's are points.
+    print(f"mean {difference.mean():.2g}, 95 % {np.quantile(difference, 0.95):.2g}")
+    assert np.mean(difference) < 0.01
+    assert np.quantile(difference, 0.95) < 0.02
+    assert np.corrcoef(found[inside].ravel(), expected[inside].ravel())[0, 1] > 0.95
+
+
+def test_a_drag_turns_the_view(page: Any) -> None:
+    page.evaluate("document.getElementById('controls').hidden = true")  # it covers so small a page
+    before = picture(page, camera=None, shape="cube", cut="", texels=TEXELS, lit=True)
+    page.mouse.move(WIDTH / 2, HEIGHT - 4)
+    page.mouse.down()
+    page.mouse.move(WIDTH / 2 + 30, HEIGHT - 4)
+    page.mouse.up()
+    yaw = page.evaluate("solidtex.state.yaw")
+    after = picture(page)
+    assert yaw == pytest.approx(0.6 - 30 / 150)
+    assert before.shape == after.shape
+    assert np.abs(before - after).max() > 0.1
+
+
+def glb(with_normals: bool) -> bytes:
+    """A tetrahedron around the origin."""
+    positions = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]], "<f4") + 7
+    order = np.array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3], "<u2")
+    data = positions.tobytes() + order.tobytes()
+    attributes = {"POSITION": 0} | ({"NORMAL": 0} if with_normals else {})
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "scale": [2, 2, 2]}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 24},
+        ],
+        "buffers": [{"byteLength": len(data)}],
+    }
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
+    chunks += struct.pack("<II", len(data), 0x004E4942) + data
+    return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def drop(page: Any, name: str, data: bytes) -> str:
+    """Show a file as if it had been dropped; the message of the page."""
+    code = """([name, data]) => solidtex.showFile(
+        new File([Uint8Array.from(atob(data), (c) => c.charCodeAt(0))], name))"""
+    page.evaluate(code, [name, base64.b64encode(data).decode()])
+    return str(page.evaluate("document.getElementById('message').textContent"))
+
+
+def test_a_mesh_of_ones_own(page: Any) -> None:
+    """Also without normals, and moved into view."""
+    assert drop(page, "own.glb", glb(with_normals=False)) == ""
+    found = picture(page, cut="", **FLAT)
+    background = np.abs(found - 0.86).max(axis=-1) < 0.01
+    assert 0.1 < 1 - background.mean() < 0.9
+    assert "own.glb: found no binary glTF, expected a .glb file" in drop(
+        page, "own.glb", b"solid x"
+    )
+
+
+def test_refused_values_are_named(page: Any) -> None:
+    page.evaluate("solidtex.set({seed: 'x'})")
+    message = page.evaluate("document.getElementById('message').textContent")
+    assert message == "seed: found x, expected a whole number from 0 to 2^64 - 1"
+    page.evaluate("solidtex.set({seed: '0'})")
+
+
+def test_a_browser_without_graphics(file: Path, browser: Any) -> None:
+    page = browser.new_page()
+    page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null;"
+                         "delete Navigator.prototype.gpu;")  # fmt: skip
+    page.goto(f"file://{file}")
+    page.evaluate("solidtex.ready")
+    message = page.evaluate("document.getElementById('message').textContent")
+    assert message == "This page needs WebGPU or WebGL 2; this browser offers neither."
+
+
+def test_page_is_small_and_needs_no_network(file: Path) -> None:
+    text = file.read_text()
+    assert len(text) < 1 << 20
+    assert "http" not in text.replace("https://github.com", "")
+
+
+def test_exemplar_and_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stone = MODELS / "stone-grey.solidtex"
+    Image.new("RGB", (4, 4)).save(tmp_path / "photo.png")
+    page = tmp_path / "page.html"
+    arguments = [stone, "--exemplar", tmp_path / "photo.png", "-o", page]
+    assert view.main([str(a) for a in arguments]) == 0
+    assert "data:image/png;base64," in page.read_text()
+    for wrong, message in (
+        ([MODELS / "marble.solidtex"], "found a model of the lattice family"),
+        ([stone, "--exemplar", "a.png", "b.png"], "--exemplar: found 2 images, expected at most 1"),
+        ([stone, "--exemplar", "a.gif"], "found '.gif', expected .jpg or .png"),
+        ([stone, "--exemplar", "a.png"], "No such file"),
+    ):
+        other = tmp_path / "other.html"
+        assert view.main([*map(str, wrong), "-o", str(other)]) == 1
+        assert message in capsys.readouterr().err
+        assert not other.exists()
