@@ -1,12 +1,15 @@
 """solidtex-view: the page shows in headless Chromium what the engine and solidtex-render show."""
 
 import base64
+import functools
+import http.server
 import io
 import json
 import os
 import shutil
 import struct
 import subprocess
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,7 +20,7 @@ import pytest
 from PIL import Image
 
 from solidtex import Texture
-from solidtex_export.commands import view
+from solidtex_export.commands import export_shader, view
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BINARIES = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin"
@@ -247,3 +250,31 @@ def test_exemplar_and_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str
         assert view.main([*map(str, wrong), "-o", str(other)]) == 1
         assert message in capsys.readouterr().err
         assert not other.exists()
+
+
+THREE = os.environ.get("SOLIDTEX_THREE", "")
+
+
+@pytest.mark.skipif(not THREE, reason="SOLIDTEX_THREE names no folder where npm installed three")
+def test_three_js_example(browser: Any, tmp_path: Path) -> None:
+    """The page of docs/hosts/threejs/ shows the stone's mean color on the knot."""
+    shutil.copy(REPOSITORY / "docs/hosts/threejs/index.html", tmp_path)
+    (tmp_path / "node_modules").symlink_to(Path(THREE, "node_modules"))
+    arguments = [MODELS / "stone-grey.solidtex", "-o", tmp_path / "stone.glsl"]
+    options = ["--weights", "texture", "--precision", "half"]
+    assert export_shader.main([*map(str, arguments), *options]) == 0
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=tmp_path)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        page.set_default_timeout(300_000)
+        page.goto(f"http://127.0.0.1:{server.server_port}/index.html")
+        page.wait_for_function("document.title == 'rendered'")
+        url = page.evaluate("document.querySelector('canvas').toDataURL()")
+        server.shutdown()
+    pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(url.split(",")[1]))).convert("RGB"))
+    on_knot = np.abs(pixels / 255 - 0xDD / 255).max(axis=-1) > 0.02
+    assert 0.2 < on_knot.mean() < 0.8
+    # Gray with the variation of stone, not one flat color.
+    assert np.ptp(pixels[on_knot].mean(axis=0)) < 20
+    assert pixels[on_knot].std() > 10
