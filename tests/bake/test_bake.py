@@ -233,3 +233,35 @@ def test_completion_scripts_name_the_options(shell: str) -> None:
     assert shell == "bash" or "vertex-color uv" in result.stdout
     if shutil.which(shell):
         subprocess.run([shell, "-n"], input=result.stdout, text=True, check=True)
+
+
+def test_results_go_to_standard_output_and_remarks_to_standard_error(tmp_path: Path) -> None:
+    out = tmp_path / "a.npy"
+    plain = bake("--size", 5, "-o", out)
+    assert plain.stdout == f"{out}\n" and "done in" in plain.stderr
+    quiet = bake("--size", 5, "-o", out, "--force", "--quiet")
+    assert quiet.stdout == f"{out}\n" and quiet.stderr == ""
+    verbose = bake("--size", 5, "-o", out, "--force", "--verbose")
+    assert verbose.stdout == f"{out}\n"
+    assert f"solidtex-bake {solidtex.__version__}, {solidtex.target()}" in verbose.stderr
+    preview = tmp_path / "a.png"
+    result = bake("--size", 5, "-o", out, "--preview", preview, "--force", "--json")
+    assert json.loads(result.stdout) == {
+        "program": "solidtex-bake",
+        "version": solidtex.__version__,
+        "files": [str(out), str(preview)],
+    }
+
+
+def test_options_come_from_a_file(tmp_path: Path) -> None:
+    (tmp_path / "bake.toml").write_text('size = "5,6,7"\nseed = "3"\nquiet = true\n')
+    first, second = tmp_path / "a.npy", tmp_path / "b.npy"
+    assert bake("--config", tmp_path / "bake.toml", "-o", first).stderr == ""
+    bake("--config", tmp_path / "bake.toml", "--size", "2,2,2", "-o", second)
+    assert np.load(first).shape[:3] == (5, 6, 7) and np.load(second).shape[:3] == (2, 2, 2)
+    expected = solidtex.Texture(MODEL, seed=3).eval_box((0, 0, 0), (5, 6, 7))
+    assert (np.load(first) == expected).all()
+    (tmp_path / "bake.toml").write_text("sise = 5\n")
+    refused = bake("--config", tmp_path / "bake.toml", "-o", tmp_path / "c.npy")
+    assert refused.returncode == 2 and "sise" in refused.stderr
+    assert bake("--config", tmp_path / "none.toml", "-o", tmp_path / "c.npy").returncode == 2

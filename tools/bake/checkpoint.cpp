@@ -4,10 +4,10 @@
 
 #include <cerrno>
 #include <cstring>
-#include <iostream>
 #include <string>
 
 #include "plugins/common/fingerprint.h"
+#include "tools/common/cli.h"
 #include "tools/common/output_file.h"
 
 namespace solidtex::tools {
@@ -72,7 +72,7 @@ Checkpoint::Checkpoint(const std::filesystem::path& file, const ordered_json& id
   if (!stream_) fail(file);
   check_identity(file, stream_, identity);
   end_ = stream_.tellg();
-  if (is_there) std::cerr << fmt::format("{}: goes on from there\n", file.string());
+  if (is_there) say(fmt::format("{}: goes on from there", file.string()));
 }
 
 bool Checkpoint::read(std::span<float> values) {

@@ -5,7 +5,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <iostream>
 #include <utility>
 #include <vector>
 
@@ -96,13 +95,13 @@ void write_output(const BakeOptions& options, const Volume& volume) {
                      [&](const fs::path& file) { bake_mesh(options, volume.texture, file); });
   std::error_code ignored;
   if (!options.checkpoint.empty()) fs::remove(options.checkpoint, ignored);
-  std::cout << options.output.string() << std::endl;
+  report_file(options.output);
 }
 
 void write_preview(const BakeOptions& options, const Volume& volume) {
   write_completely(options.preview,
                    [&](const fs::path& file) { write_preview(file, volume, options.show); });
-  std::cout << options.preview.string() << std::endl;
+  report_file(options.preview);
 }
 
 std::uint64_t period_of(const Index3& size) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -45,12 +44,12 @@ mesh::Placement placement_of(const BakeOptions& options, const Mesh& mesh) {
   const bool is_given = options.texels_per_unit != 0;
   const mesh::Placement placement = mesh::place(
       mesh, options.origin, is_given ? std::optional(options.texels_per_unit) : std::nullopt);
-  const auto say = [&](const std::string& text) {
-    if (!text.empty()) std::cerr << mesh.file << ": " << text << '\n';
+  const auto note = [&](const std::string& text) {
+    if (!text.empty()) say(mesh.file + ": " + text);
   };
-  for (const std::string& warning : mesh.warnings) say(warning);
-  say(mesh::rounding_warning(mesh, placement.texels_per_unit));
-  if (!is_given) say(fmt::format("--texels-per-unit {:.6g}", placement.texels_per_unit));
+  for (const std::string& warning : mesh.warnings) note(warning);
+  note(mesh::rounding_warning(mesh, placement.texels_per_unit));
+  if (!is_given) note(fmt::format("--texels-per-unit {:.6g}", placement.texels_per_unit));
   return placement;
 }
 
@@ -171,9 +170,8 @@ void for_each_band(const std::string& label, int size,
 
 void report_overlap(const Mesh& mesh, std::size_t overlapping) {
   if (overlapping == 0) return;
-  std::cerr << fmt::format(
-      "{}: {} texels lie in more than one triangle and have the color of the first\n", mesh.file,
-      overlapping);
+  say(fmt::format("{}: {} texels lie in more than one triangle and have the color of the first",
+                  mesh.file, overlapping));
 }
 
 void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture& texture,

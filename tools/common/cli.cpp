@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <iostream>
 #include <new>
+#include <nlohmann/json.hpp>
+#include <vector>
 
 #include "tools/common/completion.h"
 
@@ -11,6 +13,29 @@ namespace solidtex::tools {
 namespace {
 
 volatile std::sig_atomic_t interrupt_flag = 0;
+
+// What the options of all tools say, and the files that were written.
+struct Talk {
+  bool quiet = false, verbose = false, json = false;
+  std::vector<std::string> files;
+} talk;
+
+void add_talk(CLI::App& app) {
+  const auto is_new = [&](const char* name) { return !app.get_option_no_throw(name); };
+  if (is_new("--quiet")) app.add_flag("-q,--quiet", talk.quiet, "Print results and errors only");
+  if (is_new("--verbose")) app.add_flag("-v,--verbose", talk.verbose, "Print more");
+  if (is_new("--json")) {
+    app.add_flag("--json", talk.json, "Print the results as JSON to standard output");
+  }
+  app.set_config("--config", "", "Read options from a TOML file; the command line goes first");
+}
+
+void print_json(const CLI::App& app) {
+  if (!talk.json) return;
+  const nlohmann::ordered_json document = {
+      {"program", app.get_name()}, {"version", solidtex::version()}, {"files", talk.files}};
+  std::cout << document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+}
 
 void on_signal(int) { interrupt_flag = 1; }
 
@@ -24,6 +49,19 @@ int fail(const CLI::App& app, const char* message, int exit_code = exit_failure)
 }
 
 }  // namespace
+
+bool is_quiet() { return talk.quiet; }
+bool is_verbose() { return talk.verbose; }
+bool is_json() { return talk.json; }
+
+void say(const std::string& text) {
+  if (!is_quiet()) std::cerr << text << '\n';
+}
+
+void report_file(const std::filesystem::path& path) {
+  talk.files.push_back(path.string());
+  if (!is_json()) std::cout << path.string() << std::endl;
+}
 
 void install_interrupt_handler() {
   struct sigaction action = {};
@@ -55,6 +93,7 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
     return name + ": " + error.what() + "\nSee " + name + " --help for all options.\n";
   });
   add_completion(app);
+  add_talk(app);
   app.set_version_flag("--version", app.get_name() + " " + solidtex::version());
   try {
     app.parse(argc, argv);
@@ -63,7 +102,9 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
   }
   signal(SIGXFSZ, SIG_IGN);  // a file that reaches `ulimit -f` is a failed write, with its message
   try {
+    if (is_verbose()) say(app.get_name() + " " + solidtex::version() + ", " + solidtex::target());
     work();
+    print_json(app);
     std::cout.flush();
     if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout))
       throw std::runtime_error("standard output: cannot write");

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "tools/common/cli.h"
+
 namespace solidtex::tools {
 namespace {
 
@@ -27,7 +29,7 @@ std::string format_duration(double seconds) {
 Progress::Progress(std::string label, std::uint64_t total)
     : label_(std::move(label)),
       total_(std::max<std::uint64_t>(total, 1)),
-      terminal_(isatty(STDERR_FILENO)) {}
+      terminal_(isatty(STDERR_FILENO) && !is_quiet()) {}
 
 Progress::~Progress() {
   if (line_open_) std::fputs(erase_line, stderr);
@@ -59,6 +61,7 @@ void Progress::finish() {
   const std::lock_guard lock(mutex_);
   if (finished_) return;
   finished_ = true;
+  if (is_quiet()) return;
   std::fprintf(stderr, "%s%s: done in %s\n", line_open_ ? erase_line : "", label_.c_str(),
                format_duration(elapsed()).c_str());
   line_open_ = false;

@@ -89,8 +89,7 @@ void run(const Options& options) {
   const solidtex::space space(options.space);
   const Photograph photograph =
       read_photograph(options.photograph, 2 * space.resolution(), space.patch_size());
-  for (const std::string& note : photograph.notes)
-    std::cerr << options.photograph.string() << ": " << note << '\n';
+  for (const std::string& note : photograph.notes) say(options.photograph.string() + ": " + note);
   const auto patches =
       options.patches == "medoid" ? SOLIDTEX_PATCHES_MEDOID : SOLIDTEX_PATCHES_AVERAGE;
   const solidtex::material material =
@@ -100,8 +99,8 @@ void run(const Options& options) {
   write_completely(options.output, [&](const fs::path& file) {
     space.write_model(material, document, file.string());
   });
-  std::cout << options.output.string() << std::endl;
-  print(find_nearest(space, material.code), options);
+  report_file(options.output);
+  if (!is_json()) print(find_nearest(space, material.code), options);
 }
 
 }  // namespace

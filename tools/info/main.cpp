@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   app.footer(
       "Examples:\n"
       "  solidtex-info granite-grey            a shipped model, by name\n"
+      "  solidtex-info granite-grey --verbose  with its layers and the settings of its training\n"
       "  solidtex-info mine.solidtex --json    for scripts\n"
       "  solidtex-info mine.solidtex-space     a texture space\n"
       "Exit code: 0 the file is valid, 1 it is not, 2 wrong usage.");
@@ -28,6 +29,6 @@ int main(int argc, char** argv) {
     if (as_json)
       std::cout << solidtex::tools::to_text(report, 2) << '\n';
     else
-      solidtex::tools::print(report, std::cout);
+      solidtex::tools::print(report, std::cout, solidtex::tools::is_verbose());
   });
 }

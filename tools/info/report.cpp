@@ -72,6 +72,20 @@ void print_object(std::ostream& out, const std::string& label, const ordered_jso
   }
 }
 
+// The settings of a training that most people ask for, in one line.
+void print_training(std::ostream& out, const ordered_json& training) {
+  std::string text;
+  for (const char* key : {"method_name", "step", "seconds", "resolution", "directions", "seed"}) {
+    const auto found = training.find(key);
+    if (found == training.end() || found->is_null()) continue;
+    if (!text.empty()) text += ", ";
+    text += std::string(key == std::string("method_name") ? "method" : key) + " ";
+    text += found->is_number_float() ? std::to_string(std::llround(found->get<double>()))
+                                     : text_of(*found);
+  }
+  text.empty() ? print_object(out, "training", training) : print_line(out, "training", text);
+}
+
 void print_exemplar(std::ostream& out, const ordered_json& exemplar) {
   if (!exemplar.is_array()) return print_object(out, "exemplar", exemplar);
   for (const ordered_json& one : exemplar) print_object(out, "exemplar", one);
@@ -165,7 +179,7 @@ ordered_json describe(const solidtex::space& space) {
   return report;
 }
 
-void print(const ordered_json& report, std::ostream& out) {
+void print(const ordered_json& report, std::ostream& out, bool is_verbose) {
   out << text_of(report["name"]) << '\n';
   print_line(out, "file", text_of(report["file"]));
   print_line(out, "family",
@@ -177,9 +191,16 @@ void print(const ordered_json& report, std::ostream& out) {
   print_line(out, "licence",
              report.contains("license") ? text_of(report["license"]) : "not stated");
   if (report.contains("exemplar")) print_exemplar(out, report["exemplar"]);
-  if (report.contains("training")) print_object(out, "training", report["training"]);
+  if (report.contains("training")) {
+    is_verbose ? print_object(out, "training", report["training"])
+               : print_training(out, report["training"]);
+  }
   if (report.contains("sampler")) print_object(out, "sampler", report["sampler"]);
-  if (report.contains("nodes")) print_nodes(out, report["nodes"]);
+  if (report.contains("nodes")) {
+    is_verbose ? print_nodes(out, report["nodes"])
+               : print_line(out, "layers",
+                            std::to_string(report["nodes"].size()) + "; --verbose lists them");
+  }
   if (report.contains("photographs")) print_space(out, report);
   out << "\nVerified. Voxel (0, 0, 0) of seed " << text_of(report["voxel"]["seed"]) << ":";
   for (const ordered_json& value : report["voxel"]["values"]) out << ' ' << value.get<float>();

@@ -17,7 +17,8 @@ nlohmann::ordered_json describe(const solidtex::space& space);
 // JSON text, in one line where `indent` is -1. Bytes that are not UTF-8 are replaced.
 std::string to_text(const nlohmann::ordered_json& value, int indent);
 
-// Prints the report for people.
-void print(const nlohmann::ordered_json& report, std::ostream& out);
+// Prints the report for people, on one screen; `is_verbose` adds all layers and all settings of
+// the training.
+void print(const nlohmann::ordered_json& report, std::ostream& out, bool is_verbose);
 
 }  // namespace solidtex::tools

@@ -222,6 +222,7 @@ class Job {
                  statistics.invalid_sample_count);
     }
     if (options_.stats) profile_.print(scene_, statistics);
+    if (is_json()) return report_file(output_);
     if (options_.quiet) return;
     fmt::print(
         "{}: {} x {} pixels, {}{} samples each, {:.1f} million rays, {:.1f} million texture "
