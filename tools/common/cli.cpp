@@ -27,6 +27,7 @@ void add_talk(CLI::App& app) {
   if (is_new("--json")) {
     app.add_flag("--json", talk.json, "Print the results as JSON to standard output");
   }
+  app.allow_config_extras(CLI::config_extras_mode::error);
   app.set_config("--config", "", "Read options from a TOML file; the command line goes first");
 }
 
