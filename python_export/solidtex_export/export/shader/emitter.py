@@ -20,9 +20,9 @@ from solidtex_export.export.shader.program import (
     Expression,
     Function,
     Index,
-    Literal_,
     Loop,
     Name,
+    Number,
     Program,
     Return,
     Run,
@@ -50,12 +50,9 @@ class Emitter:
     storages: ClassVar[tuple[Storage, ...]] = STORAGES
     precisions: ClassVar[tuple[Precision, ...]] = PRECISIONS
     types: ClassVar[dict[str, str]]
-    threaded: ClassVar[tuple[str, ...]] = ()
-    """Tables, or WEIGHTS, that functions receive as parameters."""
 
     def __init__(self, program: Program, storage: Storage, precision: Precision) -> None:
         self.program, self.storage, self.precision = program, storage, precision
-        self.functions = {f.name: f for f in program.functions}
         self.references: set[str] = set()
         """Parameters of the current function that are arrays."""
 
@@ -70,6 +67,11 @@ class Emitter:
         return "\n".join(part for part in [*parts, self.ending()] if part)
 
     # What a language states about itself.
+
+    @property
+    def threaded(self) -> Sequence[str]:
+        """Tables, or WEIGHTS, that functions receive as parameters."""
+        return ()
 
     def preamble(self) -> str:
         return ""
@@ -91,7 +93,9 @@ class Emitter:
 
     def helper(self, name: str, result: str, lines: Sequence[str]) -> str:
         """A function of an index."""
-        raise NotImplementedError
+        body = "".join(f"  {line}\n" for line in lines)
+        given = ", ".join(["int index", *map(self.resource, self.threaded)])
+        return f"{result} {self.global_name(name)}({given}) {{\n{body}}}\n"
 
     def declaration(self, type_: AnyType, name: str) -> str:
         if isinstance(type_, Array):
@@ -148,13 +152,10 @@ class Emitter:
         lines = self.block(f.body, "  ")
         return f"{comment}{self.opening(f, ', '.join(parameters))} {{\n{lines}}}\n"
 
-    def threaded_to(self, helper: str) -> Sequence[str]:
-        """Names of `threaded` that a helper needs."""
-        return self.threaded
-
     def resources(self, f: Function) -> list[str]:
         """Threaded tables and weights that a function or what it calls needs."""
-        used = set(_used(f))
+        in_weights = self.storage != "constant"
+        used = {WEIGHTS if in_weights else name for name in _used(f)}
         return [name for name in self.threaded if name in used]
 
     def block(self, body: Sequence[Statement], indent: str) -> str:
@@ -194,7 +195,7 @@ class Emitter:
 
     def expression(self, e: Expression) -> str:
         match e:
-            case Literal_(type_, value):
+            case Number(type_, value):
                 assert isinstance(type_, str)
                 return self.number(type_, value)
             case Name():
@@ -245,7 +246,7 @@ class Emitter:
         return self.helper_call("weights_at", self.bare(index))
 
     def helper_call(self, name: str, index: str) -> str:
-        given = [index, *(self.resource_argument(n) for n in self.threaded_to(name))]
+        given = [index, *(self.resource_argument(n) for n in self.threaded)]
         return f"{self.global_name(name)}({', '.join(given)})"
 
     def argument(self, e: Expression) -> str:
@@ -296,6 +297,11 @@ class Emitter:
     def packed(self) -> str:
         """Type of four weights as constants."""
         return self.types["uvec2" if self.precision == "half" else "vec4"]
+
+    def texel(self, index: str) -> str:
+        """Column and row of a texture."""
+        at = f"({index})" if " " in index else index
+        return f"{at} % {TEXTURE_WIDTH}, {at} / {TEXTURE_WIDTH}"
 
     float_of_bits: ClassVar[str]
     """Function that makes a float of its bits."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from solidtex_export.export.shader.emitter import TEXTURE_WIDTH, WEIGHTS, Emitter, in_lines
+from solidtex_export.export.shader.emitter import WEIGHTS, Emitter, in_lines
 from solidtex_export.export.shader.program import (
     AnyType,
     Array,
@@ -15,8 +15,8 @@ from solidtex_export.export.shader.program import (
     Expression,
     Function,
     Index,
-    Literal_,
     Name,
+    Number,
 )
 
 TYPES = ("float", "int", "uint", "bool", "vec3", "ivec3", "vec4", "uvec2", "uvec4")
@@ -59,12 +59,7 @@ class Glsl(Emitter):
         name = self.global_name(WEIGHTS)
         if self.storage == "buffer":
             return f"{name}[{index}]"
-        at = f"({index})" if " " in index else index
-        return f"texelFetch({name}, ivec2({at} % {TEXTURE_WIDTH}, {at} / {TEXTURE_WIDTH}), 0)"
-
-    def helper(self, name: str, result: str, lines: Sequence[str]) -> str:
-        body = "".join(f"  {line}\n" for line in lines)
-        return f"{result} {self.global_name(name)}(int index) {{\n{body}}}\n"
+        return f"texelFetch({name}, ivec2({self.texel(index)}), 0)"
 
     def vector_of_halves(self, word: str) -> str:
         return f"vec4(unpackHalf2x16({word}.x), unpackHalf2x16({word}.y))"
@@ -92,9 +87,7 @@ class Wgsl(Emitter):
         name = self.global_name(WEIGHTS)
         if self.storage == "buffer":
             return f"{name}[{index}]"
-        at = f"({index})" if " " in index else index
-        place = f"vec2<i32>({at} % {TEXTURE_WIDTH}, {at} / {TEXTURE_WIDTH})"
-        return f"textureLoad({name}, {place}, 0)"
+        return f"textureLoad({name}, vec2<i32>({self.texel(index)}), 0)"
 
     def helper(self, name: str, result: str, lines: Sequence[str]) -> str:
         body = "".join(f"  {line}\n" for line in lines)
@@ -168,12 +161,7 @@ class Hlsl(Emitter):
         name = self.resource_argument(WEIGHTS)
         if self.storage == "buffer":
             return f"{name}[{index}]"
-        at = f"({index})" if " " in index else index
-        return f"{name}.Load(int3({at} % {TEXTURE_WIDTH}, {at} / {TEXTURE_WIDTH}, 0))"
-
-    def helper(self, name: str, result: str, lines: Sequence[str]) -> str:
-        body = "".join(f"  {line}\n" for line in lines)
-        return f"{result} {self.global_name(name)}(int index) {{\n{body}}}\n"
+        return f"{name}.Load(int3({self.texel(index)}, 0))"
 
     def vector_of_halves(self, word: str) -> str:
         parts = ", ".join(f"f16tof32({word}.{c}{shift})" for c in "xy" for shift in ("", " >> 16"))
@@ -193,10 +181,8 @@ class Metal(Emitter):
     float_of_bits = "as_type<float>"
 
     @property
-    def threaded(self) -> tuple[str, ...]:  # type: ignore[override]
-        if self.storage == "constant":
-            return ()
-        return (*(t.name for t in self.program.tables), WEIGHTS)
+    def threaded(self) -> Sequence[str]:
+        return () if self.storage == "constant" else (WEIGHTS,)
 
     def preamble(self) -> str:
         return "#include <metal_stdlib>\nusing namespace metal;\n"
@@ -207,9 +193,6 @@ class Metal(Emitter):
 
     def resource_declaration(self) -> str:
         return ""
-
-    def resources(self, f: Function) -> list[str]:
-        return [WEIGHTS] if super().resources(f) else []
 
     def resource(self, name: str) -> str:
         if self.storage == "texture":
@@ -226,17 +209,7 @@ class Metal(Emitter):
     def fetched(self, index: str) -> str:
         if self.storage == "buffer":
             return f"{WEIGHTS}[{index}]"
-        at = f"({index})" if " " in index else index
-        return f"{WEIGHTS}.read(uint2({at} % {TEXTURE_WIDTH}, {at} / {TEXTURE_WIDTH}))"
-
-    def helper(self, name: str, result: str, lines: Sequence[str]) -> str:
-        body = "".join(f"  {line}\n" for line in lines)
-        weights = "" if self.storage == "constant" else f", {self.resource(WEIGHTS)}"
-        return f"{result} {self.global_name(name)}(int index{weights}) {{\n{body}}}\n"
-
-    def helper_call(self, name: str, index: str) -> str:
-        weights = "" if self.storage == "constant" else f", {WEIGHTS}"
-        return f"{self.global_name(name)}({index}{weights})"
+        return f"{WEIGHTS}.read(uint2({self.texel(index)}))"
 
     def reference(self, type_: Array, name: str) -> str:
         return f"thread {self.types[type_.of]} (&{name})[{type_.size}]"
@@ -276,7 +249,7 @@ class Osl(Emitter):
     types: ClassVar = named("float int int int vector solidtex_cell solidtex_four")
 
     @property
-    def threaded(self) -> tuple[str, ...]:  # type: ignore[override]
+    def threaded(self) -> Sequence[str]:
         return (*(t.name for t in self.program.tables), WEIGHTS)
 
     def preamble(self) -> str:
@@ -327,7 +300,7 @@ class Osl(Emitter):
     def binary(self, e: Binary) -> str:
         if "uint" in (e.left.type, e.right.type):
             left, right = self.expression(e.left), self.expression(e.right)
-            if e.operator == ">>" and isinstance(e.right, Literal_) and e.left.type == "uint":
+            if e.operator == ">>" and isinstance(e.right, Number) and e.left.type == "uint":
                 mask = (1 << (32 - int(e.right.value))) - 1
                 return f"(({left} >> {right}) & {mask})"
             if e.operator == "<":

@@ -73,7 +73,7 @@ class Expression:
 
 
 @dataclass(frozen=True, eq=False)
-class Literal_(Expression):
+class Number(Expression):
     value: float
 
 
@@ -134,15 +134,15 @@ class Call(Expression):
 
 
 def number(value: float) -> Expression:
-    return Literal_("float", value)
+    return Number("float", value)
 
 
 def integer(value: int) -> Expression:
-    return Literal_("int", value)
+    return Number("int", value)
 
 
 def uint(value: int) -> Expression:
-    return Literal_("uint", value & 0xFFFFFFFF)
+    return Number("uint", value & 0xFFFFFFFF)
 
 
 def convert(to: Type, value: Expression) -> Expression:
