@@ -12,7 +12,8 @@ def on_page_markdown(markdown: str, page: Any, config: Any, **_: Any) -> str:
     def replaced(link: re.Match[str]) -> str:
         text, target = link[1], link[2]
         file = (here / target.partition("#")[0]).resolve()
-        if re.match(r"[a-z]+:|#", target) or (docs in file.parents and file.is_file()):
+        is_in_site = docs in file.parents and file.is_file() and file.suffix != ".html"
+        if is_in_site or re.match(r"[a-z]+:|#", target):
             return link[0]
         path = file.relative_to(docs.parent)
         named = text.strip("`") == str(path) or text.strip("`") == file.name
