@@ -45,8 +45,9 @@ constexpr std::array<unsigned, rounds> first_primes() {
 
 template <std::size_t count>
 constexpr std::array<Word, count> constants(int root) {
+  const auto primes = first_primes();
   std::array<Word, count> result{};
-  for (std::size_t i = 0; i < count; ++i) result[i] = root_fraction(first_primes()[i], root);
+  for (std::size_t i = 0; i < count; ++i) result[i] = root_fraction(primes[i], root);
   return result;
 }
 
