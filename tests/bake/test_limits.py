@@ -51,7 +51,8 @@ def test_an_output_without_room_is_refused_before_the_first_voxel(
     tmp_path: Path, kind: str
 ) -> None:
     output, of_what = OUTPUTS[kind]
-    message = refusal(tmp_path, "porous-rock", "--size", 20000, *output)
+    size = 20000 if kind == "vdb" else 8000  # 8000: a machine has the memory of a slice
+    message = refusal(tmp_path, "porous-rock", "--size", size, *output)
     assert re.search(f"a(.npy|.vdb)?: needs {SIZE} {of_what}, {SIZE} are ", message)
     if kind == "vdb":
         assert "needs 89.1 TiB" in message and ".npy" in message and "--slices" in message
@@ -119,7 +120,7 @@ def test_a_small_disk_is_refused_before_the_first_voxel(small_disk: Path, kind: 
 def test_a_disk_that_becomes_full_is_a_message(small_disk: Path, kind: str) -> None:
     size = {"vdb": "50", "png": "64,64,124", "exr": "32,32,99"}[kind]
     message = refusal(small_disk, "--size", size, *OUTPUTS[kind][0])
-    assert re.search(r": a(.vdb|/00\d\d.(png|exr)): cannot write: No space left", message)
+    assert re.search(r": a(.vdb|/0\d\d\d.(png|exr)): cannot write: No space left", message)
 
 
 def test_a_checkpoint_on_a_full_disk_is_a_message(small_disk: Path, tmp_path: Path) -> None:

@@ -28,7 +28,8 @@ Bytes encode_8_bits(const std::filesystem::path& path, const PngFormat& format,
   header.width = static_cast<png_uint_32>(format.width);
   header.height = static_cast<png_uint_32>(format.height);
   header.format = format.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
-  if (format.is_linear) header.flags = PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
+  header.flags = PNG_IMAGE_FLAG_FAST;
+  if (format.is_linear) header.flags |= PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
   Bytes bytes(size);
   if (!png_image_write_to_memory(&header, bytes.data(), &size, 0, pixels, 0, nullptr))

@@ -1,3 +1,5 @@
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cstdio>
 
@@ -80,14 +82,14 @@ class SliceSink : public Sink {
   }
 
   void write_slab() const {
-    for (std::int64_t z = 0; z < slab_.size[2]; ++z) {
+    tbb::parallel_for(std::int64_t{0}, slab_.size[2], [this](std::int64_t z) {
       throw_if_interrupted();
       for (std::size_t i = 0; i < encoders_.size(); ++i) {
         const bool has_prefix = !is_exr_ && output_.groups.size() > 1;
         const std::string prefix = has_prefix ? output_.groups[i].name + "-" : "";
         write_image(path(prefix, slab_.offset[2] + z), pixels(z, encoders_[i]), i);
       }
-    }
+    });
   }
 
   std::filesystem::path path(const std::string& prefix, std::int64_t z) const {

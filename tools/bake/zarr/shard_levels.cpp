@@ -10,7 +10,10 @@
 namespace solidtex::tools {
 namespace {
 
-constexpr std::int64_t max_step_bytes = 48 << 20;
+// Layers of chunks along x that are evaluated at a time: the neighborhood of a piece costs less
+// where it is thick. A layer of the next level covers two.
+constexpr std::int64_t chunk_layers = 2;
+constexpr std::int64_t max_step_bytes = 96 << 20;
 
 // Adds a row of voxels, as light, to the row of sums.
 void add_row(const float* row, std::size_t row_channels, std::size_t voxels,
@@ -91,13 +94,25 @@ void ShardLevels::begin_layer(Level& level, std::int64_t x) {
 
 Index3 ShardLevels::piece_size() const {
   const Level& first = levels_.front();
+  const std::int64_t planes = chunk_layers * first.edge;
   const std::int64_t row_bytes =
-      first.edge * first.size[2] * static_cast<std::int64_t>(model_channels_ * sizeof(float));
+      planes * first.size[2] * static_cast<std::int64_t>(model_channels_ * sizeof(float));
   const std::int64_t rows = std::max(max_step_bytes / row_bytes / first.edge, std::int64_t{1});
-  return {first.edge, std::min(rows * first.edge, first.size[1]), first.size[2]};
+  return {planes, std::min(rows * first.edge, first.size[1]), first.size[2]};
 }
 
-void ShardLevels::take(const Piece& piece) { process(0, piece); }
+void ShardLevels::take(const Piece& piece) {
+  const std::int64_t edge = levels_.front().edge;
+  const std::size_t plane = piece.values.size() / static_cast<std::size_t>(piece.size[0]);
+  Piece layer = piece;
+  for (std::int64_t x = 0; x < piece.size[0]; x += edge) {
+    layer.offset[0] = piece.offset[0] + x;
+    layer.size[0] = std::min(edge, piece.size[0] - x);
+    layer.values = piece.values.subspan(static_cast<std::size_t>(x) * plane,
+                                        static_cast<std::size_t>(layer.size[0]) * plane);
+    process(0, layer);
+  }
+}
 
 void ShardLevels::process(std::size_t level, const Piece& piece) {
   store(level, piece);
@@ -167,11 +182,10 @@ void ShardLevels::finish() {
 
 double ShardLevels::memory(const StoreLayout& layout, const Volume& volume) {
   const auto voxel = static_cast<double>(layout.channels) * sizeof(float);
-  const auto row = static_cast<double>(layout.chunk_edge(0) * layout.chunk_edge(0)) *
+  const auto row = static_cast<double>(chunk_layers * layout.chunk_edge(0) * layout.chunk_edge(0)) *
                    static_cast<double>(volume.channels()) * sizeof(float);
   // A piece, and its chunks.
-  double bytes =
-      2 * std::max<double>(max_step_bytes, row * static_cast<double>(layout.shard_edge));
+  double bytes = 2 * std::max<double>(max_step_bytes, row * static_cast<double>(layout.shard_edge));
   for (int level = 1; level < layout.level_count(); ++level) {
     const auto edge = static_cast<double>(layout.shard_edge_of(level));
     bytes += static_cast<double>(layout.chunk_edge(level)) * edge * edge * voxel;
