@@ -1,9 +1,12 @@
-"""Measures a bake to a Zarr store beside PyTorch and zarr-python in a loop, in one run.
+"""Measures bakes beside the usual ways to the same files, in one run.
 
-Both take turns in one run. The alternative evaluates the exported network block by block, with the
-neighborhood that a block needs, and writes each block as a shard. It makes no levels of detail,
-draws its noise anew, so that neighboring blocks do not fit, and is not held to write whole files:
-its time is a lower bound.
+loop        a Zarr store, and PyTorch with zarr-python in a loop over blocks. The loop evaluates the
+            exported network with the neighborhood that a block needs, and writes each block as a
+            shard. It makes no levels of detail, draws its noise anew, so that neighboring blocks do
+            not fit, and is not held to write whole files: its time is a lower bound.
+slices      PNG images of all slices, and one file that oiiotool or ffmpeg splits into images.
+library     a Zarr store, and the case lattice.256 of solidtex-bench, which writes nothing.
+processes   a Zarr store by one process, and by two with --shard at the same time.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ import argparse
 import itertools
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,7 +26,7 @@ from pathlib import Path
 import torch
 import zarr
 from onnx import ModelProto
-from solidtex_side import DEFAULT_PROGRAM, REPOSITORY
+from solidtex_side import DEFAULT_PROGRAM, REPOSITORY, run_case
 from torch_graph import TorchGraph
 from zarr.codecs import BloscCodec, Crc32cCodec
 
@@ -33,7 +37,10 @@ from solidtex_export.generators.lattice import Box
 
 PROGRAM = "volume_bake.py"
 EXAMPLES = f"""  {PROGRAM}
-  {PROGRAM} --size 512 --rounds 3 --folder /scratch"""
+  {PROGRAM} loop --size 512 --rounds 3 --folder /scratch
+  {PROGRAM} library --threads 1 --rounds 3"""
+
+Candidates = dict[str, Callable[[Path], None]]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -42,6 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(PROGRAM, (__doc__ or "").splitlines()[0], EXAMPLES)
+    p.add_argument("against", nargs="?", default="loop", choices=sorted(COMPARISONS),
+                   help="what to compare with (default loop)")  # fmt: skip
     p.add_argument("--model", default="granite-grey", help="shipped lattice model")
     p.add_argument("--size", type=int, default=256, help="voxels along each axis (default 256)")
     p.add_argument("--block", type=int, default=128, help="of the alternative (default 128)")
@@ -55,31 +64,38 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def measure(args: argparse.Namespace) -> None:
-    if args.size < args.block or args.size % args.block:
-        raise SystemExit(f"{PROGRAM}: --size: found {args.size}, expected whole blocks")
-    model = model_file.read(REPOSITORY / "models" / f"{args.model}.solidtex")
-    network = onnx_model(model, Box((0,) * 3, (args.block,) * 3))
-    candidates: dict[str, Callable[[Path], None]] = {
-        "solidtex-bake": lambda store: bake(args, store),
-        "PyTorch + zarr-python": lambda store: loop(args, network, store),
-    }
+    candidates = COMPARISONS[args.against](args)
     seconds: dict[str, list[float]] = {name: [] for name in candidates}
     processor: dict[str, list[float]] = {name: [] for name in candidates}
     for _ in range(args.rounds):
         for name, run in candidates.items():
             with tempfile.TemporaryDirectory(dir=args.folder) as folder:
                 before, start = processor_seconds(), time.perf_counter()
-                run(Path(folder) / "a.zarr")
+                run(Path(folder))
                 seconds[name].append(time.perf_counter() - start)
                 processor[name].append(processor_seconds() - before)
     print(f"{args.model}, {args.size}^3 voxels, {args.threads} threads, best of {args.rounds}")
     for name in candidates:
-        wall, cpu = min(seconds[name]), min(processor[name])
-        rate = args.size**3 / wall / 1e6
-        print(f"{name:24} {wall:8.2f} s {rate:8.2f} Mvoxel/s {cpu:8.2f} s of processors")
-    ours, other = candidates
-    print(f"ratio: {min(seconds[other]) / min(seconds[ours]):.1f}, "
-          f"of processors {min(processor[other]) / min(processor[ours]):.1f}")  # fmt: skip
+        report(name, args.size**3, min(seconds[name]), min(processor[name]))
+    ours, *others = candidates
+    for other in others:
+        print(f"ratio: {min(seconds[other]) / min(seconds[ours]):.1f}, "
+              f"of processors {min(processor[other]) / min(processor[ours]):.2f}")  # fmt: skip
+    if args.against == "library":
+        report_library(args, min(processor[ours]))
+
+
+def report(name: str, voxels: int, wall: float, processor: float) -> None:
+    rate = voxels / wall / 1e6
+    print(f"{name:24} {wall:8.2f} s {rate:8.2f} Mvoxel/s {processor:8.2f} s of processors")
+
+
+def report_library(args: argparse.Namespace, ours: float) -> None:
+    options = ["--clock", "cpu", "--rounds", str(args.rounds), "--lattice-model", args.model]
+    result = run_case(args.bake.with_name("solidtex-bench"), "lattice.256", args.threads, options)
+    theirs = result.seconds_per_unit * args.threads * args.size**3
+    print(f"lattice.256 takes {theirs:.2f} s of processors for as many voxels, "
+          f"{theirs / ours:.2f} of the bake")  # fmt: skip
 
 
 def processor_seconds() -> float:
@@ -88,9 +104,79 @@ def processor_seconds() -> float:
     return sum(usage.ru_utime + usage.ru_stime for usage in usages)
 
 
-def bake(args: argparse.Namespace, store: Path) -> None:
-    command = [args.bake, args.model, "--size", args.size, "--threads", args.threads, "-o", store]
+def bake_command(args: argparse.Namespace, output: Path, *options: object) -> list[str]:
+    size = ["--size", args.size, "--threads", args.threads]
+    return list(map(str, [args.bake, args.model, *size, "-o", output, *options]))
+
+
+def run(*command: object) -> None:
     subprocess.run(list(map(str, command)), check=True, capture_output=True)
+
+
+def bake(args: argparse.Namespace, output: Path, *options: object) -> None:
+    run(*bake_command(args, output, *options))
+
+
+def against_loop(args: argparse.Namespace) -> Candidates:
+    if args.size < args.block or args.size % args.block:
+        raise SystemExit(f"{PROGRAM}: --size: found {args.size}, expected whole blocks")
+    model = model_file.read(REPOSITORY / "models" / f"{args.model}.solidtex")
+    network = onnx_model(model, Box((0,) * 3, (args.block,) * 3))
+    return {
+        "solidtex-bake": lambda folder: bake(args, folder / "a.zarr"),
+        "PyTorch + zarr-python": lambda folder: loop(args, network, folder / "a.zarr"),
+    }
+
+
+def against_slices(args: argparse.Namespace) -> Candidates:
+    def oiiotool(folder: Path) -> None:
+        bake(args, folder / "a.tif", "--depth", 8)
+        run("oiiotool", folder / "a.tif", "--sisplit", "-o:all=1", folder / "%04d.png")
+        expect_slices(args, folder)
+
+    def ffmpeg(folder: Path) -> None:
+        bake(args, folder / "a.raw", "--depth", 8)
+        layout = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{args.size}x{args.size}"]
+        run("ffmpeg", *layout, "-i", folder / "a.raw", folder / "%04d.png")
+        expect_slices(args, folder)
+
+    ours = {"solidtex-bake": lambda folder: bake(args, folder / "slices", "--slices", "png")}
+    others: Candidates = {".tif + oiiotool": oiiotool, ".raw + ffmpeg": ffmpeg}
+    found = {name: run for name, run in others.items() if shutil.which(name.split()[-1])}
+    if not found:
+        raise SystemExit(f"{PROGRAM} slices: found neither oiiotool nor ffmpeg")
+    return ours | found
+
+
+def expect_slices(args: argparse.Namespace, folder: Path) -> None:
+    count = len(list(folder.glob("*.png")))
+    if count != args.size:
+        raise SystemExit(f"{PROGRAM}: found {count} slices, expected {args.size}")
+
+
+def against_library(args: argparse.Namespace) -> Candidates:
+    return {"solidtex-bake": lambda folder: bake(args, folder / "a.zarr")}
+
+
+def against_processes(args: argparse.Namespace) -> Candidates:
+    def both(folder: Path) -> None:
+        parts = [bake_command(args, folder / "a.zarr", "--shard", f"{i}/2") for i in (1, 2)]
+        running = [
+            subprocess.Popen(part, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            for part in parts
+        ]
+        if any([process.wait() for process in running]):
+            raise SystemExit(f"{PROGRAM}: a part failed")
+
+    return {"1 process": lambda folder: bake(args, folder / "a.zarr"), "2 processes": both}
+
+
+COMPARISONS: dict[str, Callable[[argparse.Namespace], Candidates]] = {
+    "loop": against_loop,
+    "slices": against_slices,
+    "library": against_library,
+    "processes": against_processes,
+}
 
 
 def loop(args: argparse.Namespace, network: ModelProto, store: Path) -> None:

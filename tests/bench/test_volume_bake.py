@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -27,10 +28,27 @@ def test_both_are_measured_in_one_run(tmp_path: Path) -> None:
     head, ours, other, ratio = done.stdout.splitlines()
     assert head == "granite-grey, 32^3 voxels, 1 threads, best of 1"
     assert ours.startswith("solidtex-bake ") and other.startswith("PyTorch + zarr-python ")
-    assert re.fullmatch(r"ratio: \d+\.\d, of processors \d+\.\d", ratio)
+    assert re.fullmatch(r"ratio: \d+\.\d, of processors \d+\.\d\d", ratio)
     assert not os.listdir(tmp_path)
 
 
 def test_half_a_block_is_refused() -> None:
     done = run("--size", 100)
     assert done.returncode != 0 and "--size: found 100" in done.stderr
+
+
+def test_slices_are_measured_beside_oiiotool(tmp_path: Path) -> None:
+    if not shutil.which("oiiotool"):
+        pytest.skip("oiiotool is not installed")
+    done = run("slices", "--size", 8, "--threads", 1, "--folder", tmp_path)
+    assert done.returncode == 0, done.stderr
+    _, ours, *others = done.stdout.splitlines()
+    assert ours.startswith("solidtex-bake ") and others[0].startswith(".tif + oiiotool ")
+    assert others[-1].startswith("ratio: ")
+
+
+def test_two_processes_are_measured_beside_one(tmp_path: Path) -> None:
+    done = run("processes", "--size", 20, "--threads", 1, "--folder", tmp_path)
+    assert done.returncode == 0, done.stderr
+    _, one, two, _ = done.stdout.splitlines()
+    assert one.startswith("1 process ") and two.startswith("2 processes ")
