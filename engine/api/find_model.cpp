@@ -91,6 +91,8 @@ fs::path find_file(const std::string& given, const char* extension, const std::s
 
 fs::path find_model(const std::string& model) { return find_file(model, ".solidtex", "model"); }
 
+std::set<std::string> model_names() { return names_in(model_folders(), ".solidtex"); }
+
 fs::path find_space(const std::string& space) {
   return find_file(space, ".solidtex-space", "texture space");
 }

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <new>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -86,6 +87,9 @@ inline void require(const void* pointer, const char* message) {
 // otherwise a bare name in one of the model folders. Throws Error that lists the known names and
 // the folders.
 std::filesystem::path find_model(const std::string& model);
+
+// Returns the bare names of the models in all model folders.
+std::set<std::string> model_names();
 
 // Returns the path of a texture space in the same way; its ending is ".solidtex-space".
 std::filesystem::path find_space(const std::string& space);

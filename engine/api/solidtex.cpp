@@ -28,16 +28,6 @@ Value fact(const solidtex_texture* texture, Value otherwise, const Read& read) {
   return value;
 }
 
-// Runs a query of an open texture and reports its progress to the host.
-template <class Run>
-solidtex_status query(const solidtex_texture* texture, const Run& run) {
-  return guarded(texture, [&] {
-    const Texture& opened_texture = opened(texture);
-    const ProgressScope progress(texture->progress);
-    run(opened_texture);
-  });
-}
-
 // Reads a struct of a host that was compiled with any version of the header. Members that the host
 // lacks are zero. Members that this library lacks must be zero.
 template <class Struct>
@@ -56,6 +46,38 @@ Struct read_struct(const Struct& given, const std::string& name) {
   Struct result{};
   std::memcpy(&result, &given, std::min(size, known));
   return result;
+}
+
+// The listeners of a query: its texture's and its own.
+struct Listeners {
+  ProgressListener of_texture, of_query;
+
+  static int callback(void* user, double done) {
+    const auto& [first, second] = *static_cast<const Listeners*>(user);
+    return first.callback(first.user, done) || second.callback(second.user, done);
+  }
+  // One of the two, or both together; then this object must live as long as the query.
+  ProgressListener joined() {
+    if (!of_query.callback) return of_texture;
+    if (!of_texture.callback) return of_query;
+    return {callback, this};
+  }
+};
+
+// Runs a query of an open texture and reports its progress to the host.
+template <class Run>
+solidtex_status query(const solidtex_texture* texture, const solidtex_token* token,
+                      const Run& run) {
+  return guarded(texture, [&] {
+    const Texture& opened_texture = opened(texture);
+    Listeners listeners{texture->progress, {}};
+    if (token) {
+      const solidtex_token given = read_struct(*token, "solidtex_token");
+      listeners.of_query = {given.progress_callback, given.user};
+    }
+    const ProgressScope progress(listeners.joined());
+    run(opened_texture);
+  });
 }
 
 Footprints read_footprints(const solidtex_footprints& given) {
@@ -81,6 +103,17 @@ const char* solidtex_target(void) {
     name = target_name();
   });
   return name;
+}
+
+const char* solidtex_model_names(void) {
+  static thread_local std::string lines;
+  const char* result = nullptr;
+  guarded(nullptr, [&] {
+    lines.clear();
+    for (const std::string& name : model_names()) lines += name + '\n';
+    result = lines.c_str();
+  });
+  return result;
 }
 
 solidtex_family solidtex_get_family(const solidtex_texture* texture) {
@@ -132,7 +165,15 @@ const char* solidtex_path(const solidtex_texture* texture) {
 solidtex_status solidtex_eval(const solidtex_texture* texture, const double* origin,
                               const float* points, const solidtex_footprints* footprints,
                               size_t count, float* values, float* jacobians) {
-  return query(texture, [&](const Texture& t) {
+  return solidtex_eval_with_token(texture, origin, points, footprints, count, values, jacobians,
+                                  nullptr);
+}
+
+solidtex_status solidtex_eval_with_token(const solidtex_texture* texture, const double* origin,
+                                         const float* points, const solidtex_footprints* footprints,
+                                         size_t count, float* values, float* jacobians,
+                                         const solidtex_token* token) {
+  return query(texture, token, [&](const Texture& t) {
     if (count == 0) return;
     require(points, "points is null");
     const Footprints given = footprints ? read_footprints(*footprints) : Footprints{};
@@ -143,7 +184,13 @@ solidtex_status solidtex_eval(const solidtex_texture* texture, const double* ori
 
 solidtex_status solidtex_eval_box(const solidtex_texture* texture, const int64_t origin[3],
                                   const int64_t size[3], float* values) {
-  return query(texture, [&](const Texture& t) {
+  return solidtex_eval_box_with_token(texture, origin, size, values, nullptr);
+}
+
+solidtex_status solidtex_eval_box_with_token(const solidtex_texture* texture,
+                                             const int64_t origin[3], const int64_t size[3],
+                                             float* values, const solidtex_token* token) {
+  return query(texture, token, [&](const Texture& t) {
     require(origin, "origin is null");
     require(size, "size is null");
     const bool empty = size[0] == 0 || size[1] == 0 || size[2] == 0;
@@ -168,6 +215,8 @@ solidtex_status solidtex_get_statistics(const solidtex_texture* texture,
     found.brick_nanoseconds = cache.brick_nanoseconds;
     found.resident_bytes = cache.resident_bytes;
     found.peak_bytes = cache.peak_bytes;
+    found.scratch_bytes = opened_texture.scratch().bytes();
+    found.peak_scratch_bytes = opened_texture.scratch().peak();
     std::memcpy(statistics, &found, std::min(found.struct_size, sizeof found));
   });
 }

@@ -48,6 +48,8 @@ void BrickLevel::evaluate(const Batch& batch, std::span<const std::uint32_t> whi
                           const OutputView& output) const {
   const std::vector<PlacedPoint> placed = sorted_by_brick(batch, which, grid_);
   const std::vector<std::size_t> starts = run_starts(placed);
+  const ScratchUse scratch(lattice_.scratch(), placed.size() * sizeof(PlacedPoint) +
+                                                   starts.size() * sizeof(std::size_t));
   for_each_part(starts.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t run = begin; run < end; ++run) {
       const auto brick = cache_.get(placed[starts[run]].brick);
@@ -67,6 +69,7 @@ void BrickLevel::build(const BrickKey& key, std::span<float> values) const {
   if (grid_.level == 0) return lattice_.evaluate(box, values.data());
   std::array<std::int64_t, 3> size = {box.size(0), box.size(1), box.size(2)};
   std::vector<float> texels(static_cast<std::size_t>(size[0] * size[1] * size[2]) * channels_);
+  const ScratchUse scratch(lattice_.scratch(), texels.size() * sizeof(float));
   lattice_.evaluate(box, texels.data());
   light_.to_light(texels.data(), texels.size() / channels_);
   for (int level = 0; level < grid_.level; ++level) halve(size, channels_, texels.data());

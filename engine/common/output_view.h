@@ -36,6 +36,8 @@ class OutputBuffer {
     return {values_.data(), gradients_.empty() ? nullptr : gradients_.data()};
   }
 
+  std::size_t bytes() const { return sizeof(float) * (values_.size() + gradients_.size()); }
+
  private:
   std::vector<float> values_, gradients_;
 };

@@ -46,10 +46,11 @@ Box whole_tiles(Box box, int tile) {
 
 // A convolution touches one page for each parity of each channel of a plane, more than the
 // first-level TLB holds: large pages save a fifth of the time of a large box.
-float* Workspace::floats(std::size_t count) {
+float* Workspace::floats(std::size_t count, ScratchMeter& meter) {
   constexpr std::size_t kPage = std::size_t{1} << 21;
   if (count > size_) {
     const std::size_t bytes = (count * sizeof(float) + kPage - 1) / kPage * kPage;
+    meter.remove(size_ * sizeof(float));
     size_ = 0;
     memory_.reset(static_cast<float*>(std::aligned_alloc(kPage, bytes)));
     if (!memory_) throw std::bad_alloc();
@@ -57,16 +58,18 @@ float* Workspace::floats(std::size_t count) {
     madvise(memory_.get(), bytes, MADV_HUGEPAGE);  // advice only
 #endif
     size_ = bytes / sizeof(float);
+    meter.add(bytes);
     std::fill_n(memory_.get(), size_, 0.0f);
   }
   return memory_.get();
 }
 
-void Evaluation::run(const Box& box, const BoxTarget& target, Workspace& workspace) {
+void Evaluation::run(const Box& box, const BoxTarget& target, Workspace& workspace,
+                     ScratchMeter& meter) {
   const Box whole = whole_tiles(box, plan_.steps.back().chain.tile());
   const std::vector<Box> steps = steps_along_x(whole);
   find_regions(whole, steps);
-  place_rings(workspace);
+  place_rings(workspace, meter);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     for (const Step& step : plan_.steps) advance(step, regions_[i][step.node]);
     Box part = box;
@@ -100,7 +103,7 @@ void Evaluation::find_regions(const Box& box, const std::vector<Box>& steps) {
   }
 }
 
-void Evaluation::place_rings(Workspace& workspace) {
+void Evaluation::place_rings(Workspace& workspace, ScratchMeter& meter) {
   rings_.assign(model_.nodes.size(), {});
   std::size_t size = 0, scratch = 0;
   std::vector<std::size_t> offsets;
@@ -119,7 +122,7 @@ void Evaluation::place_rings(Workspace& workspace) {
     size += rings_[step.node].memory();
     if (step.is_chain()) scratch = std::max(scratch, kernels::winograd_scratch(step.chain));
   }
-  scratch_ = workspace.floats(scratch + size);
+  scratch_ = workspace.floats(scratch + size, meter);
   for (std::size_t i = 0; i < offsets.size(); ++i)
     rings_[plan_.steps[i].node].use(scratch_ + scratch + offsets[i]);
 }

@@ -20,8 +20,8 @@ namespace solidtex::engine {
 // Memory that the evaluations of one thread reuse.
 class Workspace {
  public:
-  // Returns at least `count` floats, all finite.
-  float* floats(std::size_t count);
+  // Returns at least `count` floats, all finite. The meter counts what is kept.
+  float* floats(std::size_t count, ScratchMeter& meter);
 
  private:
   struct Free {
@@ -38,11 +38,11 @@ class Evaluation {
              std::int64_t period)
       : model_(model), plan_(plan), scheme_(scheme), seed_(seed), period_(period) {}
 
-  void run(const Box& box, const BoxTarget& target, Workspace& workspace);
+  void run(const Box& box, const BoxTarget& target, Workspace& workspace, ScratchMeter& meter);
 
  private:
   void find_regions(const Box& box, const std::vector<Box>& steps);
-  void place_rings(Workspace& workspace);
+  void place_rings(Workspace& workspace, ScratchMeter& meter);
   Box kept_box(const Step& step, const Box& region) const;
   void advance(const Step& step, const Box& region);
   void compute(const Step& step, const Box& box);

@@ -13,6 +13,7 @@
 namespace solidtex::engine {
 
 struct Lattice::Workspaces {
+  ScratchMeter meter;
   tbb::enumerable_thread_specific<Workspace> of_thread;
 };
 
@@ -97,7 +98,9 @@ BoxTarget Lattice::whole(const Box& box, float* values) const {
 void Lattice::run(const Box& box, const BoxTarget& target, std::int64_t period) const {
   if (box.empty()) return;
   Evaluation(model_, plan_, scheme_, seed_, period)
-      .run(box, target, workspaces_->of_thread.local());
+      .run(box, target, workspaces_->of_thread.local(), workspaces_->meter);
 }
+
+ScratchMeter& Lattice::scratch() const { return workspaces_->meter; }
 
 }  // namespace solidtex::engine

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "engine/common/box.h"
+#include "engine/common/scratch.h"
 #include "engine/lattice/plan.h"
 #include "engine/model/model.h"
 
@@ -35,6 +36,9 @@ class Lattice {
   void evaluate(const Box& box, float* values) const;
   // The same for the solid without a period.
   void evaluate_endless(const Box& box, float* values) const;
+
+  // Counts the memory of the evaluations; users of a lattice may add theirs.
+  ScratchMeter& scratch() const;
 
  private:
   struct Workspaces;

@@ -6,6 +6,7 @@
 #include "engine/cache/brick_cache.h"
 #include "engine/common/box.h"
 #include "engine/common/output_view.h"
+#include "engine/common/scratch.h"
 #include "engine/filter/footprint.h"
 #include "engine/lattice/lattice.h"
 #include "engine/query/coordinates.h"
@@ -21,6 +22,7 @@ class Family {
                     const OutputView& output) const = 0;
   virtual void eval_box(const Box& box, float* values) const = 0;
   virtual CacheStats cache_stats() const { return {}; }
+  virtual ScratchMeter& scratch() const = 0;
 };
 
 // Makes a lattice family: evaluates boxes in parallel blocks and reconstructs points from bricks.

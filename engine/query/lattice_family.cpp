@@ -88,6 +88,8 @@ class LatticeFamily : public Family {
     });
   }
 
+  ScratchMeter& scratch() const override { return lattice_.scratch(); }
+
   CacheStats cache_stats() const override {
     CacheStats total;
     for (const auto& level : levels_) total += level->cache_stats();
@@ -130,6 +132,10 @@ class LatticeFamily : public Family {
     std::vector<float> radii;
     std::vector<int> counts;  // parts per footprint
 
+    std::size_t bytes() const {
+      return positions.size() * sizeof(double) + radii.size() * sizeof(float) +
+             counts.size() * sizeof(int);
+    }
     void add(const Axes::Axis& middle, const Axes& axes) {
       const Parts parts = cut(axes, kMaxParts, kMinReach);
       for_each_middle(parts, [&](const Axes::Axis& step) {
@@ -145,6 +151,7 @@ class LatticeFamily : public Family {
     const std::size_t count = lookups.radii.size();
     OutputBuffer buffer(count * channels_, output.jacobians != nullptr);
     const OutputView found = buffer;
+    const ScratchUse use(scratch(), lookups.bytes() + buffer.bytes());
     look_up(PositionBatch{lookups.positions.data(), count}, lookups.radii.data(), found);
     std::size_t part = 0;
     for (const int parts : lookups.counts) {
@@ -176,6 +183,7 @@ class LatticeFamily : public Family {
         if (share_of(level, radii[point]) > 0) which.push_back(point);
       all += which.size();
     }
+    const ScratchUse use_of_lists(scratch(), all * sizeof(std::uint32_t));
     for (int level = 0; level < kLevels; ++level) {
       const auto& which = points_of[static_cast<std::size_t>(level)];
       if (which.empty()) continue;
@@ -186,6 +194,7 @@ class LatticeFamily : public Family {
       done += which.size();
       OutputBuffer buffer(which.size() * channels_, output.jacobians != nullptr);
       const OutputView found = buffer;
+      const ScratchUse use(scratch(), buffer.bytes());
       levels_[static_cast<std::size_t>(level)]->evaluate(batch, which, found);
       for (std::size_t i = 0; i < which.size(); ++i) {
         const bool is_encoded = level == 0 && radii[which[i]] > 0;

@@ -38,10 +38,13 @@ class SamplerFamily : public Family {
     }
   }
 
+  ScratchMeter& scratch() const override { return scratch_; }
+
   void eval_box(const Box& box, float* values) const override {
     const BlockSplit cubes(box, {kCubeEdge, kCubeEdge, kCubeEdge});
     for_each_part(cubes.count(), kGrain, [&](std::size_t begin, std::size_t end) {
       VoxelBatch batch(sampler_, box, values);
+      const ScratchUse use(scratch_, sizeof batch + kStep * channels() * sizeof(float));
       for (std::size_t index = begin; index < end; ++index) batch.add(cubes.block(index));
       batch.evaluate();
     });
@@ -53,6 +56,7 @@ class SamplerFamily : public Family {
     const std::size_t blocks = (batch.count + kOctaveBlock - 1) / kOctaveBlock;
     for_each_part(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
       std::array<double, 3 * kStep> positions;
+      const ScratchUse use(scratch_, batch.count < kStep ? 0 : sizeof positions);
       const std::size_t stop = std::min(end * kOctaveBlock, batch.count);
       for (std::size_t first = begin * kOctaveBlock; first < stop; first += kStep) {
         const std::size_t step = std::min(kStep, stop - first);
@@ -132,6 +136,7 @@ class SamplerFamily : public Family {
     std::vector<std::size_t> plain, wide;
     for (std::size_t point = 0; point < batch.count; ++point)
       (axes_of(point).is_point() ? plain : wide).push_back(point);
+    const ScratchUse use(scratch_, batch.count * sizeof(std::size_t));
     const double share = static_cast<double>(plain.size()) / static_cast<double>(batch.count);
     evaluate_plain(batch, plain, output, ProgressScope(0.0, share));
     if (!wide.empty()) evaluate_wide(batch, wide, axes_of, output, ProgressScope(share, 1.0));
@@ -145,6 +150,7 @@ class SamplerFamily : public Family {
         for (int axis = 0; axis < 3; ++axis) positions.push_back(batch.coordinate(point, axis));
       OutputBuffer buffer(points.size() * channels(), output.jacobians != nullptr);
       const OutputView found = buffer;
+      const ScratchUse use(scratch_, positions.size() * sizeof(double) + buffer.bytes());
       evaluate(positions.data(), points.size(), found);
       output.for_both([&](auto member, std::size_t width) {
         const std::size_t step = width * channels();
@@ -165,6 +171,7 @@ class SamplerFamily : public Family {
             {point,
              {batch.coordinate(point, 0), batch.coordinate(point, 1), batch.coordinate(point, 2)},
              axes_of(point)});
+      const ScratchUse use(scratch_, footprints.size() * sizeof(PlacedFootprint));
       filter_.evaluate(footprints, output);
     });
   }
@@ -176,6 +183,7 @@ class SamplerFamily : public Family {
   Sampler sampler_;
   LightChannels light_;
   SamplerFilter filter_{sampler_, light_};
+  mutable ScratchMeter scratch_;
 };
 
 }  // namespace

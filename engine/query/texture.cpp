@@ -123,6 +123,8 @@ void Texture::eval_box(const std::int64_t origin[3], const std::int64_t size[3],
 
 CacheStats Texture::cache_stats() const { return impl_->family->cache_stats(); }
 
+const ScratchMeter& Texture::scratch() const { return impl_->family->scratch(); }
+
 QueryCounts Texture::query_counts() const { return impl_->counters.total(); }
 
 }  // namespace solidtex::engine

@@ -9,6 +9,7 @@
 #include "engine/common/output_view.h"
 #include "engine/common/points.h"
 #include "engine/common/progress.h"
+#include "engine/common/scratch.h"
 #include "engine/model/model.h"
 #include "engine/sampler/sampler.h"
 
@@ -40,6 +41,7 @@ class Texture {
 
   CacheStats cache_stats() const;
   QueryCounts query_counts() const;
+  const ScratchMeter& scratch() const;
 
  private:
   struct Impl;

@@ -23,6 +23,32 @@ namespace {
 using AnyArray = nb::ndarray<>;
 using Floats = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
 
+// Progress of one query for a function of the caller: what it returned, and what it raised.
+struct Report {
+  nb::object function;
+  nb::object error = {};
+
+  // Cancels the query when the function returns a true value, or raises.
+  static int callback(void* user, double done) {
+    Report& report = *static_cast<Report*>(user);
+    const nb::gil_scoped_acquire lock;
+    try {
+      return nb::cast<bool>(nb::bool_(report.function(done)));
+    } catch (nb::python_error& raised) {
+      report.error = nb::borrow(raised.value());
+      return 1;
+    }
+  }
+  solidtex_token token() {
+    return {sizeof(solidtex_token), function.is_none() ? nullptr : callback, this};
+  }
+  void raise_error() const {
+    if (!error.is_valid()) return;
+    PyErr_SetObject(error.type().ptr(), error.ptr());
+    throw nb::python_error();
+  }
+};
+
 // Progress callback: cancels the query when the handler of a signal has raised.
 int signal_has_raised(void*, double) {
   const nb::gil_scoped_acquire lock;
@@ -32,14 +58,17 @@ int signal_has_raised(void*, double) {
 // Runs a query without the interpreter's lock. Signal handlers run on the main thread; an exception
 // of theirs, such as KeyboardInterrupt, ends the query.
 template <class Query>
-void run(const Query& query) {
+void run(const nb::object& progress, const Query& query) {
+  Report report{progress};
+  const solidtex_token token = report.token();
   solidtex_clear_error();
   solidtex_status status;
   {
     const nb::gil_scoped_release unlocked;
-    status = query();
+    status = query(&token);
   }
   if (PyErr_Occurred()) throw nb::python_error();
+  report.raise_error();
   check(status);
 }
 
@@ -125,19 +154,21 @@ class Texture {
       names.push_back(text(solidtex_channel_name(get(), i)));
     return names;
   }
-  std::array<std::uint64_t, 8> statistics() const {
+  std::array<std::uint64_t, 10> statistics() const {
     solidtex_statistics found{};
     found.struct_size = sizeof found;
     solidtex_clear_error();
     check(solidtex_get_statistics(get(), &found));
-    return {found.point_count, found.voxel_count,       found.hit_count,      found.miss_count,
-            found.brick_count, found.brick_nanoseconds, found.resident_bytes, found.peak_bytes};
+    return {found.point_count,   found.voxel_count,       found.hit_count,      found.miss_count,
+            found.brick_count,   found.brick_nanoseconds, found.resident_bytes, found.peak_bytes,
+            found.scratch_bytes, found.peak_scratch_bytes};
   }
 
   // Evaluates points. At most one of radii and axes is given.
   void eval(const Floats& points, const std::array<double, 3>& origin,
             const std::optional<Floats>& radii, const std::optional<Floats>& axes,
-            const AnyArray& out, const std::optional<AnyArray>& jacobians) const {
+            const AnyArray& out, const std::optional<AnyArray>& jacobians,
+            const nb::object& progress) const {
     const Handle texture = held();
     const std::size_t count = points.size() / 3, size = count * channel_count();
     require(points.size() % 3 == 0, "points: found no multiple of three numbers");
@@ -151,14 +182,15 @@ class Texture {
     float* derivatives = jacobians ? target(*jacobians, 3 * size) : nullptr;
     const solidtex_footprints footprints = {sizeof footprints, radii ? radii->data() : nullptr,
                                             axes ? axes->data() : nullptr};
-    run([&] {
-      return solidtex_eval(texture.get(), origin.data(), points.data(),
-                           radii || axes ? &footprints : nullptr, count, values, derivatives);
+    run(progress, [&](const solidtex_token* token) {
+      return solidtex_eval_with_token(texture.get(), origin.data(), points.data(),
+                                      radii || axes ? &footprints : nullptr, count, values,
+                                      derivatives, token);
     });
   }
 
   void eval_box(const std::array<std::int64_t, 3>& origin, const std::array<std::int64_t, 3>& size,
-                const AnyArray& out) const {
+                const AnyArray& out, const nb::object& progress) const {
     const Handle texture = held();
     std::size_t values = channel_count();
     for (const std::int64_t extent : size) {
@@ -166,7 +198,9 @@ class Texture {
       values *= static_cast<std::size_t>(extent);
     }
     float* corner = target(out, values);
-    run([&] { return solidtex_eval_box(texture.get(), origin.data(), size.data(), corner); });
+    run(progress, [&](const solidtex_token* token) {
+      return solidtex_eval_box_with_token(texture.get(), origin.data(), size.data(), corner, token);
+    });
   }
 
  private:
@@ -221,6 +255,15 @@ NB_MODULE(_engine, m) {
         return std::string(name);
       },
       "Return the name of the instruction set in use.");
+  m.def(
+      "model_names",
+      [] {
+        solidtex_clear_error();
+        const char* names = solidtex_model_names();
+        if (!names) check(solidtex_error_status());
+        return std::string(names);
+      },
+      "Return the names of the models that are found without a path, one a line.");
   bind_space(m);
   nb::class_<Texture>(m, "Texture", "An open model.")
       .def(nb::init<const nb::bytes&, std::uint64_t, const std::string&, std::uint64_t,
@@ -240,11 +283,12 @@ NB_MODULE(_engine, m) {
       .def_prop_ro("channels", &Texture::channels)
       .def("statistics", &Texture::statistics)
       .def("eval", &Texture::eval, "points"_a, "origin"_a, "radii"_a.none(), "axes"_a.none(),
-           "out"_a, "jacobians"_a.none() = nb::none(),
+           "out"_a, "jacobians"_a.none() = nb::none(), "progress"_a.none() = nb::none(),
            nb::sig("def eval(self, points: object, origin: tuple[float, float, float], "
                    "radii: object | None, axes: object | None, out: object, "
-                   "jacobians: object | None = None) -> None"))
+                   "jacobians: object | None = None, progress: object | None = None) -> None"))
       .def("eval_box", &Texture::eval_box, "origin"_a, "size"_a, "out"_a,
+           "progress"_a.none() = nb::none(),
            nb::sig("def eval_box(self, origin: tuple[int, int, int], size: tuple[int, int, int], "
-                   "out: object) -> None"));
+                   "out: object, progress: object | None = None) -> None"));
 }

@@ -38,5 +38,11 @@ int main(void) {
   OFFSET(solidtex_statistics, brick_nanoseconds);
   OFFSET(solidtex_statistics, resident_bytes);
   OFFSET(solidtex_statistics, peak_bytes);
+  OFFSET(solidtex_statistics, scratch_bytes);
+  OFFSET(solidtex_statistics, peak_scratch_bytes);
+  SIZE(solidtex_token);
+  OFFSET(solidtex_token, struct_size);
+  OFFSET(solidtex_token, progress_callback);
+  OFFSET(solidtex_token, user);
   return 0;
 }

@@ -188,3 +188,21 @@ TEST_CASE("handles: statistics count evaluated points and voxels", "[handles]") 
     CHECK((found.brick_nanoseconds > 0) == (texture.family() == SOLIDTEX_FAMILY_LATTICE));
   }
 }
+
+TEST_CASE("handles: statistics count the scratch memory of queries", "[handles]") {
+  for (const auto& bytes : {tiny_lattice_file(), tiny_sampler_file()}) {
+    const auto texture = solidtex::texture::from_memory(bytes);
+    CHECK(texture.statistics().peak_scratch_bytes == 0);
+    const std::size_t count = 100000;
+    std::vector<float> points(3 * count), radii(count, 3.0f);
+    for (std::size_t i = 0; i < points.size(); ++i) points[i] = static_cast<float>(i % 64);
+    std::vector<float> values(count * texture.channel_count());
+    texture.eval_filtered({}, points, radii, values);
+    const solidtex_statistics found = texture.statistics();
+    CHECK(found.peak_scratch_bytes > 8 * count);  // at least an index for each point
+    CHECK(found.peak_scratch_bytes > found.scratch_bytes);
+    // Threads of the lattice family keep planes; nothing is left of the points.
+    CHECK((found.scratch_bytes > 0) == (texture.family() == SOLIDTEX_FAMILY_LATTICE));
+    CHECK(found.scratch_bytes % 4096 == 0);
+  }
+}

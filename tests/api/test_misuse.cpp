@@ -130,7 +130,7 @@ TEST_CASE("misuse: struct sizes of no version", "[misuse]") {
     statistics.struct_size = size;
     CHECK(solidtex_get_statistics(opened.texture, &statistics) == SOLIDTEX_INVALID_ARGUMENT);
     CHECK(
-        error_has("solidtex_statistics.struct_size is " + std::to_string(size) + ", expected 72"));
+        error_has("solidtex_statistics.struct_size is " + std::to_string(size) + ", expected 88"));
     solidtex_clear_error();
   }
 }
@@ -160,8 +160,16 @@ TEST_CASE("misuse: structs of older and newer headers", "[misuse]") {
   CHECK(newer.known.point_count == 1);
   newer.unknown = 1;
   CHECK(solidtex_get_statistics(opened.texture, &newer.known) == SOLIDTEX_INVALID_ARGUMENT);
-  CHECK(error_has("solidtex_statistics.struct_size is 80, expected 72: this library, version"));
+  CHECK(error_has("solidtex_statistics.struct_size is 96, expected 88: this library, version"));
   solidtex_clear_error();
+
+  // A host that was compiled before the scratch memory was counted.
+  solidtex_statistics before_scratch = {};
+  before_scratch.struct_size = offsetof(solidtex_statistics, scratch_bytes);
+  before_scratch.scratch_bytes = 77;
+  CHECK(solidtex_get_statistics(opened.texture, &before_scratch) == SOLIDTEX_OK);
+  CHECK(before_scratch.point_count == 1);
+  CHECK(before_scratch.scratch_bytes == 77);
 
   // A struct that ends before `axes` has no axes.
   const float radius = 2;

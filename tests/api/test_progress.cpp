@@ -156,3 +156,45 @@ TEST_CASE("progress: each thread's queries call back on that thread", "[progress
   CHECK(threads.on_wrong == 0);
   solidtex_release(texture);
 }
+
+TEST_CASE("progress: a token cancels its own query, beside the texture's callback", "[progress]") {
+  const auto bytes =
+      GENERATE(as<std::vector<std::byte>>{}, tiny_lattice_file(), tiny_sampler_file());
+  const bool texture_has_one = GENERATE(false, true);
+  Host of_texture, of_query{.stop_at = 1};
+  const Opened opened(bytes, texture_has_one ? &of_texture : nullptr);
+  std::vector<float> expected, values;
+  REQUIRE(opened.box(expected) == SOLIDTEX_OK);
+  const std::size_t calls_before = of_texture.reported.size();
+
+  solidtex_token token = {sizeof token, Host::callback, &of_query};
+  values = opened.room(expected.size() / solidtex_channel_count(opened.texture));
+  CHECK(
+      stopped(solidtex_eval_box_with_token(opened.texture, kOrigin, kSize, values.data(), &token)));
+  CHECK(of_query.reported == std::vector<double>{0});
+  CHECK((of_texture.reported.size() > calls_before) == texture_has_one);
+
+  Host patient;
+  token.user = &patient;
+  CHECK(solidtex_eval_box_with_token(opened.texture, kOrigin, kSize, values.data(), &token) ==
+        SOLIDTEX_OK);
+  CHECK(values == expected);
+  CHECK_FALSE(patient.reported.empty());
+
+  std::vector<float> points(3 * 40000);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] = static_cast<float>(i % 1009) * 0.37f;
+  values = opened.room(points.size() / 3);
+  Host impatient{.stop_at = 1};
+  token.user = &impatient;
+  CHECK(stopped(solidtex_eval_with_token(opened.texture, nullptr, points.data(), nullptr,
+                                         points.size() / 3, values.data(), nullptr, &token)));
+  token.progress_callback = nullptr;  // a token without a callback is none
+  CHECK(solidtex_eval_with_token(opened.texture, nullptr, points.data(), nullptr, points.size() / 3,
+                                 values.data(), nullptr, &token) == SOLIDTEX_OK);
+  token.struct_size = 1;
+  CHECK(solidtex_eval_box_with_token(opened.texture, kOrigin, kSize, values.data(), &token) ==
+        SOLIDTEX_INVALID_ARGUMENT);
+  CHECK(std::string(solidtex_error_message()).find("solidtex_token.struct_size is 1") !=
+        std::string::npos);
+  solidtex_clear_error();
+}

@@ -1,6 +1,7 @@
 // solidtex.hpp over the shared library: facts, and the values of solidtex.h.
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <solidtex/solidtex.hpp>
 #include <thread>
 #include <vector>
@@ -112,4 +113,35 @@ TEST_CASE("wrapper: threads share a texture", "[api][threads]") {
   }
   for (std::thread& thread : threads) thread.join();
   for (const auto& values : found) CHECK(values == expected);
+}
+
+TEST_CASE("wrapper: a query reports its own progress and is cancelled by it", "[api]") {
+  const auto texture = solidtex::texture::from_memory(tiny_sampler_file());
+  std::vector<float> values(64 * 64 * 64 * 3), expected(values.size());
+  texture.eval_box({}, {64, 64, 64}, expected);
+  int calls = 0;
+  texture.eval_box({}, {64, 64, 64}, values, [&](double done) {
+    CHECK((done >= 0 && done <= 1));
+    ++calls;
+    return false;
+  });
+  CHECK(calls > 0);
+  CHECK(values == expected);
+  try {
+    texture.eval_box({}, {64, 64, 64}, values, [](double) { return true; });
+    FAIL("no exception");
+  } catch (const solidtex::error& error) {
+    CHECK(error.status() == SOLIDTEX_CANCELLED);
+  }
+}
+
+TEST_CASE("wrapper: models are listed by name", "[api]") {
+  setenv("SOLIDTEX_MODEL_PATH", SOLIDTEX_SOURCE "/models", 1);
+  const std::vector<std::string> names = solidtex::models();
+  CHECK(std::is_sorted(names.begin(), names.end()));
+  CHECK(std::count(names.begin(), names.end(), "granite-grey") == 1);
+  for (const std::string& name : names) CHECK_NOTHROW(solidtex::texture(name));
+  setenv("SOLIDTEX_MODEL_PATH", "/none", 1);
+  for (const std::string& name : solidtex::models()) CHECK(!name.empty());
+  unsetenv("SOLIDTEX_MODEL_PATH");
 }

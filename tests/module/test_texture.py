@@ -50,6 +50,15 @@ def test_facts() -> None:
     assert solidtex.target()
 
 
+def test_models_are_listed_by_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    shipped = sorted(p.stem for p in (REPOSITORY / "models").glob("*.solidtex"))
+    assert solidtex.models() == shipped
+    (tmp_path / "own stone.solidtex").symlink_to(REPOSITORY / "models" / f"{FIELD}.solidtex")
+    monkeypatch.setenv("SOLIDTEX_MODEL_PATH", str(tmp_path))
+    assert solidtex.models() == sorted([*shipped, "own stone"])
+    assert all(Texture(name).channels for name in ("own stone", FIELD))
+
+
 def test_box_has_the_bits_of_the_baker(texture: Texture, tmp_path: Path) -> None:
     origin, size = (",".join(map(str, v)) for v in (ORIGIN, SIZE))
     command = [BUILD / "bin" / "solidtex-bake", texture.path, "--seed", "3", "--origin", origin]

@@ -77,6 +77,11 @@ SOLIDTEX_API const char* solidtex_version(void);
  * process. */
 SOLIDTEX_API const char* solidtex_target(void);
 
+/* Returns the names that solidtex_open finds in SOLIDTEX_MODEL_PATH and among the installed models,
+ * sorted, one a line; an empty string for none. Valid until the next call of this function on the
+ * same thread. Returns null when memory runs out. */
+SOLIDTEX_API const char* solidtex_model_names(void);
+
 /* ---- Errors ----------------------------------------------------------------------------------*/
 
 /* Returns the message of this thread's first error since solidtex_clear_error, "" if there is none.
@@ -111,13 +116,11 @@ SOLIDTEX_API void solidtex_release(solidtex_texture* texture);
  *                        1 to 1024: queries use an arena of the texture's own with this many slots,
  *                        including the caller's. A caller that finds the arena full waits, and a
  *                        worker thread may run its query and its callbacks.
- *   "period"             0, the default: the solid never repeats. Otherwise it repeats after so many
- *                        texels on every axis, bit by bit (lattice family only). A multiple of the
- *                        pitch of the model's coarsest level, up to 2^30. The mean of the material
- *                        stays that of the solid without a period.
- * Strings:
- *   "precision"          "full", the default: float32. "fast": bfloat16 products where the sampler
- *                        family finds a matrix unit (Intel AMX), otherwise the same as "full". See
+ *   "period"             0, the default: the solid never repeats. Otherwise it repeats after so
+ * many texels on every axis, bit by bit (lattice family only). A multiple of the pitch of the
+ * model's coarsest level, up to 2^30. The mean of the material stays that of the solid without a
+ * period. Strings: "precision"          "full", the default: float32. "fast": bfloat16 products
+ * where the sampler family finds a matrix unit (Intel AMX), otherwise the same as "full". See
  *                        docs/numerics.md. */
 SOLIDTEX_API solidtex_status solidtex_set_integer(solidtex_texture* texture, const char* name,
                                                   uint64_t value);
@@ -240,6 +243,26 @@ SOLIDTEX_API solidtex_status solidtex_eval(const solidtex_texture* texture, cons
 SOLIDTEX_API solidtex_status solidtex_eval_box(const solidtex_texture* texture,
                                                const int64_t origin[3], const int64_t size[3],
                                                float* values);
+
+/* Token of one query: progress and cancellation of its own, beside those of its texture. Initialize
+ * the struct with zeros and set struct_size. */
+typedef struct solidtex_token {
+  size_t struct_size;                           /* sizeof(solidtex_token) */
+  solidtex_progress_callback progress_callback; /* called as the texture's is, or NULL */
+  void* user;                                   /* first argument of progress_callback */
+} solidtex_token;
+
+/* The same queries with a token, or with NULL for none. The texture's callback is called first;
+ * either one cancels the query. */
+SOLIDTEX_API solidtex_status solidtex_eval_with_token(const solidtex_texture* texture,
+                                                      const double* origin, const float* points,
+                                                      const solidtex_footprints* footprints,
+                                                      size_t count, float* values, float* jacobians,
+                                                      const solidtex_token* token);
+SOLIDTEX_API solidtex_status solidtex_eval_box_with_token(const solidtex_texture* texture,
+                                                          const int64_t origin[3],
+                                                          const int64_t size[3], float* values,
+                                                          const solidtex_token* token);
 
 #ifndef SOLIDTEX_BUILDING_LIBRARY
 /* Evaluates points without footprints. */
@@ -405,6 +428,10 @@ typedef struct solidtex_statistics {
   uint64_t brick_nanoseconds; /* time spent computing bricks, summed over threads */
   uint64_t resident_bytes;    /* size of the cache now */
   uint64_t peak_bytes;        /* largest size of the cache */
+  uint64_t scratch_bytes;     /* size of the queries' scratch memory now: planes that each thread
+                                 keeps for its next query (lattice family), and what running queries
+                                 hold of points; lists below 4 KiB are not counted */
+  uint64_t peak_scratch_bytes; /* largest size of the scratch memory */
 } solidtex_statistics;
 
 /* Gets the statistics of an open texture. Initialize the struct with zeros and set struct_size. */

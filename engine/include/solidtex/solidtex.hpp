@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <span>
@@ -39,6 +40,20 @@ inline std::string target() {
   return name;
 }
 
+// Returns the names of the models that are found without a path. See solidtex_model_names.
+inline std::vector<std::string> models() {
+  solidtex_clear_error();
+  const char* at = solidtex_model_names();
+  if (!at) throw error(solidtex_error_status(), solidtex_error_message());
+  std::vector<std::string> names;
+  while (*at) {
+    const char* end = std::strchr(at, '\n');
+    names.emplace_back(at, end);
+    at = end + 1;
+  }
+  return names;
+}
+
 // Parameters of a texture. See solidtex_set_integer and solidtex_set_string.
 struct options {
   std::uint64_t seed = 0;
@@ -51,6 +66,10 @@ struct options {
   std::function<bool(double done)> progress_callback = {};
   std::uint64_t period = 0;
 };
+
+// Progress of one query: receives the finished fraction and returns true to cancel the query. It
+// must not throw. See solidtex_token.
+using progress = std::function<bool(double done)>;
 
 // Footprints of the points of a query: a radius for each of n points, or nine floats of axes. Both
 // empty means none. See solidtex_footprints.
@@ -67,6 +86,14 @@ void check(Call call) {
   solidtex_clear_error();
   const solidtex_status status = call();
   if (status != SOLIDTEX_OK) throw error(status, solidtex_error_message());
+}
+
+// Token that calls a progress function, which must live as long.
+inline solidtex_token token_of(const progress& report) {
+  const auto callback = [](void* user, double done) {
+    return (*static_cast<const progress*>(user))(done) ? 1 : 0;
+  };
+  return {sizeof(solidtex_token), report ? +callback : nullptr, const_cast<progress*>(&report)};
 }
 
 inline std::string text(const char* found) { return found ? found : ""; }
@@ -122,9 +149,10 @@ class texture {
   //   points     n x 3 floats relative to the origin
   //   values     receives n x channel_count() floats
   //   jacobians  receives n x channel_count() x 3 floats unless it is empty
+  //   report     progress of this query
   void eval(const std::array<double, 3>& origin, std::span<const float> points,
-            const footprints& over, std::span<float> values,
-            std::span<float> jacobians = {}) const {
+            const footprints& over, std::span<float> values, std::span<float> jacobians = {},
+            const progress& report = {}) const {
     const std::size_t count = points.size() / 3;
     detail::require(points.size() == 3 * count, "points must hold n x 3 floats");
     detail::require(over.radii.empty() || over.radii.size() == count, "radii must hold n floats");
@@ -135,10 +163,11 @@ class texture {
                                     over.radii.empty() ? nullptr : over.radii.data(),
                                     over.axes.empty() ? nullptr : over.axes.data()};
     const bool has_footprints = given.radii || given.axes;
+    const solidtex_token token = detail::token_of(report);
     detail::check([&] {
-      return solidtex_eval(handle(), origin.data(), points.data(),
-                           has_footprints ? &given : nullptr, count, values.data(),
-                           jacobians.empty() ? nullptr : jacobians.data());
+      return solidtex_eval_with_token(handle(), origin.data(), points.data(),
+                                      has_footprints ? &given : nullptr, count, values.data(),
+                                      jacobians.empty() ? nullptr : jacobians.data(), &token);
     });
   }
 
@@ -166,14 +195,17 @@ class texture {
 
   // Evaluates the voxels [origin, origin + size) into values in the order [x][y][z][channel].
   void eval_box(const std::array<std::int64_t, 3>& origin, const std::array<std::int64_t, 3>& size,
-                std::span<float> values) const {
+                std::span<float> values, const progress& report = {}) const {
     detail::require(size[0] >= 0 && size[1] >= 0 && size[2] >= 0 &&
                         values.size() == static_cast<std::size_t>(size[0]) *
                                              static_cast<std::size_t>(size[1]) *
                                              static_cast<std::size_t>(size[2]) * channel_count(),
                     "values must hold size[0] x size[1] x size[2] x channels floats");
-    detail::check(
-        [&] { return solidtex_eval_box(handle(), origin.data(), size.data(), values.data()); });
+    const solidtex_token token = detail::token_of(report);
+    detail::check([&] {
+      return solidtex_eval_box_with_token(handle(), origin.data(), size.data(), values.data(),
+                                          &token);
+    });
   }
 
   // Returns the work done so far.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import operator
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple, Protocol, TypeVar, overload
 
 import numpy as np
@@ -16,6 +16,7 @@ from solidtex.errors import InvalidArgument
 
 Floats = NDArray[np.float32]
 Precision = Literal["full", "fast"]
+Progress = Callable[[float], object]
 
 PRECISIONS = ("full", "fast")
 CACHE_LIMIT = 256 << 20
@@ -51,6 +52,18 @@ class Statistics(NamedTuple):
     """Size of the cache now."""
     peak_bytes: int
     """Largest size of the cache."""
+    scratch_bytes: int
+    """Size of the queries' scratch memory now, most of it kept by threads for their next query."""
+    peak_scratch_bytes: int
+    """Largest size of the scratch memory."""
+
+
+def models() -> list[str]:
+    """Return the names that Texture() finds without a path, sorted.
+
+    They lie in the folders of SOLIDTEX_MODEL_PATH and among the installed models.
+    """
+    return _engine.model_names().splitlines()
 
 
 class Texture:
@@ -184,6 +197,7 @@ class Texture:
         radii: ArrayLike | SupportsDLPack | None = ...,
         axes: ArrayLike | SupportsDLPack | None = ...,
         out: None = ...,
+        progress: Progress | None = ...,
     ) -> Floats: ...
 
     @overload
@@ -195,6 +209,7 @@ class Texture:
         radii: ArrayLike | SupportsDLPack | None = ...,
         axes: ArrayLike | SupportsDLPack | None = ...,
         out: Out,
+        progress: Progress | None = ...,
     ) -> Out: ...
 
     def eval_points(
@@ -205,6 +220,7 @@ class Texture:
         radii: ArrayLike | SupportsDLPack | None = None,
         axes: ArrayLike | SupportsDLPack | None = None,
         out: Any = None,
+        progress: Progress | None = None,
     ) -> Any:
         """Evaluate the texture at origin + points.
 
@@ -218,13 +234,16 @@ class Texture:
             axes, not both.
         out: Array [..., channel] to write: float32, contiguous, in CPU memory, from NumPy or any
             library with DLPack. None creates one.
+        progress: Function that is called about every 50 ms with the finished fraction of the query,
+            0 to 1. A true value cancels the query, which then raises Cancelled; so does an
+            exception, which is raised again. A short query never calls it.
 
         Returns out, or a new array: float32 [..., channel] in the color space of the file, not
         clamped.
         """
         query = _query(points, origin, radii, axes)
         values = _target(out, (*query[0].shape[:-1], len(self.channels)))
-        self._engine.eval(*query, values)
+        self._engine.eval(*query, values, None, progress)
         return values
 
     def eval_jacobian(
@@ -254,18 +273,38 @@ class Texture:
 
     @overload
     def eval_box(
-        self, origin: Sequence[int], size: Sequence[int], *, out: None = ...
+        self,
+        origin: Sequence[int],
+        size: Sequence[int],
+        *,
+        out: None = ...,
+        progress: Progress | None = ...,
     ) -> Floats: ...
 
     @overload
-    def eval_box(self, origin: Sequence[int], size: Sequence[int], *, out: Out) -> Out: ...
+    def eval_box(
+        self,
+        origin: Sequence[int],
+        size: Sequence[int],
+        *,
+        out: Out,
+        progress: Progress | None = ...,
+    ) -> Out: ...
 
-    def eval_box(self, origin: Sequence[int], size: Sequence[int], *, out: Any = None) -> Any:
+    def eval_box(
+        self,
+        origin: Sequence[int],
+        size: Sequence[int],
+        *,
+        out: Any = None,
+        progress: Progress | None = None,
+    ) -> Any:
         """Evaluate the voxels [origin, origin + size) at their centers.
 
         origin: Three integers in texels.
         size: Three integers, 0 or more.
         out: Array [x, y, z, channel] to write, as for eval_points.
+        progress: As for eval_points.
 
         Returns out, or a new array: float32 [x, y, z, channel] in the color space of the file, not
         clamped.
@@ -275,7 +314,7 @@ class Texture:
         if min(extent) < 0:
             raise InvalidArgument(f"size: found {extent}, expected numbers of 0 or more")
         values = _target(out, (*extent, len(self.channels)))
-        self._engine.eval_box(corner, extent, values)
+        self._engine.eval_box(corner, extent, values, progress)
         return values
 
     def mean(self) -> Floats:
