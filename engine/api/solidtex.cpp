@@ -48,34 +48,19 @@ Struct read_struct(const Struct& given, const std::string& name) {
   return result;
 }
 
-// The listeners of a query: its texture's and its own.
-struct Listeners {
-  ProgressListener of_texture, of_query;
-
-  static int callback(void* user, double done) {
-    const auto& [first, second] = *static_cast<const Listeners*>(user);
-    return first.callback(first.user, done) || second.callback(second.user, done);
-  }
-  // One of the two, or both together; then this object must live as long as the query.
-  ProgressListener joined() {
-    if (!of_query.callback) return of_texture;
-    if (!of_texture.callback) return of_query;
-    return {callback, this};
-  }
-};
-
 // Runs a query of an open texture and reports its progress to the host.
 template <class Run>
 solidtex_status query(const solidtex_texture* texture, const solidtex_token* token,
                       const Run& run) {
   return guarded(texture, [&] {
     const Texture& opened_texture = opened(texture);
-    Listeners listeners{texture->progress, {}};
+    ProgressListener listener = texture->progress;
     if (token) {
       const solidtex_token given = read_struct(*token, "solidtex_token");
-      listeners.of_query = {given.progress_callback, given.user};
+      listener.token_callback = given.progress_callback;
+      listener.token_user = given.user;
     }
-    const ProgressScope progress(listeners.joined());
+    const ProgressScope progress(listener);
     run(opened_texture);
   });
 }

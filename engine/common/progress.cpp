@@ -18,8 +18,7 @@ struct LastReport {
   Clock::time_point when{};
 
   bool is_due(const ProgressListener& next) const {
-    const bool same = listener.callback == next.callback && listener.user == next.user;
-    return !same || Clock::now() - when >= kPause;
+    return listener != next || Clock::now() - when >= kPause;
   }
 };
 
@@ -50,8 +49,7 @@ void LoopProgress::check() {
       last.is_due(range_.listener)) {
     const double done = static_cast<double>(done_.load(std::memory_order_relaxed));
     last.listener = range_.listener;
-    cancelled_ = range_.listener.callback(range_.listener.user,
-                                          range_.at(done / static_cast<double>(count_))) != 0;
+    cancelled_ = range_.listener.report(range_.at(done / static_cast<double>(count_)));
     last.when = Clock::now();
   }
   if (cancelled_) throw Error(SOLIDTEX_CANCELLED, "the progress callback stopped the query");

@@ -9,9 +9,20 @@
 
 namespace solidtex::engine {
 
+// Who hears of a query: the host of its texture, and the owner of its token.
 struct ProgressListener {
   solidtex_progress_callback callback = nullptr;
   void* user = nullptr;
+  solidtex_progress_callback token_callback = nullptr;
+  void* token_user = nullptr;
+
+  bool operator==(const ProgressListener&) const = default;
+  bool has_callback() const { return callback || token_callback; }
+  // Reports progress; returns true if the query is to be cancelled.
+  bool report(double done) const {
+    return (callback && callback(user, done)) ||
+           (token_callback && token_callback(token_user, done));
+  }
 };
 
 // While this object lives, the progress of this thread's work is mapped to a range of its query.
@@ -51,7 +62,7 @@ class LoopProgress {
         caller_(std::this_thread::get_id()),
         count_(count) {}
 
-  bool has_callback() const { return range_.listener.callback != nullptr; }
+  bool has_callback() const { return range_.listener.has_callback(); }
   void add(std::size_t done) { done_.fetch_add(done, std::memory_order_relaxed); }
 
   // Reports progress if this is the querying thread. Throws Error on any thread once the callback

@@ -351,3 +351,24 @@ def test_invalid_models_are_refused(tmp_path: Path) -> None:
         Texture(broken)
     with pytest.raises(ValueError, match="in memory"):
         Texture.from_bytes(b"nothing")
+
+
+@pytest.mark.parametrize("name", [FIELD, SAMPLER])
+def test_a_query_reports_its_progress_and_is_cancelled_by_it(name: str) -> None:
+    texture = Texture(name)
+    expected = texture.eval_box((0, 0, 0), (96, 96, 96))
+    reported: list[float] = []
+    found = Texture(name).eval_box((0, 0, 0), (96, 96, 96), progress=reported.append)
+    assert same_bits(found, expected)
+    assert reported == sorted(reported) and 0 <= reported[0] <= reported[-1] <= 1
+    with pytest.raises(solidtex.Cancelled):
+        texture.eval_box((0, 0, 0), (96, 96, 96), progress=lambda done: True)
+    with pytest.raises(solidtex.Cancelled):
+        Texture(name).eval_points(places(100000), progress=lambda done: True)
+
+    def fail(done: float) -> None:
+        raise LookupError(f"at {done}")
+
+    with pytest.raises(LookupError, match=r"at 0\.0"):
+        texture.eval_box((0, 0, 0), (96, 96, 96), progress=fail)
+    assert texture.statistics().peak_scratch_bytes > 0

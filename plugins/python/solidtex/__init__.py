@@ -23,7 +23,7 @@ from solidtex.errors import (
     Unavailable,
 )
 from solidtex.space import Material, Space
-from solidtex.texture import Statistics, Texture, models
+from solidtex.texture import Statistics, Texture, load, models
 
 __all__ = [
     "Cancelled",
@@ -38,6 +38,7 @@ __all__ = [
     "Statistics",
     "Texture",
     "Unavailable",
+    "load",
     "models",
     "target",
     "version",

@@ -66,6 +66,18 @@ def models() -> list[str]:
     return _engine.model_names().splitlines()
 
 
+def load(
+    model: str | os.PathLike[str],
+    seed: int = 0,
+    precision: Precision = "full",
+    cache_limit: int = CACHE_LIMIT,
+    threads: int = 0,
+    period: int = 0,
+) -> Texture:
+    """Open a model: the same as Texture(model, ...)."""
+    return Texture(model, seed, precision, cache_limit, threads, period)
+
+
 class Texture:
     """Open model.
 
@@ -239,8 +251,14 @@ class Texture:
             exception, which is raised again. A short query never calls it.
 
         Returns out, or a new array: float32 [..., channel] in the color space of the file, not
-        clamped.
+        clamped. Points that are a PyTorch tensor with requires_grad give a tensor, through which
+        gradients flow to the points by the exact jacobians; it has no progress.
         """
+        if out is None and getattr(points, "requires_grad", False):
+            from solidtex.torch import EvalPoints
+
+            more = {"origin": origin, "radii": radii, "axes": axes}
+            return EvalPoints.apply(points, self, more)
         query = _query(points, origin, radii, axes)
         values = _target(out, (*query[0].shape[:-1], len(self.channels)))
         self._engine.eval(*query, values, None, progress)
@@ -321,6 +339,17 @@ class Texture:
         """Return the mean of the material, float32 [channel], averaged as light if sRGB."""
         mean: Floats = self.eval_points(np.zeros(3, np.float32), radii=np.inf)
         return mean
+
+    def to_torch(self) -> Any:
+        """Return a torch.nn.Module of the model's weights, with the texture's seed.
+
+        Its parameters have the names and values of the file. Called with an origin and a size in
+        voxels it computes [x, y, z, channel] in PyTorch, with gradients for the parameters. Needs
+        the package solidtex-export. It is slower than the engine.
+        """
+        from solidtex.torch import module_of
+
+        return module_of(self)
 
     def statistics(self) -> Statistics:
         """Return the work done so far."""

@@ -6,7 +6,7 @@ needs from its inputs, in absolute integer coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,12 +30,28 @@ def evaluate_box(
     model: ModelFile, origin: Sequence[int], size: Sequence[int], seed: int = 0
 ) -> np.ndarray:
     """The voxels [origin, origin + size) at their centers: float64 [x, y, z, channel]."""
+    with torch.no_grad():
+        return torch_box(model.document, _exact_tensors(model), origin, size, seed).numpy()
+
+
+def torch_box(
+    document: dict[str, Any],
+    tensors: Mapping[str, Tensor],
+    origin: Sequence[int],
+    size: Sequence[int],
+    seed: int,
+) -> Tensor:
+    """The same in the type and on the device of the tensors, which may require gradients."""
     lo, hi = tuple(origin), tuple(o + s for o, s in zip(origin, size, strict=True))
-    if model.document["family"] == "field":
-        return _Lattice(model, seed).output((lo, hi)).permute(1, 2, 3, 0).numpy()
+    if document["family"] == "field":
+        return _Lattice(document, tensors, seed).output((lo, hi)).permute(1, 2, 3, 0)
     axes = [np.arange(l, h, dtype=np.float64) + 0.5 for l, h in zip(lo, hi, strict=True)]
     centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    return _sampler(model, centers.reshape(-1, 3), seed).reshape(*size, -1)
+    return _sampler(document, tensors, centers.reshape(-1, 3), seed).reshape(*size, -1)
+
+
+def _exact_tensors(model: ModelFile) -> dict[str, Tensor]:
+    return {name: torch.from_numpy(values).double() for name, values in model.tensors.items()}
 
 
 def evaluate_points(model: ModelFile, positions: Positions, seed: int = 0) -> np.ndarray:
@@ -45,9 +61,11 @@ def evaluate_points(model: ModelFile, positions: Positions, seed: int = 0) -> np
     evaluated.
     """
     positions = np.asarray(positions, dtype=np.float64)
-    if model.document["family"] == "sampler":
-        return _sampler(model, positions, seed)
-    return _between_voxels(_Lattice(model, seed), positions)
+    tensors = _exact_tensors(model)
+    with torch.no_grad():
+        if model.document["family"] == "sampler":
+            return _sampler(model.document, tensors, positions, seed).numpy()
+        return _between_voxels(_Lattice(model.document, tensors, seed), positions)
 
 
 def _between_voxels(lattice: _Lattice, positions: Positions) -> np.ndarray:
@@ -77,14 +95,13 @@ def cubic_convolution(distance: np.ndarray) -> np.ndarray:
 class _Lattice:
     """The graph of the lattice family."""
 
-    def __init__(self, model: ModelFile, seed: int) -> None:
+    def __init__(self, document: dict[str, Any], tensors: Mapping[str, Tensor], seed: int) -> None:
         self.seed = seed
-        self.scheme = model.document["noise"]["scheme"]
-        self.nodes = {node["name"]: node for node in model.document["field"]["nodes"]}
-        self.output_name = model.document["field"]["output"]
-        self.tensors = {k: torch.from_numpy(v).double() for k, v in model.tensors.items()}
+        self.scheme = document["noise"]["scheme"]
+        self.nodes = {node["name"]: node for node in document["field"]["nodes"]}
+        self.output_name = document["field"]["output"]
+        self.tensors = tensors
 
-    @torch.no_grad()
     def output(self, box: Box) -> Tensor:
         """The output [channel, x, y, z] on a box."""
         self.known: dict[tuple[str, Box], Tensor] = {}
@@ -107,11 +124,12 @@ def _noise(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     values = noise.block(
         lattice.scheme, node["distribution"], lattice.seed, node["level"], node["channels"], *box
     )
-    return torch.from_numpy(values)
+    return torch.from_numpy(values).to(next(iter(lattice.tensors.values())))
 
 
 def _periodic(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
-    return torch.from_numpy(noise.waves(node["waves"], *box))
+    values = noise.waves(node["waves"], *box)
+    return torch.from_numpy(values).to(next(iter(lattice.tensors.values())))
 
 
 def _conv3d(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
@@ -183,31 +201,42 @@ _OPERATIONS: dict[str, Callable[[_Lattice, dict[str, Any], Box], Tensor]] = {
 }
 
 
-def _sampler(model: ModelFile, positions: Positions, seed: int) -> np.ndarray:
-    return sampler_network(model, sampler_octaves(model, positions, seed))
+def _sampler(
+    document: dict[str, Any], tensors: Mapping[str, Tensor], positions: Positions, seed: int
+) -> Tensor:
+    transforms = tensors["transforms"].detach().double().cpu().numpy()
+    octaves = _octaves(document["noise"]["scheme"], transforms, positions, seed)
+    return _network(document["sampler"], tensors, torch.from_numpy(octaves))
 
 
 def sampler_octaves(model: ModelFile, positions: Positions, seed: int) -> np.ndarray:
     """Noise of the octaves at T_i c: float64 [point, octave]."""
-    scheme = model.document["noise"]["scheme"]
+    transforms = model.tensors["transforms"].astype(np.float64)
+    return _octaves(model.document["noise"]["scheme"], transforms, positions, seed)
+
+
+def _octaves(scheme: str, transforms: np.ndarray, positions: Positions, seed: int) -> np.ndarray:
     octaves = [
         octave_noise(scheme, seed, level, _transformed(positions, transform))
-        for level, transform in enumerate(model.tensors["transforms"].astype(np.float64))
+        for level, transform in enumerate(transforms)
     ]
     return np.stack(octaves, axis=-1)
 
 
 def sampler_network(model: ModelFile, eta: np.ndarray) -> np.ndarray:
     """GramGAN equations 1 and 2: octave noise enters the hidden layers bin by bin."""
-    sizes = model.document["sampler"]
-    tensors = {name: values.astype(np.float64) for name, values in model.tensors.items()}
+    return _network(model.document["sampler"], _exact_tensors(model), torch.from_numpy(eta)).numpy()
+
+
+def _network(sizes: dict[str, Any], tensors: Mapping[str, Tensor], eta: Tensor) -> Tensor:
+    eta = eta.to(tensors["constant"])
     bins = sizes["octaves"] // (sizes["hidden_layers"] - 1)
-    x = np.broadcast_to(tensors["constant"], (len(eta), sizes["width"]))
+    x = tensors["constant"].expand(len(eta), sizes["width"])
     for l in range(sizes["hidden_layers"]):
         y = x @ tensors[f"hidden.{l}.weight"].T + tensors[f"hidden.{l}.bias"]
         if l < sizes["hidden_layers"] - 1:
             y = y + eta[:, l * bins : (l + 1) * bins] @ tensors[f"hidden.{l}.noise"].T
-        x = np.where(y > 0, y, sizes["slope"] * y)
+        x = F.leaky_relu(y, sizes["slope"])
     return x @ tensors["output.weight"].T + tensors["output.bias"]
 
 

@@ -1,0 +1,47 @@
+"""PyTorch: gradients through points of a texture, and the model as a module."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import torch
+from torch.autograd.function import once_differentiable
+
+from solidtex.errors import InvalidArgument
+
+if TYPE_CHECKING:
+    from solidtex.texture import Texture
+
+
+class EvalPoints(torch.autograd.Function):
+    """Values of a texture at points. Their gradients are those of the exact jacobians."""
+
+    @staticmethod
+    def forward(ctx: Any, points: torch.Tensor, texture: Texture, query: dict[str, Any]) -> Any:
+        values, jacobians = texture.eval_jacobian(points.detach().cpu(), **query)
+        ctx.save_for_backward(torch.from_numpy(jacobians).to(points))
+        return torch.from_numpy(values).to(points)
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, gradient: torch.Tensor) -> Any:
+        (jacobians,) = ctx.saved_tensors
+        return torch.einsum("...c,...cd->...d", gradient, jacobians), None, None
+
+
+def module_of(texture: Texture) -> torch.nn.Module:
+    """Return the weights of a texture's file as a module."""
+    try:
+        from solidtex_export.export.file_format import model_file
+        from solidtex_export.export.torch_module import SolidTexture
+    except ImportError as error:
+        raise ImportError(
+            f"to_torch: needs the package solidtex-export ({error}): pip install ./python_export"
+        ) from error
+    if not texture.path:
+        raise InvalidArgument("to_torch: found a texture without a file, expected one of a path")
+    if texture.period:
+        raise InvalidArgument(
+            f"to_torch: found the period {texture.period}, expected none: noise does not repeat"
+        )
+    return SolidTexture(model_file.read(texture.path), texture.seed)
