@@ -312,7 +312,10 @@ def test_refusals_name_what_is_wrong(tmp_path: Path) -> None:
         (lambda: texture.eval_points(writable(4, 2)), r"points: found shape \(4, 2\)"),
         (lambda: texture.eval_points(3.0), "points: found shape"),
         (lambda: texture.eval_points("abc"), "points: found str"),
-        (lambda: texture.eval_points(torch.zeros(1, 3, requires_grad=True)), "points: found"),
+        (
+            lambda: texture.eval_points(points, radii=torch.zeros(1, requires_grad=True)),
+            "radii: found",
+        ),
         (lambda: texture.eval_points([[np.nan, 0, 0]]), "point"),
         (lambda: texture.eval_points([[0, 0, 0]], (1, 2)), "origin: found"),
         (lambda: texture.eval_points(points, radii=np.ones(3)), r"radii: found shape \(3,\)"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -32,8 +33,8 @@ class EvalPoints(torch.autograd.Function):
 def module_of(texture: Texture) -> torch.nn.Module:
     """Return the weights of a texture's file as a module."""
     try:
-        from solidtex_export.export.file_format import model_file
-        from solidtex_export.export.torch_module import SolidTexture
+        model_file = import_module("solidtex_export.export.file_format.model_file")
+        module = import_module("solidtex_export.export.torch_module")
     except ImportError as error:
         raise ImportError(
             f"to_torch: needs the package solidtex-export ({error}): pip install ./python_export"
@@ -44,4 +45,5 @@ def module_of(texture: Texture) -> torch.nn.Module:
         raise InvalidArgument(
             f"to_torch: found the period {texture.period}, expected none: noise does not repeat"
         )
-    return SolidTexture(model_file.read(texture.path), texture.seed)
+    made: torch.nn.Module = module.SolidTexture(model_file.read(texture.path), texture.seed)
+    return made
