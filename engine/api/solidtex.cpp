@@ -56,9 +56,11 @@ solidtex_status query(const solidtex_texture* texture, const solidtex_token* tok
     const Texture& opened_texture = opened(texture);
     ProgressListener listener = texture->progress;
     if (token) {
+      thread_local std::uint64_t queries = 0;
       const solidtex_token given = read_struct(*token, "solidtex_token");
       listener.token_callback = given.progress_callback;
       listener.token_user = given.user;
+      if (given.progress_callback) listener.query = ++queries;
     }
     const ProgressScope progress(listener);
     run(opened_texture);

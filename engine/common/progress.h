@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <thread>
 
 namespace solidtex::engine {
@@ -15,6 +16,7 @@ struct ProgressListener {
   void* user = nullptr;
   solidtex_progress_callback token_callback = nullptr;
   void* token_user = nullptr;
+  std::uint64_t query = 0;  // counts queries with a token: each reports when it begins
 
   bool operator==(const ProgressListener&) const = default;
   bool has_callback() const { return callback || token_callback; }
