@@ -4,8 +4,9 @@
     python benchmarks/permeability.py --volume berea-200.npz --axes xyz  # minutes
     python benchmarks/permeability.py --volume berea.tif --axes x        # tens of minutes
 
-Without a volume: slits, ducts and tubes beside exact laws. Seconds are processor time. The volume is Berea sandstone: a TIFF
-stack that is 0 where there is a pore, or an NPZ archive whose array "im" is true there.
+Without a volume: slits, ducts and tubes beside exact laws. Seconds are processor time. The
+volume is Berea sandstone: a TIFF stack that is 0 where there is a pore, or an NPZ archive whose
+array "im" is true there.
 """
 
 import argparse
