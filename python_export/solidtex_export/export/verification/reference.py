@@ -101,6 +101,8 @@ class _Lattice:
         self.nodes = {node["name"]: node for node in document["field"]["nodes"]}
         self.output_name = document["field"]["output"]
         self.tensors = tensors
+        # Of the device and type in which a graph computes; one without weights in float64.
+        self.like = next(iter(tensors.values()), torch.empty(0, dtype=torch.float64))
 
     def output(self, box: Box) -> Tensor:
         """The output [channel, x, y, z] on a box."""
@@ -124,12 +126,12 @@ def _noise(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     values = noise.block(
         lattice.scheme, node["distribution"], lattice.seed, node["level"], node["channels"], *box
     )
-    return torch.from_numpy(values).to(next(iter(lattice.tensors.values())))
+    return torch.from_numpy(values).to(lattice.like)
 
 
 def _periodic(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     values = noise.waves(node["waves"], *box)
-    return torch.from_numpy(values).to(next(iter(lattice.tensors.values())))
+    return torch.from_numpy(values).to(lattice.like)
 
 
 def _conv3d(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
