@@ -10,6 +10,7 @@ Exit code: 0 the file is written, 1 it is not, 2 wrong usage.
 from __future__ import annotations
 
 import argparse
+import functools
 import re
 import subprocess
 import sys
@@ -47,6 +48,7 @@ class Package(NamedTuple):
     source: str
 
 
+@functools.cache
 def licenses() -> dict[str, dict[str, str]]:
     return tomllib.loads(LICENSES.read_text(encoding="utf-8"))
 
@@ -88,6 +90,7 @@ def needed(binary: Path) -> set[str]:
     return {m[1] for line in lines if (m := re.search(r"\(NEEDED\).*\[(.*)\]", line))}
 
 
+@functools.cache
 def loaded(binary: Path) -> dict[str, str]:
     """Paths of all libraries that the loader finds for `binary`, by name."""
     lines = lines_of("ldd", binary)

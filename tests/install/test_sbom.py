@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import importlib.util
 import os
 import sys
@@ -77,7 +78,7 @@ def test_every_direct_dependency_has_a_license() -> None:
 
 
 def test_a_package_without_a_license_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    known = sbom.licenses()
+    known = copy.deepcopy(sbom.licenses())
     del known["debian"]["highway"]
     monkeypatch.setattr(sbom, "licenses", lambda: known)
     with pytest.raises(sbom.SbomError, match=r"licenses.toml: found no license of highway"):
