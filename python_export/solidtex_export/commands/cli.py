@@ -110,6 +110,12 @@ def add_model_arguments(p: argparse.ArgumentParser) -> None:
     p.add_argument("--license", help="licence of the model, an SPDX expression")
 
 
+def add_model_argument(p: argparse.ArgumentParser, name: str = "model", **options: Any) -> None:
+    """Add the model, or the models, that a command reads."""
+    p.add_argument(name, metavar="SOLIDTEX", type=Path,
+                   help="a .solidtex file, or the name of a shipped model", **options)  # fmt: skip
+
+
 def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> None:
     """Add the options of a command that writes one file."""
     p.add_argument("-o", dest="output", metavar=name, type=Path, required=True,

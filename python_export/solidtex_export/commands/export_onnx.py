@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 from solidtex_export.commands import cli
 from solidtex_export.export.file_format import model_file
@@ -38,12 +37,7 @@ def make_parser() -> argparse.ArgumentParser:
         " number of points.",
         EXAMPLES,
     )
-    p.add_argument(
-        "model",
-        metavar="SOLIDTEX",
-        type=Path,
-        help="a .solidtex file, or the name of a shipped model",
-    )
+    cli.add_model_argument(p)
     p.add_argument("--size", metavar="N|X,Y,Z", type=size,
                    help="lattice family: voxels along each axis (default 64)")  # fmt: skip
     p.add_argument("--origin", metavar="X,Y,Z", type=triple,

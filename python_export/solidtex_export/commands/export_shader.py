@@ -36,12 +36,7 @@ def make_parser() -> argparse.ArgumentParser:
         " the library. Weights that are not constants in the source are written beside it.",
         EXAMPLES,
     )
-    p.add_argument(
-        "model",
-        metavar="SOLIDTEX",
-        type=Path,
-        help="a .solidtex file, or the name of a shipped model",
-    )
+    cli.add_model_argument(p)
     p.add_argument("-o", dest="output", metavar="SHADER", type=Path, required=True,
                    help="the file to write; its suffix is that of a language:"
                    f" {LANGUAGES}")  # fmt: skip

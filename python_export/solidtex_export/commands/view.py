@@ -29,8 +29,7 @@ def make_parser() -> argparse.ArgumentParser:
         " with WebGPU or WebGL 2, on a cube, a sphere, a knot and meshes of the viewer's own.",
         EXAMPLES,
     )
-    p.add_argument("models", metavar="SOLIDTEX", type=Path, nargs="+",
-                   help="a .solidtex file, or the name of a shipped model")  # fmt: skip
+    cli.add_model_argument(p, "models", nargs="+")
     p.add_argument("--exemplar", metavar="IMAGE", type=Path, nargs="+", default=[],
                    help="photographs (.jpg, .png) to show beside the models, in order")  # fmt: skip
     cli.add_output_arguments(p, "PAGE", ".html")
