@@ -7,7 +7,7 @@ import torch
 from textures_2d import noise
 from torch import Tensor
 
-from solidtex_export.losses.color_distribution import color_distance
+from solidtex_export.losses.color_distribution import ColorDistribution
 
 SIDE = 64
 
@@ -19,7 +19,7 @@ def two_tones(seed: int, side: int = SIDE) -> Tensor:
 
 def between(slice_: Tensor, exemplar: Tensor) -> float:
     torch.manual_seed(0)
-    return float(color_distance(slice_[None], exemplar))
+    return float(ColorDistribution(exemplar)(slice_[None]))
 
 
 def test_of_a_row_and_a_single_tone_it_is_the_mean_squared_distance() -> None:
@@ -54,8 +54,9 @@ def test_its_gradient_leads_to_the_colors_of_the_photograph() -> None:
     image = noise(1, SIDE, SIDE, seed=2).requires_grad_()
     begin = between(image.detach(), exemplar)
     optimizer = torch.optim.Adam([image], 0.05)
+    distance = ColorDistribution(exemplar)
     for _ in range(60):
         optimizer.zero_grad()
-        color_distance(image[None], exemplar).backward()
+        distance(image[None]).backward()
         optimizer.step()
     assert between(image.detach(), exemplar) < 0.3 * begin

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import signal
@@ -194,6 +195,14 @@ def test_hashed_lattice_is_white_and_normal() -> None:
     cube = values.view(2, 64, 64, 64)
     for axis in (0, 1, 2, 3):
         assert abs(float((cube * cube.roll(1, axis)).mean())) < 0.01
+
+
+def test_corners_are_the_values_at_the_corners() -> None:
+    lattice = HashedLattice(4, torch.device("cpu"))
+    cells = torch.randint(-9000, 9000, (4, 50, 3))
+    corners = lattice.corners(cells)
+    for x, y, z in itertools.product((0, 1), repeat=3):
+        assert torch.equal(corners[x, y, z], lattice(cells + torch.tensor([x, y, z])))
 
 
 def test_whitening_inverts_the_color_affine(photo: Path) -> None:

@@ -47,7 +47,7 @@ class DiscriminatorTrainer:
             for _ in settings.scales
         ]
         self._optimizers = [
-            Adam(discriminator.parameters(), settings.learning_rate, settings.betas)
+            Adam(discriminator.parameters(), settings.learning_rate, settings.betas, fused=True)
             for discriminator in self.discriminators
         ]
         self._buffer: deque[Tensor] = deque(maxlen=settings.replay_buffer)

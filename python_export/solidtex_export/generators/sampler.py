@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import product
 from typing import ClassVar
 
 import torch
@@ -26,10 +27,11 @@ Lattice = Callable[[Tensor], Tensor]
 class HashedLattice:
     """Aperiodic standard normal noise at integer lattice points: a hash into a table.
 
-    It has the statistics of the engine's noise. A new object is a new realization.
+    It has the statistics of the engine's noise. A new object is a new realization. The table fits
+    into a core's own cache.
     """
 
-    SIZE = 1 << 20
+    SIZE = 1 << 16
     FACTORS = (73856093, 19349663, 83492791)
     _tables: ClassVar[dict[torch.device, Tensor]] = {}
 
@@ -38,33 +40,47 @@ class HashedLattice:
             fixed = torch.Generator().manual_seed(0)
             self._tables[device] = torch.randn(self.SIZE, generator=fixed).to(device)
         self.table = self._tables[device]
-        self.salt = torch.randint(1 << 30, (octaves, 1), device=device)
+        self.salt = torch.randint(1 << 30, (octaves, 1), device=device, dtype=torch.int32)
 
     def __call__(self, cells: Tensor) -> Tensor:
-        cells = cells.long()
-        key = self.salt + 0
-        for axis, factor in enumerate(self.FACTORS):
-            key = key ^ (cells[..., axis] * factor)
-            key = key * 0x2545F491 + self.salt
-            key = key ^ (key >> 17)
-        return self.table[key & (self.SIZE - 1)]
+        key = self.salt
+        for axis, cell in enumerate(cells.int().unbind(-1)):
+            key = self._hash(key, cell * self.FACTORS[axis])
+        return self._values(key)
+
+    def corners(self, cells: Tensor) -> Tensor:
+        """As `corner_values`; corners share the hashes of their first coordinates."""
+        key = self.salt
+        for axis, cell in enumerate(cells.int().unbind(-1)):
+            factor = self.FACTORS[axis]
+            both = torch.stack([cell * factor, cell * factor + factor])
+            key = self._hash(key.unsqueeze(axis), both)
+        return self._values(key)
+
+    def _hash(self, key: Tensor, coordinate: Tensor) -> Tensor:
+        key = (key ^ coordinate) * 0x2545F491 + self.salt
+        return key ^ (key >> 17)
+
+    def _values(self, key: Tensor) -> Tensor:
+        return self.table.index_select(0, (key & (self.SIZE - 1)).flatten()).view(key.shape)
+
+
+def corner_values(lattice: Lattice, cells: Tensor) -> Tensor:
+    """Values [2, 2, 2, octave, point] at the corners (x, y, z) of cells [octave, point, 3]."""
+    if isinstance(lattice, HashedLattice):
+        return lattice.corners(cells)
+    values = [lattice(cells + cells.new_tensor(corner)) for corner in product((0, 1), repeat=3)]
+    return torch.stack(values).unflatten(0, (2, 2, 2))
 
 
 def trilinear(lattice: Lattice, positions: Tensor) -> Tensor:
     """eta_i(c) [octave, point]: noise at continuous positions [octave, point, 3]."""
     cell = positions.detach().floor()
-    t = positions - cell
-    corners = torch.stack(
-        [
-            lattice(cell + torch.tensor([x, y, z], device=cell.device, dtype=cell.dtype))
-            for x in (0, 1)
-            for y in (0, 1)
-            for z in (0, 1)
-        ]
-    )
-    for axis in (2, 1, 0):
-        corners = torch.lerp(corners[0::2], corners[1::2], t[..., axis].to(corners.dtype))
-    return corners[0]
+    t = (positions - cell).unbind(-1)
+    values = corner_values(lattice, cell)
+    for fraction in t:
+        values = torch.lerp(values[0], values[1], fraction.to(values.dtype))
+    return values
 
 
 def ladder(first: float, last: float, octaves: int) -> Tensor:

@@ -7,32 +7,63 @@ it towards their barycenter. The loss starts late: docs/experiments/color-distri
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
 OCTAVES = 3
-DIRECTIONS = 6  # of each octave, new for every call
+BANK = 64  # directions of each octave
+DIRECTIONS = 6  # of them, drawn anew for every call
 
 
-def color_distance(slices: Tensor, exemplar: Tensor) -> Tensor:
-    """Sum over octaves of the mean squared distance of sorted projections.
+class ColorDistribution:
+    """Compares slices with one exemplar [channel, rows, columns], both of whitened values.
 
-    Whitened values: `slices` [batch, channel, rows, columns], `exemplar` [channel, rows, columns].
+    The exemplar's projections are sorted once, for as many directions as `BANK` holds.
     """
-    exemplar = exemplar[None]
-    distance = _sliced_wasserstein(slices, exemplar)
-    for _ in range(OCTAVES - 1):
-        if min(*slices.shape[2:], *exemplar.shape[2:]) < 2:
-            break
-        slices, exemplar = F.avg_pool2d(slices, 2), F.avg_pool2d(exemplar, 2)
-        distance = distance + _sliced_wasserstein(slices, exemplar)
-    return distance
+
+    def __init__(self, exemplar: Tensor) -> None:
+        self._exemplar = exemplar[None]
+        self._banks: dict[tuple[int, int], _Bank] = {}
+
+    def __call__(self, slices: Tensor) -> Tensor:
+        """Sum over octaves of the mean squared distance of sorted projections of `slices` [batch,
+        channel, rows, columns].
+        """
+        exemplar = self._exemplar
+        distances = []
+        for octave in range(OCTAVES):
+            if octave:
+                if min(*slices.shape[2:], *exemplar.shape[2:]) < 2:
+                    break
+                slices, exemplar = F.avg_pool2d(slices, 2), F.avg_pool2d(exemplar, 2)
+            pixels = slices.float().transpose(0, 1).flatten(1)
+            key = octave, pixels.shape[1]
+            if key not in self._banks:
+                self._banks[key] = _bank(exemplar[0].flatten(1), pixels.shape[1])
+            directions, sorted_reals = self._banks[key]
+            picked = torch.randperm(BANK)[:DIRECTIONS].to(pixels.device)
+            fakes = (directions[picked] @ pixels).sort(dim=1).values
+            distances.append((fakes - sorted_reals[picked]).square().mean())
+        return torch.stack(distances).sum()
 
 
-def _sliced_wasserstein(slices: Tensor, exemplar: Tensor) -> Tensor:
-    fakes, reals = (images.float().transpose(0, 1).flatten(1) for images in (slices, exemplar))
-    directions = F.normalize(torch.randn(DIRECTIONS, len(fakes)), dim=1).to(fakes.device)
-    fake, real = ((directions @ colors).sort(dim=1).values for colors in (fakes, reals))
-    even = (torch.arange(fake.shape[1], device=real.device) + 0.5) / fake.shape[1]
-    return (fake - real[:, (even * real.shape[1]).long()]).square().mean()
+class _Bank(NamedTuple):
+    """Directions [BANK, channel], and the exemplar's sorted projections [BANK, pixel]."""
+
+    directions: Tensor
+    projections: Tensor
+
+
+def _bank(colors: Tensor, count: int) -> _Bank:
+    """Random directions, the same for every training, and `count` evenly spaced quantiles of the
+    projections of `colors` [channel, pixel].
+    """
+    generator = torch.Generator().manual_seed(0)
+    normal = torch.randn(BANK, len(colors), generator=generator)
+    directions = F.normalize(normal, dim=1).to(colors.device)
+    projections = (directions @ colors).sort(dim=1).values
+    even = (torch.arange(count, device=colors.device) + 0.5) / count
+    return _Bank(directions, projections[:, (even * colors.shape[1]).long()])

@@ -8,13 +8,15 @@ without bound. docs/experiments/descriptor-loss.md lists what else was tried.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
 from solidtex_export.losses.descriptor.network import INPUT_CHANNELS
 from solidtex_export.losses.descriptor.weights import Trained
-from solidtex_export.losses.statistics import Features, gram
+from solidtex_export.losses.statistics import Features
 
 GRAM_SOFTNESS = 0.5  # Gram differences beyond this count linearly
 SILENT_SHARE = 0.1  # of a layer's mean deviation: the least that a feature is divided by
@@ -37,8 +39,29 @@ class LearnedDescriptor:
 
         Batches are [batch, channel, rows, columns]; the two may differ in size.
         """
-        pairs = [p for name, p in self.features(fakes, reals).items() if name.startswith("relu")]
-        return torch.stack([_distance(*pair) for pair in pairs]).mean()
+        axes = random_axes(fakes.shape[1]).to(fakes.device)
+        with torch.no_grad():
+            targets = self._activations(reals, axes)
+        found = self._activations(fakes, axes)
+        if not found or not targets:
+            raise _too_small(fakes, reals)
+        return self._compared(found, targets)
+
+    @torch.no_grad()
+    def distances(self, images: Tensor) -> Tensor:
+        """Distances [image - 1] of all other `images` from the first."""
+        found = self._activations(images, random_axes(images.shape[1]).to(images.device))
+        each = [{name: f[i : i + 1] for name, f in found.items()} for i in range(len(images))]
+        return torch.stack([self._compared(other, each[0]) for other in each[1:]])
+
+    def _compared(self, found: dict[str, Tensor], targets: dict[str, Tensor]) -> Tensor:
+        """Mean distance of the layers that both have."""
+        distances = [
+            _distance(Moments.of(found[name]), Moments.of(targets[name]), self._floors[name])
+            for name in found
+            if name in targets
+        ]
+        return torch.stack(distances).mean()
 
     def features(self, fakes: Tensor, reals: Tensor) -> Features:
         """Normalized feature maps by layer on five scales, relu1_1, relu1_2, pool1 ... pool5.
@@ -57,10 +80,7 @@ class LearnedDescriptor:
                 pooled = F.avg_pool2d(fake, 2), F.avg_pool2d(real, 2)
                 features[name.replace("conv", "pool")[: -len("_1")]] = pooled
         if not features:
-            raise ValueError(
-                f"images: found {tuple(fakes.shape[2:])} and {tuple(reals.shape[2:])} pixels,"
-                " expected at least 3 x 3"
-            )
+            raise _too_small(fakes, reals)
         return features
 
     def _activations(self, images: Tensor, axes: Tensor) -> dict[str, Tensor]:
@@ -75,10 +95,35 @@ class LearnedDescriptor:
         return (fakes - mean) * gain, (reals - mean) * gain
 
 
-def _distance(fakes: Tensor, reals: Tensor) -> Tensor:
-    """Distance on one layer, whose features of the exemplar have zero mean."""
-    grams = F.smooth_l1_loss(gram(fakes), gram(reals), beta=GRAM_SOFTNESS)
-    return grams + fakes.mean((0, 2, 3)).square().mean()
+class Moments(NamedTuple):
+    """Statistics of one layer's features: a few numbers in place of normalized maps."""
+
+    mean: Tensor
+    second: Tensor
+    """Mean products [channel, channel]."""
+
+    @classmethod
+    def of(cls, features: Tensor) -> Moments:
+        flat = features.permute(0, 2, 3, 1).flatten(0, 2).float()
+        return cls(flat.mean(0), flat.T @ flat / len(flat))
+
+
+def _distance(fake: Moments, real: Moments, floor: Tensor) -> Tensor:
+    """Distance of the moments of normalized features, whose mean is zero on the exemplar."""
+    center = real.mean
+    variance = real.second.diagonal() - center.square()
+    gain = 1 / (variance.clamp_min(0).sqrt() + floor.to(center.device).flatten())
+    shift = torch.outer(fake.mean - center, center)
+    difference = (fake.second - real.second - shift - shift.T) * torch.outer(gain, gain)
+    grams = F.smooth_l1_loss(difference, torch.zeros_like(difference), beta=GRAM_SOFTNESS)
+    return grams + ((fake.mean - center) * gain).square().mean()
+
+
+def _too_small(fakes: Tensor, reals: Tensor) -> ValueError:
+    return ValueError(
+        f"images: found {tuple(fakes.shape[2:])} and {tuple(reals.shape[2:])} pixels,"
+        " expected at least 3 x 3"
+    )
 
 
 def random_axes(channels: int) -> Tensor:

@@ -14,7 +14,7 @@ from solidtex_export.discriminators.critic import adversarial_loss, style_loss
 from solidtex_export.discriminators.trainer import DiscriminatorTrainer
 from solidtex_export.images.exemplar import random_crops, random_symmetry
 from solidtex_export.losses import own
-from solidtex_export.losses.color_distribution import color_distance
+from solidtex_export.losses.color_distribution import ColorDistribution
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
 from solidtex_export.losses.patches import patch_distance
 from solidtex_export.losses.spectrum import SpectrumLoss
@@ -51,6 +51,7 @@ class Objective:
         self._wavelets: list[WaveletLoss] = []
         if config.recipe.of_kind("wavelets"):
             self._wavelets = [WaveletLoss(e, config.size, self._symmetry) for e in exemplars]
+        self._colors = [ColorDistribution(e) for e in exemplars]
         self._spectra: list[SpectrumLoss] = []
         if config.recipe.of_kind("spectrum"):
             self._spectra = [SpectrumLoss(e, self._symmetry) for e in exemplars]
@@ -134,7 +135,7 @@ class Objective:
             elif term.kind == "spectrum":
                 loss = self._spectra[index](slices)
             elif term.kind == "color_distribution":
-                loss = color_distance(slices, self._exemplars[index])
+                loss = self._colors[index](slices)
             elif (table := discriminator_of(term.kind)) is not None:
                 if table not in evaluated:
                     trainer = self._discriminators[index][table]
