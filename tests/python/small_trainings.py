@@ -9,7 +9,6 @@ import numpy as np
 import torch
 from PIL import Image
 
-from solidtex_export.analysis.choice import LATTICES
 from solidtex_export.commands import train as cli_train
 from solidtex_export.images.channels import COLOR
 from solidtex_export.images.exemplar import Exemplar
@@ -35,7 +34,7 @@ SMALL = {
     "random-networks-lattice": [*LATTICE, *CRITIC, *RANDOM],
     "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
 }
-SMALL |= {name: SMALL["lattice"] for name in LATTICES}
+SMALL["lattice-veins"] = SMALL["lattice"]
 STARTING = {
     "space-lattice": SMALL["lattice"],
     "start-lattice": SMALL["lattice"],
@@ -44,8 +43,7 @@ STARTING = {
 }
 """Presets of trainings that start from a texture space or from learned weights."""
 SMALL |= STARTING
-PRESETS = sorted(set(SMALL) - set(LATTICES) - set(STARTING))
-"""One for each of which `lattice` may stand."""
+PRESETS = sorted(set(SMALL) - set(STARTING))
 
 
 def save_photo(path: Path) -> Path:

@@ -7,17 +7,19 @@ from functools import cached_property
 
 from solidtex_export.analysis.grain import grain_ratio
 from solidtex_export.analysis.lines import line_elongation
-from solidtex_export.analysis.structure import Distance, MeasuredImage
 from solidtex_export.analysis.symmetry import Symmetry, symmetry_of
-from solidtex_export.images.channels import groups
 from solidtex_export.images.exemplar import Exemplar
+from solidtex_export.losses.learned import LearnedDescriptor
 
 
 class Measurements:
-    """Measurements on photographs that serve `directions`; `descriptor` makes the distance."""
+    """Measurements on photographs that serve `directions`; `descriptor` is loaded where needed."""
 
     def __init__(
-        self, exemplars: Sequence[Exemplar], directions: str, descriptor: Callable[[], Distance]
+        self,
+        exemplars: Sequence[Exemplar],
+        directions: str,
+        descriptor: Callable[[], LearnedDescriptor],
     ) -> None:
         self.exemplars = exemplars
         self.directions = directions
@@ -33,13 +35,9 @@ class Measurements:
         """The largest set of orientations in which a photograph may look right."""
         return "all" if self.turns else "flips"
 
-    @property
-    def has_maps(self) -> bool:
-        return len(groups(self.exemplars[0].channels)) > 1
-
     @cached_property
     def symmetry(self) -> Symmetry:
-        return symmetry_of(self._images, self.turns)
+        return symmetry_of(self.exemplars, self._descriptor(), self.turns)
 
     @cached_property
     def line_elongation(self) -> float:
@@ -49,13 +47,3 @@ class Measurements:
     def grain(self) -> float:
         """Grain ratio of the first photograph."""
         return grain_ratio(self.exemplars[0])
-
-    @cached_property
-    def structure_score(self) -> float:
-        """Structure score of the first photograph."""
-        return self._images[0].structure_score
-
-    @cached_property
-    def _images(self) -> list[MeasuredImage]:
-        distance = self._descriptor()
-        return [MeasuredImage(exemplar, distance) for exemplar in self.exemplars]

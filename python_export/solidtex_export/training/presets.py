@@ -23,6 +23,16 @@ RENAMED = {
     "losses.tones": "color_distribution",
 }
 """Accepted names of older keys, by table."""
+RENAMED_PRESETS = {
+    "lattice-grains": "lattice",
+    "lattice-outlines": "lattice",
+    "lattice-lines": "lattice",
+    "lattice-lines-maps": "lattice",
+    "lattice-fibers": "lattice-veins",
+    "lattice-fibers-maps": "lattice-veins",
+    "lattice-veins-maps": "lattice-veins",
+}
+"""Accepted names of older presets."""
 MEASURED = ("line_length", "line_length_below", "with_maps")
 """Refused older keys that made a table depend on the photographs."""
 
@@ -56,6 +66,7 @@ def _folder() -> Traversable:
 
 def _tables(name: str, beside: Path, extending: tuple[str, ...]) -> dict[str, Any]:
     """Tables of a preset, merged over those of the preset that it extends."""
+    name = RENAMED_PRESETS.get(name, name)
     path: Path | Traversable = beside / name
     if name in shipped():
         path = _folder() / f"{name}{SUFFIX}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from solidtex_export.analysis.choice import LATTICE, LATTICES, Choice, choose_lattice, choose_preset
+from solidtex_export.analysis.choice import LATTICE, VEINS, Choice, choose_lattice, choose_preset
 from solidtex_export.analysis.measurements import Measurements
 from solidtex_export.discriminators.critic import Critic
 from solidtex_export.generators.build import build_generator
@@ -68,15 +68,20 @@ class Request:
         return self.preset or (self.start.preset if self.start else LATTICE)
 
     def recipes(self) -> list[Recipe]:
-        """All recipes that the name may resolve to."""
-        names = [LATTICE, *LATTICES] if self.name == LATTICE else [self.name]
+        """All recipes that the request may resolve to."""
+        names = [LATTICE, VEINS] if self.is_open else [self.name]
         return [load_recipe(name, list(self.overrides)) for name in names]
 
     @property
+    def is_open(self) -> bool:
+        """Whether the photographs choose the preset."""
+        return self.preset is None and self.start is None
+
+    @property
     def chooses_a_family(self) -> bool:
-        """Whether the family is open: no preset is named, and a sampler serves the directions."""
-        unsaid = self.preset is None and not self.overrides and self.start is None
-        return unsaid and len(self.photos) == 1 and self.directions in ("xyz", "xy")
+        """Whether the family is open, too: a sampler serves the directions."""
+        one = len(self.photos) == 1 and self.directions in ("xyz", "xy")
+        return self.is_open and one and not self.overrides
 
 
 @dataclass(frozen=True)
@@ -103,8 +108,7 @@ def resolve(request: Request) -> Resolved:
     if request.recipes()[0].match_histograms:
         exemplars = share_histograms(exemplars)
     shipped = functools.cache(lambda: load_weights(SHIPPED))
-    descriptor_loss = lambda: LearnedDescriptor(shipped()).loss  # noqa: E731
-    measured = Measurements(exemplars, request.directions, descriptor_loss)
+    measured = Measurements(exemplars, request.directions, lambda: LearnedDescriptor(shipped()))
     preset, recipe, choices = decide(request, measured)
     if recipe.fine_tuning is not None and request.start is None:
         raise PresetError(f"{preset}: fine_tuning: found no --space, expected one to start from")
@@ -174,8 +178,9 @@ def decide(request: Request, measured: Measurements) -> tuple[str, Recipe, tuple
     """Resolve the name of the preset, its recipe, and the choices made."""
     choices = []
     preset = request.name
-    if request.chooses_a_family:
-        choices.append(choose_preset(measured))
+    if request.is_open:
+        choose = choose_preset if request.chooses_a_family else choose_lattice
+        choices.append(choose(measured))
         preset = choices[-1].value
     recipe = load_recipe(preset, list(request.overrides))
     symmetry = request.symmetry or recipe.slicing.symmetry
@@ -184,10 +189,6 @@ def decide(request: Request, measured: Measurements) -> tuple[str, Recipe, tuple
         if _shows_orientations(recipe) and measured.symmetry.name != symmetry:
             symmetry, reason = measured.symmetry
             choices.append(Choice("symmetry", symmetry, reason))
-    if preset == LATTICE:
-        choices.append(choose_lattice(measured, symmetry))
-        preset = choices[-1].value
-        recipe = load_recipe(preset, list(request.overrides))
     planes = _planes(recipe, request)
     elongation = recipe.grain.elongation
     if elongation is None and recipe.slicing.planes == "auto" and planes == "about-z":

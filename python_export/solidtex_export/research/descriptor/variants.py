@@ -9,7 +9,6 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from solidtex_export.analysis.surrogate import scrambled
 from solidtex_export.research.procedural.fields import blur
 
 
@@ -18,6 +17,13 @@ def hardened(images: Tensor, generator: torch.Generator) -> Tensor:
     kinds = (scrambled, zoomed, softened, embossed)
     parts = [kind(images[i :: len(kinds)], generator) for i, kind in enumerate(kinds)]
     return torch.cat([_renormalized(part, images[i :: len(kinds)]) for i, part in enumerate(parts)])
+
+
+def scrambled(images: Tensor, generator: torch.Generator) -> Tensor:
+    """Draw random phases, the same for all colors; the spectrum stays."""
+    rows, columns = images.shape[2:]
+    white = torch.fft.rfft2(torch.randn(len(images), 1, rows, columns, generator=generator))
+    return torch.fft.irfft2(torch.fft.rfft2(images) * white / white.abs(), s=(rows, columns))
 
 
 def zoomed(images: Tensor, generator: torch.Generator) -> Tensor:
