@@ -57,22 +57,23 @@ def stretched(times: int) -> Exemplar:
     return Exemplar("stretched", "", image)
 
 
-def test_horizontal_layers_get_a_lattice() -> None:
-    assert suited(of_solid("sandstone", side=SIDE), "xy").value == "lattice"
+def test_horizontal_layers_and_short_grain_get_a_lattice() -> None:
+    for exemplar in (of_solid("sandstone", side=SIDE), stretched(1), stretched(3)):
+        assert suited(exemplar, "xy").value == "lattice"
 
 
-def test_grains_and_upright_grain_get_a_sampler() -> None:
+def test_grains_and_long_grain_get_a_sampler() -> None:
     assert suited(stretched(1), "xyz").value == "sampler"
-    for times in (3, 8):
-        found = suited(stretched(times), "xy")
-        assert found.value == "sampler" and "grain" in found.reason
+    found = suited(stretched(8), "xy")
+    assert found.value == "sampler" and "grain" in found.reason
     assert suited(of_solid("wood", side=SIDE), "xy").value == "sampler"
 
 
 @pytest.mark.parametrize("directions", ["xyz", "xy"])
 def test_a_photograph_of_one_tone_has_nothing_to_measure(directions: str) -> None:
     plain = Exemplar("plain", "", torch.full((3, SIDE, SIDE), 0.4))
-    assert suited(plain, directions).value == "sampler"
+    expected = {"xyz": "sampler", "xy": "lattice"}[directions]
+    assert suited(plain, directions).value == expected
 
 
 def test_the_command_chooses_only_without_a_preset(
