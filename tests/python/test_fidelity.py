@@ -89,7 +89,7 @@ def test_exemplars_come_from_a_list_of_photographs(tmp_path: Path) -> None:
 processor_minutes = 2
 methods = ["plain", "lattice"]
 [method.plain]
-set = ["losses.patches.weight=0"]
+set = ["losses.wavelets.weight=0"]
 [photographs]
 list = "list.csv"
 folder = "validation"
@@ -104,7 +104,7 @@ size = 64
     assert cell.photo == tmp_path / "validation" / "oak.jpg"
     options = cell._training(tmp_path / "result")
     assert {"--minutes=2.0", "--clock=processor", "--size=64"} <= set(options)
-    assert "--set=losses.patches.weight=0" in options and "--preset=plain" not in options
+    assert "--set=losses.wavelets.weight=0" in options and "--preset=plain" not in options
     path.write_text(text + "count = 3\n")
     assert [e.name for e in read_plan(path).exemplars] == ["stone-0", "stone-2", "oak"]
     with pytest.raises(PlanError, match="found no such file, expected photographs"):

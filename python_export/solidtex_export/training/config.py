@@ -26,9 +26,9 @@ class FileRecord(Settings):
 class Config(Settings):
     """A fully resolved training; `minutes` or `steps` limits it."""
 
-    version: Literal[2] = 2
-    """Version of the layout. Version 1, without this key, had an array of losses and unresolved
-    keys.
+    version: Literal[3] = 3
+    """Version of the layout and of trained bits. Version 1, without this key, had an array of
+    losses and unresolved keys. Version 2 had `recipe.init`, and other bits.
     """
     preset: str
     reasons: Array[str]

@@ -38,7 +38,6 @@ KINDS = (
     "color_distribution",
     "style",
     "adversarial",
-    "patches",
     "projected",
     "spectrum",
 )
@@ -66,15 +65,6 @@ class GeneratorSettings(Settings):
     """Statistics of batch normalization: measured once, then fixed; or of each slice, measured at
     the end.
     """
-
-
-class Init(Settings):
-    """Initial weights of a lattice generator; the defaults are the paper's."""
-
-    smoothing: Share = 0.0
-    """Share of the variance of weights on upsampled features that goes to smoothing filters."""
-    fine_noise: Annotated[float, within(1e-3, 1)] = 1.0
-    """Gain of the noise of finer levels, relative to the coarsest level's."""
 
 
 class Grain(Settings):
@@ -192,7 +182,6 @@ class Recipe(Settings):
     generator: GeneratorSettings
     optimizer: Optimizer
     losses: dict[str, Loss]
-    init: Init = Init()
     grain: Grain = Grain()
     slicing: Slicing = Slicing()
     initial_phase: InitialPhase = InitialPhase()
@@ -226,13 +215,9 @@ class Recipe(Settings):
 
     @model_validator(mode="after")
     def _fits_its_generator(self) -> Recipe:
-        kind = self.generator.kind
         if self.initial_phase.steps and self.generator.statistics == "trained":
             needed = "0 where generator.statistics are trained all along"
             raise wrong("initial_phase.steps", self.initial_phase.steps, needed)
-        for name, value in self.init if kind != "lattice" else ():
-            if value != (default := Init.model_fields[name].default):
-                raise wrong(f"init.{name}", value, f"{default:g} for generator.kind {kind}")
         if self.family == "field":
             self._check_lattice()
         elif self.slicing.oblique_share:
