@@ -229,12 +229,12 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("[optimizer]\nlearning_rate = nan", "optimizer.learning_rate: found NaN, expected a"),
         ("losses = 3", "losses: found 3, expected named tables, such as [losses.gram]"),
         ("[losses.gram]", "losses.gram.layers: found [], expected layer names"),
-        ("[losses.patches]\nend = 0.4", "expected at least one with start = 0 and end = 1"),
+        ("[losses.spectrum]\nend = 0.4", "expected at least one with start = 0 and end = 1"),
         ("[losses.gram]\nenabled = false", "expected at least one with start = 0 and end = 1"),
         ("[losses.mine]\nweight = 1", 'losses.mine.kind: found "mine", expected one of'),
         (
-            "[losses.patches]\nspeed = 1",
-            "losses.patches.speed: found an unknown key, expected kind",
+            "[losses.spectrum]\nspeed = 1",
+            "losses.spectrum.speed: found an unknown key, expected kind",
         ),
         (
             "[losses.spectrum]\nstart = 0.5\nend = 0.4",
