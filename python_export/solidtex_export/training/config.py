@@ -28,7 +28,7 @@ class Config(Settings):
 
     version: Literal[3] = 3
     """Version of the layout and of trained bits. Version 1, without this key, had an array of
-    losses and unresolved keys. Version 2 had `recipe.init`, and other bits.
+    losses and unresolved keys. Version 2 had other bits.
     """
     preset: str
     reasons: Array[str]

@@ -15,6 +15,7 @@ SUFFIX = ".toml"
 RENAMED = {
     "optimiser": "optimizer",
     "early": "initial_phase",
+    "start": "init",
     "optimizer.equalised": "per_layer_scaling",
     "critic.equalised": "equalized_learning_rate",
     "critic.memory": "replay_buffer",

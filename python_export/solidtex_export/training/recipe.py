@@ -38,6 +38,7 @@ KINDS = (
     "color_distribution",
     "style",
     "adversarial",
+    "patches",
     "projected",
     "spectrum",
 )
@@ -65,6 +66,15 @@ class GeneratorSettings(Settings):
     """Statistics of batch normalization: measured once, then fixed; or of each slice, measured at
     the end.
     """
+
+
+class Init(Settings):
+    """Initial weights of a lattice generator; the defaults are the paper's."""
+
+    smoothing: Share = 0.0
+    """Share of the variance of weights on upsampled features that goes to smoothing filters."""
+    fine_noise: Annotated[float, within(1e-3, 1)] = 1.0
+    """Gain of the noise of finer levels, relative to the coarsest level's."""
 
 
 class Grain(Settings):
@@ -182,6 +192,7 @@ class Recipe(Settings):
     generator: GeneratorSettings
     optimizer: Optimizer
     losses: dict[str, Loss]
+    init: Init = Init()
     grain: Grain = Grain()
     slicing: Slicing = Slicing()
     initial_phase: InitialPhase = InitialPhase()
@@ -215,9 +226,13 @@ class Recipe(Settings):
 
     @model_validator(mode="after")
     def _fits_its_generator(self) -> Recipe:
+        kind = self.generator.kind
         if self.initial_phase.steps and self.generator.statistics == "trained":
             needed = "0 where generator.statistics are trained all along"
             raise wrong("initial_phase.steps", self.initial_phase.steps, needed)
+        for name, value in self.init if kind != "lattice" else ():
+            if value != (default := Init.model_fields[name].default):
+                raise wrong(f"init.{name}", value, f"{default:g} for generator.kind {kind}")
         if self.family == "field":
             self._check_lattice()
         elif self.slicing.oblique_share:

@@ -23,7 +23,7 @@ from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.vgg import read_weights
 from solidtex_export.training.config import Config, FileRecord, exemplar_records
 from solidtex_export.training.presets import PresetError, load_recipe
-from solidtex_export.training.recipe import FineTuning, Grain, InitialPhase, Recipe
+from solidtex_export.training.recipe import FineTuning, Grain, Init, InitialPhase, Recipe
 from solidtex_export.training.start import Start, StartSource
 
 DEFAULT_SIZE = 128  # texels
@@ -263,8 +263,9 @@ def starting_recipe(preset: str, recipe: Recipe, request: Request) -> Recipe:
     generator = found.model_copy(update={"sizes": sizes})
     grain = Grain(elongation=None)
     return recipe.model_copy(
-        update={"generator": generator, "initial_phase": InitialPhase(), "grain": grain}
-    )
+        update={"generator": generator, "initial_phase": InitialPhase(), "init": Init(),
+                "grain": grain}
+    )  # fmt: skip
 
 
 def _has_frozen_critic(recipe: Recipe) -> bool:
