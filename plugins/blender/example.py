@@ -1,10 +1,14 @@
-"""Renders one mesh with a solid texture in four ways, with Blender as a module (`bpy`):
+"""Renders one mesh with a solid texture in several ways, with Blender as a module (`bpy`):
 
     python example.py osl MESH.ply GRANITE.solidtex TEXELS_PER_UNIT OUT.png
     python example.py volume MESH.ply GRANITE.vdb TEXELS_PER_UNIT OUT.png
     python example.py vertices COLORED.ply OUT.png
     python example.py atlas UNWRAPPED.obj ATLAS.exr OUT.png
     python example.py unwrap MESH.ply UNWRAPPED.obj
+
+or by the extension, with the folder of solidtex-bake:
+
+    python example.py extension MESH.ply EXTENSION.zip PROGRAMS MODEL WAY OUT.png
 
 Meshes stand on the ground at the origin, with z upwards, about two units high.
 """
@@ -17,10 +21,13 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import solidtex_atlas
 import solidtex_osl
 import solidtex_vdb
 
 SIZE, SAMPLES = 320, 48
+# Along the longest side, by the extension.
+TEXELS = 340
 
 
 def load(path: str) -> bpy.types.Object:
@@ -32,39 +39,36 @@ def load(path: str) -> bpy.types.Object:
     return bpy.context.selected_objects[0]
 
 
-def textured(name: str) -> tuple[bpy.types.Material, bpy.types.NodeSocket]:
-    """A material and its color input."""
-    material = bpy.data.materials.new(name)
+def with_vertex_colors(target: bpy.types.Object) -> None:
+    material = bpy.data.materials.new("vertex colors")
     material.use_nodes = True
     nodes = material.node_tree.nodes
-    return material, next(n for n in nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"]
-
-
-def with_vertex_colors(target: bpy.types.Object) -> None:
-    material, color = textured("vertex colors")
-    node = material.node_tree.nodes.new("ShaderNodeVertexColor")
+    color = next(n for n in nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"]
+    node = nodes.new("ShaderNodeVertexColor")
     node.layer_name = target.data.color_attributes[0].name
     material.node_tree.links.new(node.outputs["Color"], color)
     target.data.materials.append(material)
 
 
-def with_atlas(target: bpy.types.Object, picture: str) -> None:
-    material, color = textured("atlas")
-    node = material.node_tree.nodes.new("ShaderNodeTexImage")
-    node.image = bpy.data.images.load(str(Path(picture).resolve()))
-    material.node_tree.links.new(node.outputs["Color"], color)
-    target.data.materials.clear()
-    target.data.materials.append(material)
-
-
 def unwrap(target: bpy.types.Object, out: str) -> None:
-    bpy.context.view_layer.objects.active = target
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
-    bpy.ops.uv.smart_project(island_margin=0.02)
-    bpy.ops.object.mode_set(mode="OBJECT")
+    solidtex_atlas.unwrap(target)
     axes = {"forward_axis": "Y", "up_axis": "Z"}
     bpy.ops.wm.obj_export(filepath=out, export_materials=False, **axes)
+
+
+def by_extension(
+    target: bpy.types.Object, extension: str, programs: str, model: str, way: str
+) -> None:
+    """What a person does: install the extension, choose in the panel, press its button."""
+    bpy.ops.extensions.package_install_files(
+        filepath=str(Path(extension).resolve()), repo="user_default", enable_on_install=True
+    )
+    addon = bpy.context.preferences.addons["bl_ext.user_default.solidtex"]
+    addon.preferences.programs = str(Path(programs).resolve())
+    settings = bpy.context.scene.solidtex
+    settings.chosen, settings.way, settings.texels = model, way, TEXELS
+    bpy.context.view_layer.objects.active = target
+    bpy.ops.solidtex.make_material()
 
 
 def render(target: bpy.types.Object, out: str) -> None:
@@ -107,7 +111,9 @@ def main(arguments: list[str]) -> None:
     elif way == "vertices":
         with_vertex_colors(target)
     elif way == "atlas":
-        with_atlas(target, others[0])
+        solidtex_atlas.apply(target, {"Base Color": Path(others[0])})
+    elif way == "extension":
+        by_extension(target, *others)
     else:
         raise SystemExit(__doc__)
     render(target, out)

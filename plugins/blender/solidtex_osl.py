@@ -22,11 +22,14 @@ import sys
 from pathlib import Path
 
 import bpy
+import mathutils
 
 NAME = "solidtex"
 HERE = Path(__file__).resolve().parent
-# In the repository, and in an installation.
-SHADERS = (HERE.parent / "openimageio" / "solidtex.osl", HERE.parent / "solidtex.osl")
+# In the repository, in an installation, and in the extension.
+SHADERS = tuple(
+    folder / "solidtex.osl" for folder in (HERE.parent / "openimageio", HERE.parent, HERE)
+)
 # Levels of detail: footprints of up to 2^(LEVELS - 1) texels are averaged.
 LEVELS = 6
 COLORS = 3
@@ -40,6 +43,7 @@ def apply(
     texels_per_unit: float | None = None,
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
     seed: int = 0,
+    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> bpy.types.Material:
     """Give a mesh a material with the color, and the roughness if any, of a solid texture.
 
@@ -47,14 +51,15 @@ def apply(
     texels_per_unit, origin: a point p of the object is looked up at origin + texels_per_unit * p,
         in texels. Without texels_per_unit the longest side of the object has 512 texels.
     seed: which variant of the material.
+    rotation: XYZ Euler angles in radians, by which p is turned before it is looked up.
 
     The scene is set to Cycles with OSL, on the processor. The script is kept in the .blend file;
     the model is not. What grows beyond the object's bounding box of now is black there.
     """
-    _find_modules_of_blender()
+    find_modules_of_blender()
     if texels_per_unit is None:
         texels_per_unit = fitting_scale(target)
-    query = _query(target, model, texels_per_unit, origin, seed)
+    query = _query(turned_corners(target, rotation), model, texels_per_unit, origin, seed)
     channels, is_encoded = _found(query)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -78,6 +83,13 @@ def apply(
     for name, value in values.items():
         script.inputs[name].default_value = value
     tree.links.new(script.outputs["Color"], surface.inputs["Base Color"])
+    if any(rotation):
+        turn = tree.nodes.new("ShaderNodeVectorRotate")
+        turn.rotation_type = "EULER_XYZ"
+        turn.inputs["Rotation"].default_value = rotation
+        place = tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
+        tree.links.new(place, turn.inputs["Vector"])
+        tree.links.new(turn.outputs["Vector"], script.inputs["position"])
     target.data.materials.clear()
     target.data.materials.append(material)
     return material
@@ -92,7 +104,15 @@ def fitting_scale(target: bpy.types.Object) -> float:
     return EXTENT / max(sides)
 
 
-def _find_modules_of_blender() -> None:
+def turned_corners(
+    target: bpy.types.Object, rotation: tuple[float, float, float]
+) -> list[mathutils.Vector]:
+    """Corners of the box around an object, turned by XYZ Euler angles."""
+    matrix = mathutils.Euler(rotation).to_matrix()
+    return [matrix @ mathutils.Vector(corner) for corner in target.bound_box]
+
+
+def find_modules_of_blender() -> None:
     """Add Blender's modules to the path: script nodes need oslquery, which bpy does not find."""
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     bundled = Path(bpy.utils.resource_path("LOCAL")) / "python/lib" / version / "site-packages"
@@ -101,17 +121,17 @@ def _find_modules_of_blender() -> None:
 
 
 def _query(
-    target: bpy.types.Object,
+    corners: list[mathutils.Vector],
     model: str | Path,
     texels_per_unit: float,
     origin: tuple[float, float, float],
     seed: int,
 ) -> str:
-    """Query of the plugin for a volume around the object, whole voxels of its coarsest level."""
+    """Query of the plugin for a volume around the corners, whole voxels of its coarsest level."""
     voxel = 2 ** (LEVELS - 1)
     low, size = [], []
     for axis in range(3):
-        texels = [origin[axis] + texels_per_unit * corner[axis] for corner in target.bound_box]
+        texels = [origin[axis] + texels_per_unit * corner[axis] for corner in corners]
         first = math.floor(min(texels) / voxel) - 1
         low.append(voxel * first)
         size.append(voxel * (math.ceil(max(texels) / voxel) + 1 - first))

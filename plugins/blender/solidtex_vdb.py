@@ -35,6 +35,7 @@ def apply(
     subdivide: int = 0,
     channels: tuple[str, ...] = (),
     srgb: bool = True,
+    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> bpy.types.Material:
     """Give a mesh the solid texture of a .vdb of solidtex-bake, and a material that shows it.
 
@@ -45,6 +46,7 @@ def apply(
     channels: grids beside the albedo that become attributes; "roughness" and "metallic" go into
         the material too.
     srgb: whether the albedo is encoded, as solidtex-info says; it is decoded to light.
+    rotation: XYZ Euler angles in radians, by which p is turned before it is looked up.
     """
     if bpy.app.version < (5, 0):
         raise RuntimeError(f"Blender {bpy.app.version_string}, expected 5.0 or later: Sample Grid")
@@ -52,10 +54,11 @@ def apply(
         raise FileNotFoundError(f"{vdb}: found no such file, expected a .vdb of solidtex-bake")
     if texels_per_unit is None:
         texels_per_unit = fitting_scale(target)
-    group = _node_group(Path(vdb), texels_per_unit, origin, subdivide, channels, srgb)
+    place = (texels_per_unit, origin, rotation)
+    group = _node_group(Path(vdb), place, subdivide, channels, srgb)
     modifier = target.modifiers.new(NAME, "NODES")
     modifier.node_group = group
-    material = _material(channels)
+    material = attribute_material(channels)
     target.data.materials.clear()
     target.data.materials.append(material)
     return material
@@ -72,8 +75,7 @@ def fitting_scale(target: bpy.types.Object) -> float:
 
 def _node_group(
     vdb: Path,
-    texels_per_unit: float,
-    origin: tuple[float, float, float],
+    place: tuple[float, tuple[float, float, float], tuple[float, float, float]],
     subdivide: int,
     channels: tuple[str, ...],
     srgb: bool,
@@ -89,14 +91,10 @@ def _node_group(
         geometry = node.outputs["Mesh"]
     volume = tree.nodes.new("GeometryNodeImportVDB")
     volume.inputs["Path"].default_value = str(vdb.resolve())
-    place = tree.nodes.new("ShaderNodeVectorMath")
-    place.operation = "MULTIPLY_ADD"
-    tree.links.new(tree.nodes.new("GeometryNodeInputPosition").outputs[0], place.inputs[0])
-    place.inputs[1].default_value = (texels_per_unit,) * 3
-    place.inputs[2].default_value = origin
+    at = _texel(tree, *place)
     for name in (COLOR, *channels):
         kind = "VECTOR" if name == COLOR else "FLOAT"
-        value = _sampled(tree, volume.outputs[0], name, kind, place.outputs[0])
+        value = _sampled(tree, volume.outputs[0], name, kind, at)
         if name == COLOR and srgb:
             value = _decoded(tree, value)
         store = tree.nodes.new("GeometryNodeStoreNamedAttribute")
@@ -110,6 +108,25 @@ def _node_group(
 
 
 Socket = bpy.types.NodeSocket
+
+
+def _texel(
+    tree: bpy.types.NodeTree,
+    texels_per_unit: float,
+    origin: tuple[float, float, float],
+    rotation: tuple[float, float, float],
+) -> Socket:
+    """Where in the volume a vertex is."""
+    turn = tree.nodes.new("ShaderNodeVectorRotate")
+    turn.rotation_type = "EULER_XYZ"
+    turn.inputs["Rotation"].default_value = rotation
+    place = tree.nodes.new("ShaderNodeVectorMath")
+    place.operation = "MULTIPLY_ADD"
+    tree.links.new(tree.nodes.new("GeometryNodeInputPosition").outputs[0], turn.inputs["Vector"])
+    tree.links.new(turn.outputs["Vector"], place.inputs[0])
+    place.inputs[1].default_value = (texels_per_unit,) * 3
+    place.inputs[2].default_value = origin
+    return place.outputs[0]
 
 
 def _sampled(tree: bpy.types.NodeTree, volume: Socket, name: str, kind: str, at: Socket) -> Socket:
@@ -151,7 +168,8 @@ def _math(tree: bpy.types.NodeTree, operation: str, first: Socket, *others: floa
     return node.outputs[0]
 
 
-def _material(channels: tuple[str, ...]) -> bpy.types.Material:
+def attribute_material(channels: tuple[str, ...]) -> bpy.types.Material:
+    """A material of the attributes "albedo", which is linear, and of some channels."""
     material = bpy.data.materials.new(NAME)
     material.use_nodes = True
     tree = material.node_tree

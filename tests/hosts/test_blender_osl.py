@@ -2,6 +2,7 @@
 default): the page's commands build the plugin for the OpenImageIO inside it and make the picture,
 and the shader gives what the library does, at every level of detail."""
 
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -9,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_blender import between_voxels, light, run, run_commands
+from test_blender_extension import INSTALL, clean, package
 from test_pages import PICTURES, REPOSITORY, blocks, link_sources, pixels, programs
 
 import solidtex
 
 BPY = os.environ.get("SOLIDTEX_BPY45", "")
 MODELS = ("marble", "paint-rusted")
+EXAMPLE = str(REPOSITORY / "plugins" / "blender" / "example.py")
 pytestmark = pytest.mark.skipif(not BPY, reason="SOLIDTEX_BPY45 names no Python with bpy 4.5")
 
 SCALE, ORIGIN, SIDE = 10.0, (100.5, 50.25, -7.0), 96
@@ -136,3 +139,36 @@ def test_the_measurement_runs(made: Path, tmp_path: Path) -> None:
     module = os.environ["SOLIDTEX_BUILD"] + "/python"
     env = environment(OIIO_LIBRARY_PATH=plugin, PYTHONPATH=module)
     run([BPY, "-B", "-c", code, REPOSITORY / "benchmarks"], tmp_path, env=env)
+
+
+def test_the_extension_evaluates_at_every_hit(made: Path, tmp_path: Path) -> None:
+    """With the plugin's folder as a preference, and without OIIO_LIBRARY_PATH."""
+    package(tmp_path)
+    code = f"""{INSTALL}
+preferences.plugin = {str(made / "build-blender" / "lib" / "openimageio")!r}
+settings.chosen, settings.texels, settings.rotation = "granite-grey", 60, (0.3, 0.5, 0.7)
+settings.resolution = 256
+ball.location = 0, 0, 1
+import importlib.util
+spec = importlib.util.spec_from_file_location("example", {EXAMPLE!r})
+example = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(example)
+found = []
+for way in ("AUTO", "IMAGES"):
+    settings.way = way
+    bpy.context.view_layer.objects.active = ball
+    bpy.ops.solidtex.make_material()
+    found.append(ball.data.materials[0]["solidtex"]["way"])
+    example.render(ball, way + ".png")
+    bpy.data.lights.remove(bpy.data.lights[0])  # the next render has its own
+Path("found.json").write_text(json.dumps(found))
+"""
+    bin_folder = os.environ["SOLIDTEX_BUILD"] + "/bin"
+    run([BPY, "-B", "-c", code, bin_folder], tmp_path, env=clean(tmp_path))
+    assert json.loads((tmp_path / "found.json").read_text()) == ["OSL", "IMAGES"]
+    hit, image = (pixels(tmp_path / f"{way}.png") for way in ("AUTO", "IMAGES"))
+    assert hit.std() > 10
+    # One ball, evaluated and baked: alike, at the same places.
+    assert np.abs(blocks(hit) - blocks(image)).mean() < 3
+    middle = (slice(130, 230), slice(130, 190))
+    assert np.corrcoef(hit[middle].ravel(), image[middle].ravel())[0, 1] > 0.7

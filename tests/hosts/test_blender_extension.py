@@ -1,0 +1,243 @@
+"""Blender's extension, where SOLIDTEX_BPY names a Python with the module bpy 5 (1 GB, so not by
+default): the zip is installed, every operator runs, and the page's commands make its picture. The
+panel is drawn in a window only, so no test sees it."""
+
+import json
+import os
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_blender import BPY, BUILD, between_voxels, light, needs_bpy, run, run_commands
+from test_pages import PICTURES, REPOSITORY, blocks, pixels, programs
+
+import solidtex
+
+SEED, TEXELS, ROTATION = 3, 20.0, (0.3, 0.5, 0.7)
+INSTALL = """
+import json, math, sys
+from pathlib import Path
+import bpy, numpy as np
+folder = Path.cwd()
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.extensions.package_install_files(
+    filepath=str(folder / "extension.zip"), repo="user_default", enable_on_install=True)
+NAME = "bl_ext.user_default.solidtex"
+preferences = bpy.context.preferences.addons[NAME].preferences
+preferences.programs = sys.argv[1]
+bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
+ball = bpy.context.object
+ball.location.x = 5  # the texture moves with it
+settings = bpy.context.scene.solidtex
+module = lambda name: sys.modules[NAME + "." + name]
+def message(operator):
+    try:
+        operator()
+    except RuntimeError as error:
+        return str(error)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with the extension, as one command writes it."""
+    package(tmp_path)
+    return tmp_path
+
+
+def package(folder: Path) -> None:
+    script = REPOSITORY / "plugins" / "blender" / "package.cmake"
+    run(["cmake", "-D", f"OUT={folder / 'extension.zip'}", "-P", script], folder)
+
+
+def clean(folder: Path, **others: str) -> dict[str, str]:
+    """An environment in which Blender has no settings yet."""
+    resources = {"BLENDER_USER_RESOURCES": str(folder / "blender"), "TMPDIR": str(folder)}
+    return {**os.environ, "PYTHONPATH": "", **resources, **others}
+
+
+def blender(code: str, folder: Path, where: Path = BUILD / "bin", **others: str) -> dict:
+    """What the code puts into `found`, in a Blender with the extension."""
+    code = f"{INSTALL}{code}\nPath('found.json').write_text(json.dumps(found))"
+    run([BPY, "-B", "-c", code, where], folder, env=clean(folder, **others))
+    return json.loads((folder / "found.json").read_text())
+
+
+def test_the_zip_has_a_manifest_and_a_thumbnail_for_every_shipped_model(folder: Path) -> None:
+    with zipfile.ZipFile(folder / "extension.zip") as archive:
+        names = set(archive.namelist())
+        manifest = archive.read("blender_manifest.toml").decode()
+    assert {"__init__.py", "solidtex_osl.py", "solidtex.osl", "LICENSE"} <= names
+    assert f'version = "{solidtex.__version__}"' in manifest
+    for model in (REPOSITORY / "models").glob("*.solidtex"):
+        assert f"thumbnails/{model.stem}.jpg" in names
+
+
+@needs_bpy
+def test_vertices_and_volumes_have_the_values_of_the_library(folder: Path) -> None:
+    blender(
+        f"""
+settings.chosen, settings.seed, settings.texels = "paint-rusted", {SEED}, {TEXELS}
+settings.rotation = {ROTATION}
+bpy.ops.wm.save_as_mainfile(filepath=str(folder / "scene.blend"))
+def values(mesh, name, key, width):
+    found = np.empty(len(mesh.vertices) * width, np.float32)
+    mesh.attributes[name].data.foreach_get(key, found)
+    return found.reshape(-1, width)
+settings.way = "VERTICES"
+bpy.ops.solidtex.make_material()
+colors = values(ball.data, "albedo", "color", 4)[:, :3]
+rough = values(ball.data, "roughness", "value", 1)
+settings.way = "VOLUME"
+bpy.ops.solidtex.make_material()
+bpy.ops.solidtex.make_material()  # in place of the first one
+mesh = ball.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+volume = [values(mesh, "albedo", "vector", 3), values(mesh, "roughness", "value", 1)]
+at = values(ball.data, "position", "vector", 3)
+np.save("values.npy", np.concatenate([at, colors, rough, *volume], axis=1))
+material = ball.data.materials[0]
+found = {{"modifiers": len(ball.modifiers), "objects": len(bpy.data.objects),
+          "vdb": (folder / "Sphere-paint-rusted.vdb").is_file(),
+          "name": material.name, "seed": material["solidtex"]["seed"]}}
+""",
+        folder,
+    )
+    found = json.loads((folder / "found.json").read_text())
+    assert found == {"modifiers": 1, "objects": 1, "vdb": True, "seed": SEED,
+                     "name": "paint-rusted Sphere"}  # fmt: skip
+    table = np.load(folder / "values.npy").astype(np.float64)
+    points = TEXELS / 2 * turned(table[:, :3], ROTATION)  # the ball is two units wide
+    texture = solidtex.Texture("paint-rusted", seed=SEED)
+    values = between_voxels(texture, points)
+    roughness = values[:, texture.channels.index("roughness")]
+    volume = np.column_stack([light(values), roughness])
+    assert volume[:, :3].std() > 0.01
+    assert np.abs(table[:, 7:10] - volume[:, :3]).max() < 1e-4
+    assert np.abs(table[:, 10] - volume[:, 3]).max() < 1e-4
+    # A vertex has a mean over its neighborhood.
+    together = np.corrcoef(table[:, 3:6].ravel(), volume[:, :3].ravel())[0, 1]
+    assert together > 0.9
+    assert np.corrcoef(table[:, 6], volume[:, 3])[0, 1] > 0.9
+
+
+def turned(points: np.ndarray, angles: tuple[float, float, float]) -> np.ndarray:
+    """Points turned about x, then y, then z."""
+    for axis, angle in enumerate(angles):
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        matrix = np.eye(3)
+        matrix[first, first] = matrix[second, second] = np.cos(angle)
+        matrix[second, first], matrix[first, second] = np.sin(angle), -np.sin(angle)
+        points = points @ matrix.T
+    return points
+
+
+@needs_bpy
+def test_images_are_kept_in_the_blend_file(folder: Path) -> None:
+    found = blender(
+        """
+settings.chosen, settings.way, settings.resolution = "paint-rusted", "IMAGES", 64
+ball.data.uv_layers.remove(ball.data.uv_layers[0])
+bpy.ops.solidtex.make_material()
+links = ball.data.materials[0].node_tree.links
+found = {"packed": [bool(image.packed_file) for image in bpy.data.images],
+         "size": sorted({tuple(image.size) for image in bpy.data.images}),
+         "inputs": sorted(l.to_socket.name for l in links if l.to_node.type == "BSDF_PRINCIPLED"),
+         "uvs": len(ball.data.uv_layers), "selected": ball.select_get()}
+""",
+        folder,
+    )
+    assert found["packed"] == [True] * 3 and found["size"] == [[64, 64]]
+    assert found["inputs"] == ["Base Color", "Normal", "Roughness"]
+    assert found["uvs"] == 1 and found["selected"]
+    assert not list(folder.glob("solidtex-*"))
+
+
+@needs_bpy
+def test_models_of_ones_own_get_thumbnails(folder: Path) -> None:
+    own = folder / "mine"
+    own.mkdir()
+    shutil.copy(REPOSITORY / "models" / "granite-grey-sampler.solidtex", own / "my-stone.solidtex")
+    found = blender(
+        """
+preferences.models = str(folder / "mine")
+bpy.ops.solidtex.refresh_models()
+settings.chosen = "my-stone"
+path = module("settings").thumbnail(Path(settings.model))
+image = bpy.data.images.load(str(path))
+found = {"model": settings.model, "size": list(image.size),
+         "models": len(module("settings").models()),
+         "contrast": float(np.std(image.pixels[:]))}
+""",
+        folder,
+    )
+    shipped = len(list((REPOSITORY / "models").glob("*.solidtex")))
+    assert found["model"] == str(own / "my-stone.solidtex") and found["models"] == shipped + 1
+    assert found["size"] == [128, 128] and found["contrast"] > 0.05
+
+
+@needs_bpy
+def test_a_bake_has_progress_and_is_cancelled_without_a_trace(folder: Path) -> None:
+    found = blender(
+        """
+import time
+settings.chosen, settings.way, settings.texels = "granite-grey", "VOLUME", 400
+bpy.ops.wm.save_as_mainfile(filepath=str(folder / "scene.blend"))
+run = module("operators").Run(module("ways").make(ball, settings))
+module("operators").Run.active = run
+deadline = time.monotonic() + 300
+while run.advance() and run.progress == 0 and time.monotonic() < deadline:
+    time.sleep(0.05)
+process = run._job._process
+found = {"progress": run.progress, "runs": process.poll() is None,
+         "poll": bpy.ops.solidtex.make_material.poll()}
+bpy.ops.solidtex.cancel()
+found |= {"ended": process.poll() is not None, "files": [p.name for p in folder.glob("*.vdb*")],
+          "materials": len(ball.data.materials)}
+""",
+        folder,
+    )
+    assert 0 < found.pop("progress") < 1
+    assert found == {"runs": True, "poll": False, "ended": True, "files": [], "materials": 0}
+    assert not list(folder.glob("solidtex-*"))
+
+
+@needs_bpy
+def test_what_is_missing_is_said(folder: Path) -> None:
+    (folder / "empty").mkdir()
+    found = blender(
+        """
+settings.chosen = "granite-grey"
+unsaved = message(lambda: (setattr(settings, "way", "VOLUME"), bpy.ops.solidtex.make_material()))
+broken = folder / "broken.solidtex"
+broken.write_text("nothing")
+preferences.models = str(folder)
+settings.chosen, settings.way = str(broken), "AUTO"
+damaged = message(bpy.ops.solidtex.make_material)
+preferences.programs, preferences.models = str(folder / "empty"), ""
+module("settings").refresh()
+found = {"unsaved": unsaved, "damaged": damaged, "missing": message(bpy.ops.solidtex.make_material)}
+bpy.ops.preferences.addon_disable(module=NAME)
+found["disabled"] = not hasattr(bpy.types.Scene, "solidtex")
+""",
+        folder,
+    )
+    assert "Save the .blend file first" in found["unsaved"]
+    assert "broken.solidtex" in found["damaged"]
+    assert "solidtex-bake" in found["missing"] and "Preferences" in found["missing"]
+    assert str(folder / "empty") in found["missing"] and found["disabled"]
+
+
+@needs_bpy
+def test_the_page_makes_its_image(folder: Path) -> None:
+    (commands,) = programs("blender-extension.md", "sh")
+    (folder / "build").symlink_to(BUILD)
+    for name in ("plugins", "scenes", "CMakeLists.txt"):
+        (folder / name).symlink_to(REPOSITORY / name)
+    resources = f"export BLENDER_USER_RESOURCES='{folder / 'blender'}'\n"
+    run_commands(resources + commands, folder, BPY)
+    made = np.concatenate([pixels(folder / f"{n}.png") for n in ("images", "vertices")], axis=1)
+    shown = pixels(PICTURES / "blender-extension.png")
+    assert made.shape == shown.shape and shown.std() > 10
+    assert np.abs(blocks(made) - blocks(shown)).max() < 8
