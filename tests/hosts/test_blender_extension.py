@@ -138,6 +138,7 @@ def test_images_are_kept_in_the_blend_file(folder: Path) -> None:
     found = blender(
         """
 settings.chosen, settings.way, settings.resolution = "paint-rusted", "IMAGES", 64
+settings.texels = 60
 ball.data.uv_layers.remove(ball.data.uv_layers[0])
 bpy.ops.solidtex.make_material()
 links = ball.data.materials[0].node_tree.links
