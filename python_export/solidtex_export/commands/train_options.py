@@ -10,6 +10,7 @@ import torch
 from solidtex_export.analysis.choice import LATTICE, SAMPLER, VEINS
 from solidtex_export.commands import cli
 from solidtex_export.images.channels import check_map_name
+from solidtex_export.images.estimates import METHODS, write_estimates
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.spaces.start import learned_start, space_start
 from solidtex_export.training.presets import PresetError, load_recipe, shipped
@@ -26,6 +27,7 @@ EXAMPLES = """  solidtex-train granite.jpg -o results/granite
   solidtex-train front.png side.png top.png -o results/cube
   solidtex-train granite.jpg --preset gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
   solidtex-train granite.jpg --descriptor results/descriptor/weights.safetensors -o results/granite
+  solidtex-train photo.jpg --estimate height,roughness -o results/plaster
   solidtex-train albedo.png --map roughness=rough.png --map height=height.tif -o results/rust
 
 The same command again resumes an interrupted training. Ctrl-C saves before it stops.
@@ -46,6 +48,9 @@ def parser() -> argparse.ArgumentParser:
                    type=named_file,
                    help="further channel of the photograph with the same number of pixels:"
                    " roughness, height ...; one per photograph, in order")  # fmt: skip
+    p.add_argument("--estimate", metavar="NAME,...", type=estimated_names, default=[],
+                   help=f"estimate maps from the photograph: {' or '.join(METHODS)}, or both;"
+                   " guesses without a unit, whose files are in RESULT-estimates")  # fmt: skip
     cli.add_reading_arguments(p)
     p.add_argument("--color-space", choices=("srgb", "linear"), default="srgb",
                    help="encoding of the learned and stored colors; EXR and float TIFF are read as"
@@ -126,6 +131,15 @@ def named_file(text: str) -> tuple[str, Path]:
     return name, Path(file)
 
 
+def estimated_names(text: str) -> list[str]:
+    names = text.split(",")
+    if not set(names) <= set(METHODS) or len(set(names)) < len(names):
+        raise argparse.ArgumentTypeError(
+            f"found {text}, expected {' or '.join(METHODS)}, or both with a comma"
+        )
+    return names
+
+
 def maps_of_photographs(
     p: argparse.ArgumentParser, args: argparse.Namespace
 ) -> tuple[dict[str, Path], ...]:
@@ -142,6 +156,23 @@ def maps_of_photographs(
     return tuple({name: f[i] for name, f in files.items()} for i in range(len(args.photos)))
 
 
+def with_estimates(
+    p: argparse.ArgumentParser, args: argparse.Namespace, given: tuple[dict[str, Path], ...]
+) -> tuple[dict[str, Path], ...]:
+    """The given maps of each photograph, and those of --estimate beside the result."""
+    if not args.estimate:
+        return given
+    for name in args.estimate:
+        if name in given[0]:
+            p.error(f"--estimate: found {name}, expected none that --map gives")
+    folder = args.result.parent / f"{args.result.name}-estimates"
+    reading = cli.reading_of(args)
+    return tuple(
+        maps | write_estimates(photo, args.estimate, folder, reading)
+        for photo, maps in zip(args.photos, given, strict=True)
+    )
+
+
 def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
     """Convert the options to a request; refuses invalid combinations."""
     check_numbers(p, args)
@@ -156,7 +187,8 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
     request = Request(
         photos=tuple(args.photos),
         directions=directions,
-        maps=maps_of_photographs(p, args),
+        maps=with_estimates(p, args, maps_of_photographs(p, args)),
+        estimated=tuple(args.estimate),
         preset=args.preset,
         overrides=tuple(args.settings),
         size=args.size,
@@ -191,6 +223,8 @@ def start_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> StartSourc
         p.error(f"{option}: found {len(args.photos)} photographs, expected one")
     if args.maps:
         p.error(f"{option}: found --map {args.maps[0][0]}, expected none: it has colors only")
+    if args.estimate:
+        p.error(f"{option}: found --estimate, expected none: it has colors only")
     if args.color_space != "srgb":
         p.error(f"{option}: found --color-space {args.color_space}, expected srgb")
     return space_start(args.space) if args.space else learned_start(args.start)

@@ -14,6 +14,7 @@ from solidtex_export.discriminators.critic import Critic
 from solidtex_export.generators.build import build_generator
 from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.images.channels import AS_IS, Reading
+from solidtex_export.images.estimates import METHOD
 from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.images.histograms import share_histograms
 from solidtex_export.images.photographs import read_picture
@@ -44,6 +45,8 @@ class Request:
     directions: str
     maps: tuple[dict[str, Path], ...]
     """Maps of each photograph, by name."""
+    estimated: tuple[str, ...] = ()
+    """Names of the maps that were estimated from the photographs."""
     preset: str | None = None
     overrides: tuple[str, ...] = ()
     size: int | None = None
@@ -105,6 +108,9 @@ def resolve(request: Request) -> Resolved:
         for path, maps in zip(request.photos, request.maps, strict=True)
     ]
     check_alike(exemplars)
+    for exemplar in exemplars:
+        for name in request.estimated:
+            exemplar.maps[name]["estimate"] = METHOD
     if request.recipes()[0].match_histograms:
         exemplars = share_histograms(exemplars)
     shipped = functools.cache(lambda: load_weights(SHIPPED))
