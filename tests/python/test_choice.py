@@ -84,7 +84,7 @@ def test_the_command_chooses_only_without_a_preset(
     Image.fromarray(pixels).save(photo)
     chosen = config_of(photo, tmp_path / "chosen")
     assert (chosen["preset"], chosen["family"]) == ("sampler", "sampler")
-    said = capsys.readouterr().out
+    said = capsys.readouterr().err
     assert "so --preset sampler" in said
     (reason,) = chosen["reasons"]
     assert reason in said
@@ -92,4 +92,4 @@ def test_the_command_chooses_only_without_a_preset(
     assert config_of(photo, tmp_path / "set", *settings)["preset"] == "lattice"
     named = [part for s in SMALL["lattice"] for part in ("--set", s)]
     assert config_of(photo, tmp_path / "x", "--directions", "z", *named)["preset"] == "lattice"
-    assert "sampler" not in capsys.readouterr().out
+    assert "so --preset" not in capsys.readouterr().err

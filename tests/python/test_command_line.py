@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
 
@@ -68,3 +69,11 @@ def test_quiet_drops_remarks_but_no_errors(capsys: pytest.CaptureFixture[str]) -
     for options, error in (([], "remark\nprogram: error\n"), (["-q"], "program: error\n")):
         assert cli.run(cli.parser("program", "", ""), options, work) == 1
         assert capsys.readouterr() == ("result\n", error)
+
+
+def test_json_replaces_the_text(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert solids.main(["marble", "-o", str(tmp_path), "--size", "16", "--json"]) == 0
+    printed = capsys.readouterr()
+    document = json.loads(printed.out)
+    assert document["program"] == "solidtex-solids"
+    assert document["files"] == [str(tmp_path / "marble.png")]

@@ -460,7 +460,7 @@ def test_without_a_terminal_lines_report_the_progress(
 ) -> None:
     monkeypatch.setattr(terminal, "LOG_SECONDS", 0.0)
     run_in_terminal(small_trainer(photo, tmp_path / "r", "--steps", "2"))
-    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("step")]
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("step")]
     assert [line.partition(",")[0] for line in lines] == ["step 1", "step 2"]
     assert lines[-1] == "step 2, 0.0 min left, 100%"
 
@@ -473,13 +473,46 @@ def test_more_steps_continue_a_finished_training(
     assert cli_train.main(arguments(photo, result, "--steps", "3")) == 0
     printed = capsys.readouterr()
     assert "continues a training of 2 steps" in printed.err
-    assert "resuming at step 2" in printed.out
+    assert "resuming at step 2" in printed.err
     state = torch.load(result / "checkpoint.pt", weights_only=True)
     assert state["step"] == 3 and state["finished"]
     assert json.loads((result / "config.json").read_text())["steps"] == 3
     assert cli_train.main(arguments(photo, result, "--steps", "2")) == 1
     assert "steps: found 3, expected 2" in capsys.readouterr().err
     assert cli_train.main(arguments(photo, result, "--minutes", "2")) == 1
+
+
+def test_results_are_on_standard_output_and_talk_is_not(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = tmp_path / "result"
+    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
+    printed = capsys.readouterr()
+    assert printed.out == f"{result}: done; look at {result / 'preview.png'}\n"
+    assert "training on cpu" in printed.err and "next: solidtex-export" in printed.err
+    assert cli_train.main(arguments(photo, result, "--steps", "2", "--json", "--quiet")) == 0
+    printed = capsys.readouterr()
+    document = json.loads(printed.out)
+    assert printed.err == "" and document["program"] == "solidtex-train"
+    assert (document["step"], document["finished"]) == (2, True)
+    assert document["files"] == [str(result / "preview.png")]
+    exported = tmp_path / "m.solidtex"
+    assert cli_export.main([str(result), "-o", str(exported), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["files"] == [str(exported)]
+
+
+def test_a_dash_is_standard_output(
+    photo: Path, tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    result, file = tmp_path / "result", tmp_path / "result.solidtex"
+    assert cli_train.main(arguments(photo, result, "--steps", "1", "--quiet")) == 0
+    assert cli_export.main([str(result), "-o", str(file)]) == 0
+    capfdbinary.readouterr()
+    assert cli_export.main([str(result), "-o", "-"]) == 0
+    printed = capfdbinary.readouterr()
+    assert printed.out == file.read_bytes() and printed.err
+    with pytest.raises(SystemExit):
+        cli_export.main([str(result), "-o", "-", "--json"])
 
 
 def test_a_reduction_and_an_unfinished_export_are_announced(

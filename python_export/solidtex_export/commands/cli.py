@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import re
 import sys
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, redirect_stderr
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -86,8 +88,13 @@ def _in_words(message: str) -> str:
     return message
 
 
-def parser(program: str, description: str, examples: str) -> argparse.ArgumentParser:
-    """Argument parser with --version, and with examples below its help."""
+def parser(
+    program: str, description: str, examples: str, has_json: bool = True
+) -> argparse.ArgumentParser:
+    """Argument parser with --version, and with examples below its help.
+
+    has_json: whether --json prints what the command returns; some have a --json FILE of their own.
+    """
     p = Parser(
         prog=program,
         description=description,
@@ -98,6 +105,9 @@ def parser(program: str, description: str, examples: str) -> argparse.ArgumentPa
     p.add_argument("--config", metavar="FILE", type=Path,
                    help="read options from a TOML file; the command line goes first")  # fmt: skip
     p.add_argument("-q", "--quiet", action="store_true", help="print results and errors only")
+    if has_json:
+        p.add_argument("--json", action="store_true",
+                       help="print the results as JSON to standard output")  # fmt: skip
     p.add_argument("--completion", action=Completion, choices=SHELLS,
                    help="print a completion script for this shell and exit")  # fmt: skip
     return p
@@ -116,10 +126,14 @@ def add_model_argument(p: argparse.ArgumentParser, name: str = "model", **option
                    help="a .solidtex file, or the name of a shipped model", **options)  # fmt: skip
 
 
-def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> None:
-    """Add the options of a command that writes one file."""
+def add_output_arguments(
+    p: argparse.ArgumentParser, name: str, suffix: str, can_pipe: bool = True
+) -> None:
+    """Add the options of a command that writes one file; can_pipe: -o - writes it to a pipe."""
+    pipe = ", or - for standard output" if can_pipe else ""
     p.add_argument("-o", dest="output", metavar=name, type=Path, required=True,
-                   help=f"the {suffix} file to write")  # fmt: skip
+                   help=f"the {suffix} file to write{pipe}")  # fmt: skip
+    p.set_defaults(piped_suffix=suffix if can_pipe else None)
     p.add_argument("--force", action="store_true", help=f"replace {name} if it exists")
 
 
@@ -168,33 +182,74 @@ def optional_packages(program: str, extra: str) -> Iterator[None]:
 
 
 @contextmanager
-def without_remarks(
-    quiet: bool, redirect: Callable[[Any], AbstractContextManager[Any]] = redirect_stderr
-) -> Iterator[None]:
-    """Drop remarks if `quiet`: what is printed to standard error, or what `redirect` redirects.
-    Errors are printed outside.
-    """
+def without_remarks(quiet: bool) -> Iterator[None]:
+    """Drop remarks, which are printed to standard error, if `quiet`. Errors are printed outside."""
     with ExitStack() as stack:
         if quiet:
-            stack.enter_context(redirect(stack.enter_context(open(os.devnull, "w"))))
+            stack.enter_context(redirect_stderr(stack.enter_context(open(os.devnull, "w"))))
         yield
+
+
+def say(text: str) -> None:
+    """Print a remark: anything that is no result goes to standard error."""
+    print(text, file=sys.stderr, flush=True)
+
+
+Document = dict[str, Any]
+"""Results of a command for --json."""
+
+
+def print_document(program: str, document: Document) -> None:
+    print(json.dumps({"program": program, "version": __version__} | document, indent=2))
+
+
+@contextmanager
+def _piped(args: argparse.Namespace) -> Iterator[None]:
+    """With `-o -`, let the command write a temporary file, and copy it to standard output."""
+    suffix = getattr(args, "piped_suffix", None)
+    if suffix is None or args.output != Path("-"):
+        yield
+        return
+    sources = (getattr(args, name, None) for name in ("result", "checkpoint", "model"))
+    stem = next((Path(source).stem for source in sources if source), "output")
+    with tempfile.TemporaryDirectory() as folder:
+        args.output = Path(folder, f"{stem}{suffix}")
+        with redirect_stdout(sys.stderr):
+            yield
+        sys.stdout.buffer.write(args.output.read_bytes())
+        sys.stdout.flush()
 
 
 def run(
     p: argparse.ArgumentParser,
     arguments: list[str] | None,
-    work: Callable[..., None],
+    work: Callable[[argparse.Namespace], Document | None],
     failures: tuple[type[Exception], ...] = FAILURES,
 ) -> int:
-    """Run work(args); an exception with a message for the user gives exit code 1."""
+    """Run work(args); an exception with a message for the user gives exit code 1.
+
+    Results are on standard output: the text that work prints, with --json what it returns instead.
+    """
     args = p.parse_args(arguments)
+    as_json = getattr(args, "json", None) is True
+    if as_json and getattr(args, "output", None) == Path("-"):
+        p.error("-o: found - with --json, expected one of them: both are for standard output")
     try:
-        with without_remarks(args.quiet):
-            work(args)
+        with without_remarks(args.quiet), _piped(args), ExitStack() as stack:
+            if as_json:
+                stack.enter_context(redirect_stdout(sys.stderr))
+            document = work(args)
     except (*failures, *engine.errors()) as error:
         print(f"{p.prog}: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print(f"{p.prog}: interrupted, nothing was written", file=sys.stderr)
         return 130
+    if as_json:
+        print_document(p.prog, document or {})
     return 0
+
+
+def files(*paths: Path) -> Document:
+    """Results of a command that writes files."""
+    return {"files": [str(path) for path in paths]}

@@ -6,6 +6,7 @@ import argparse
 import hashlib
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 PROGRAM = "solidtex-eval"
 DEFAULT_SIDE = 96
+STANDARD_OUTPUT = Path("-")
 
 EXAMPLES = f"""  {PROGRAM} granite.solidtex granite.jpg -o report.html
   {PROGRAM} granite.solidtex granite.jpg --json report.json --seed 7
@@ -43,6 +45,7 @@ def make_parser() -> argparse.ArgumentParser:
         "Compare slices of a model, or images of slices, with the photograph of the training."
         " Distances are relative to self-distance, the distance between the photograph's halves.",
         EXAMPLES,
+        has_json=False,
     )
     p.usage = f"{PROGRAM} [options] (MODEL.solidtex | --slices PATH) EXEMPLAR [EXEMPLAR ...]"
     p.add_argument("paths", metavar="MODEL EXEMPLAR", nargs="+", type=Path,
@@ -56,7 +59,8 @@ def make_parser() -> argparse.ArgumentParser:
                    help="further channel of the exemplar, as in solidtex-train")  # fmt: skip
     cli.add_reading_arguments(p)
     p.add_argument("-o", dest="output", metavar="HTML", type=Path, help="write a report")
-    p.add_argument("--json", metavar="JSON", type=Path, help="write all figures")
+    p.add_argument("--json", metavar="JSON", type=Path,
+                   help="write all figures; - for standard output, without the table")  # fmt: skip
     p.add_argument("--pictures", metavar="FOLDER", type=Path,
                    help="write the images of the report, as PNG files")  # fmt: skip
     p.add_argument("--sheet", metavar="PNG", type=Path,
@@ -121,7 +125,7 @@ def run(args: argparse.Namespace) -> None:
     if args.pictures and args.pictures.exists() and not args.force:
         raise OutputError(f"{args.pictures}: found it, expected a new folder (--force adds to it)")
     for path, suffix in ((args.output, ".html"), (args.json, ".json"), (args.sheet, ".png")):
-        if path is not None:
+        if path is not None and path != STANDARD_OUTPUT:
             check_output(path, args.force, suffix)
     training = {}
     if args.model:
@@ -136,14 +140,17 @@ def run(args: argparse.Namespace) -> None:
     subject = make_subject(args, training, side)
     result = evaluate(subject, exemplars, settings)
     result.document["exemplars"] = [{"file": e.name, "sha256": e.sha256} for e in exemplars]
-    print(summary(result))
+    if args.json == STANDARD_OUTPUT:
+        cli.print_document(PROGRAM, result.document)
+    else:
+        print(summary(result))
     write(args, result, [e.name for e in exemplars])
     if args.sheet:
         from solidtex_export.evaluation.evaluate import sheet
         from solidtex_export.evaluation.report import png
 
         write_whole(args.sheet, png(sheet(subject, exemplars, side)))
-        print(args.sheet)
+        talk(args)(str(args.sheet))
 
 
 def load(
@@ -189,22 +196,28 @@ def summary(result: Evaluation) -> str:
     return "\n".join(lines)
 
 
+def talk(args: argparse.Namespace) -> Callable[[str], None]:
+    """How names of written files are printed: as results, or as remarks beside the figures."""
+    return cli.say if args.json == STANDARD_OUTPUT else print
+
+
 def write(args: argparse.Namespace, result: Evaluation, exemplars: list[str]) -> None:
-    if args.json:
+    if args.json and args.json != STANDARD_OUTPUT:
         write_whole(args.json, (json.dumps(result.document, indent=1) + "\n").encode())
         print(args.json)
+    say = talk(args)
     if args.output:
         from solidtex_export.evaluation.report import render
 
         write_whole(args.output, render(result, exemplars).encode())
-        print(args.output)
+        say(str(args.output))
     if args.pictures:
         from solidtex_export.evaluation.report import png
 
         args.pictures.mkdir(parents=True, exist_ok=True)
         for name, picture in result.pictures.items():
             write_whole(args.pictures / f"{name.replace(' ', '-')}.png", png(picture))
-        print(args.pictures)
+        say(str(args.pictures))
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -46,7 +46,7 @@ def make_parser() -> argparse.ArgumentParser:
     return p
 
 
-def export(args: argparse.Namespace) -> None:
+def export(args: argparse.Namespace) -> cli.Document:
     check_output(args.output, args.force)
     result = read_result(args.result)
     if not result.finished:
@@ -54,6 +54,7 @@ def export(args: argparse.Namespace) -> None:
     model = build_model(result, args.name or args.output.stem, args.license)
     found = write_verified(args.output, model, unfolded_network(result))
     print(summary(args.output, model, found))
+    return cli.files(args.output)
 
 
 def unfinished(result: TrainingResult) -> str:

@@ -47,7 +47,7 @@ def make_parser() -> argparse.ArgumentParser:
     return p
 
 
-def export(args: argparse.Namespace) -> None:
+def export(args: argparse.Namespace) -> cli.Document:
     check_output(args.output, args.force, ".onnx")
     model = model_file.read(args.model)
     box = block(args, model)
@@ -60,6 +60,7 @@ def export(args: argparse.Namespace) -> None:
     data = onnx_model(model, box).SerializeToString()
     write_whole(args.output, data)
     print(f"{args.output}: {len(data)} bytes, {describe(box)}")
+    return cli.files(args.output)
 
 
 def block(args: argparse.Namespace, model: ModelFile) -> Box | None:

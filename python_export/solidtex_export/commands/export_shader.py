@@ -51,7 +51,7 @@ def make_parser() -> argparse.ArgumentParser:
     return p
 
 
-def export(args: argparse.Namespace) -> None:
+def export(args: argparse.Namespace) -> cli.Document:
     suffix = args.output.suffix
     if suffix not in BY_SUFFIX:
         raise OutputError(
@@ -71,6 +71,7 @@ def export(args: argparse.Namespace) -> None:
     print(f"{args.output}: function {name}, {len(made.text)} bytes of source")
     for path in companions:
         _write_data(path, made)
+    return cli.files(args.output, *companions)
 
 
 def _storage(args: argparse.Namespace) -> Storage:

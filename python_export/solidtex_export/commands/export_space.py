@@ -32,7 +32,7 @@ Then: solidtex-encode photo.jpg --space stones.solidtex-space -o mine.solidtex""
 def parser() -> argparse.ArgumentParser:
     p = cli.parser("solidtex-export-space", "Write a trained texture space as one file.", EXAMPLES)
     p.add_argument("result", metavar="RESULT", type=Path, help="folder of solidtex-train-space")
-    cli.add_output_arguments(p, "SPACE", SUFFIX)
+    cli.add_output_arguments(p, "SPACE", SUFFIX, can_pipe=False)
     p.add_argument("--name", help="name of the space (default: that of SPACE)")
     p.add_argument("--license", default="", help="licence of the space, an SPDX expression")
     p.add_argument("--material", metavar="NAME",
@@ -55,7 +55,7 @@ def _numbers(text: str) -> list[float]:
     return numbers
 
 
-def export(args: argparse.Namespace) -> None:
+def export(args: argparse.Namespace) -> cli.Document:
     from solidtex_export.spaces.result import read_config, read_space, read_start
 
     kind = read_config(args.result / "config.json")["kind"]
@@ -66,7 +66,8 @@ def export(args: argparse.Namespace) -> None:
         raise ResultError(f"{args.output}: found an existing file, expected none (or use --force)")
     name = args.name or args.output.stem
     if kind == "alanov":
-        return _export_model(args, name)
+        _export_model(args, name)
+        return cli.files(args.output)
     if args.material or args.code:
         raise ResultError(f"{args.result}: found a {kind}, expected no --material and no --code")
     if kind == "space":
@@ -81,7 +82,8 @@ def export(args: argparse.Namespace) -> None:
         then = f"solidtex-train photo.jpg --start {args.output} -o results/mine"
     size = args.output.stat().st_size / 2**20
     print(f"{args.output}: {count} photographs, {size:.1f} MiB")
-    print(f"next: {then}")
+    cli.say(f"next: {then}")
+    return cli.files(args.output)
 
 
 def _export_model(args: argparse.Namespace, name: str) -> None:

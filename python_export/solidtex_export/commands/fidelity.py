@@ -86,7 +86,7 @@ def is_done(cell: Cell, recorded: Outcomes, args: argparse.Namespace) -> bool:
     return outcome is not None and (FEATURE_DISTANCE in outcome.figures or not can_measure)
 
 
-def run(args: argparse.Namespace) -> None:
+def run(args: argparse.Namespace) -> cli.Document:
     with cli.optional_packages(PROGRAM, "evaluate"):
         from solidtex_export.research.fidelity.cell import Cell
         from solidtex_export.research.fidelity.contact_sheet import write_contact_sheet
@@ -109,14 +109,16 @@ def run(args: argparse.Namespace) -> None:
     cells = [] if args.no_training else [c for row in rows for c in row if is_chosen(c, args)]
     for cell in run_cells([c for c in cells if not is_done(c, recorded, args)], args):
         if cell.failure.exists():
-            print(cell.failure.read_text(), end="", flush=True)
+            cli.say(cell.failure.read_text().rstrip("\n"))
         write_table(table, plan, args.plan.name, rows)
     write_table(table, plan, args.plan.name, rows)
     print(summary(plan, read_outcomes(table.with_suffix(".json"))))
     sheet = args.folder / "contact-sheet.png"
-    if write_contact_sheet(sheet, rows):
+    has_sheet = write_contact_sheet(sheet, rows)
+    if has_sheet:
         print(sheet)
     print(table)
+    return cli.files(table, table.with_suffix(".json"), *([sheet] if has_sheet else []))
 
 
 def check_names(plan: Plan, args: argparse.Namespace) -> None:
@@ -138,7 +140,7 @@ def run_cells(cells: list[Cell], args: argparse.Namespace) -> Iterator[Cell]:
     """Run cells by --workers at the same time; yields each when it has ended."""
 
     def work(cell: Cell) -> Cell:
-        print(f"{cell.entry.name}, {cell.method}", flush=True)
+        cli.say(f"{cell.entry.name}, {cell.method}")
         cell.run(args.threads)
         return cell
 

@@ -58,7 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     return p
 
 
-def convert(args: argparse.Namespace) -> None:
+def convert(args: argparse.Namespace) -> cli.Document:
     check_output(args.output, args.force)
     state = read_state(args.checkpoint, "a params.pytorch", StateError)
     try:
@@ -73,6 +73,7 @@ def convert(args: argparse.Namespace) -> None:
     network = lattice_network(generator, SCHEME)
     found = write_verified(args.output, model, network, BOUND)
     print(summary(args.output, model, found))
+    return cli.files(args.output)
 
 
 def check_published(state: Mapping[str, Tensor]) -> LatticeSizes:

@@ -47,7 +47,8 @@ def make_parser() -> argparse.ArgumentParser:
                    help=f"edge of a voxel with its unit ({', '.join(METERS)}), such as 2.25um"
                    " (default: the file's)")  # fmt: skip
     p.add_argument("-o", dest="outputs", metavar="REPORT", type=Path, action="append",
-                   required=True, help="the .html or .json file to write; may be repeated"
+                   default=[], help="the .html or .json file to write; may be repeated; needed"
+                   " without --json"
                    )  # fmt: skip
     p.add_argument("--force", action="store_true", help="replace files that exist")
     p.add_argument("--threshold", metavar="T", type=float,
@@ -93,12 +94,14 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error("--periodic: found a volume, expected a model; --boundary periodic repeats volumes")
     if args.periodic:
         args.boundary = "periodic"
+    if not args.outputs and not args.json:
+        p.error("-o: found none, expected a report, or --json")
     for path in args.outputs:
         if path.suffix not in (".html", ".json"):
             p.error(f"-o: found {path}, expected a name that ends in .html or .json")
 
 
-def run(args: argparse.Namespace) -> None:
+def run(args: argparse.Namespace) -> cli.Document:
     with cli.optional_packages(PROGRAM, "measure"):
         import jinja2  # noqa: F401
         import matplotlib  # noqa: F401
@@ -146,6 +149,7 @@ def run(args: argparse.Namespace) -> None:
     for path in args.outputs:
         write_whole(path, _text(path, document, middle).encode())
         print(path)
+    return document | cli.files(*args.outputs)
 
 
 def _notes(volume: Volume, size: VoxelSize, is_given: bool, note: str) -> list[str]:
@@ -184,9 +188,9 @@ def summary(document: dict[str, Any]) -> str:
 def main(arguments: list[str] | None = None) -> int:
     p = make_parser()
 
-    def work(args: argparse.Namespace) -> None:
+    def work(args: argparse.Namespace) -> cli.Document:
         check(p, args)
-        run(args)
+        return run(args)
 
     return cli.run(p, arguments, work, (*cli.FAILURES, VolumeError, OutputError))
 

@@ -28,6 +28,7 @@ def parser() -> argparse.ArgumentParser:
         "solidtex-pretrain-descriptor",
         "Train the descriptor network on procedural textures, without any photograph.",
         EXAMPLES,
+        has_json=False,
     )
     p.add_argument("-o", dest="result", metavar="RESULT", required=True, type=Path,
                    help="result folder, new or of the same training")  # fmt: skip
@@ -62,14 +63,14 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         pretrainer = make_pretrainer(args)
         if pretrainer.step:
-            print(f"{args.result}: resuming at step {pretrainer.step}", flush=True)
+            cli.say(f"{args.result}: resuming at step {pretrainer.step}")
         if pretrainer.progress < 1:
             run_in_terminal(pretrainer)
     except (ResultError, OSError) as error:
         print(f"{p.prog}: {error}", file=sys.stderr)
         return 1
     if pretrainer.progress < 1:
-        print(f"{args.result}: stopped at step {pretrainer.step}; the same command resumes")
+        cli.say(f"{args.result}: stopped at step {pretrainer.step}; the same command resumes")
         return INTERRUPTED
     print(f"{args.result}: done; held-out crops whose most similar crop shows the same texture:")
     for name, share in pretrainer.accuracies().items():

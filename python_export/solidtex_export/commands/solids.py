@@ -39,16 +39,21 @@ def size(text: str) -> tuple[int, int]:
     return values
 
 
-def cut(args: argparse.Namespace) -> None:
+def cut(args: argparse.Namespace) -> cli.Document:
     names = list(SOLIDS) if args.solid == "all" else [args.solid]
     args.folder.mkdir(parents=True, exist_ok=True)
+    written = []
     for name in names:
         solid = SOLIDS[name](args.seed)
         width, height = args.size
         picture = exemplar(solid, height, width)
-        write_picture(args.folder / f"{name}.png", picture[..., : len(COLOR)], args.force)
+        pictures = {name: picture[..., : len(COLOR)]}
         for index, channel in enumerate(solid.channels[len(COLOR) :], len(COLOR)):
-            write_picture(args.folder / f"{name}-{channel}.png", picture[..., index], args.force)
+            pictures[f"{name}-{channel}"] = picture[..., index]
+        for stem, values in pictures.items():
+            written.append(args.folder / f"{stem}.png")
+            write_picture(written[-1], values, args.force)
+    return cli.files(*written)
 
 
 if __name__ == "__main__":

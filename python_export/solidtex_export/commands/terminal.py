@@ -12,6 +12,8 @@ from typing import Any, Protocol
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
+from solidtex_export.commands.cli import say
+
 LOG_SECONDS = 30.0
 
 
@@ -44,7 +46,7 @@ def run_in_terminal(training: Training) -> None:
         interrupted = True
 
     previous = signal.signal(signal.SIGINT, interrupt)
-    console = Console()
+    console = Console(stderr=True)
     try:
         with _progress_bar(console) if console.is_terminal else _progress_lines() as report:
             training.run(lambda: interrupted, report)
@@ -68,7 +70,7 @@ def _progress_lines() -> Iterator[Report]:
         nonlocal said
         if time.monotonic() - said >= LOG_SECONDS:
             said = time.monotonic()
-            print(f"{_describe(training)}, {training.progress:.0%}", flush=True)
+            say(f"{_describe(training)}, {training.progress:.0%}")
 
     yield report
 

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import argparse
 import sys
-from contextlib import redirect_stdout
 from pathlib import Path
 
 import torch
 
-from solidtex_export.commands.cli import print_notes, without_remarks
+from solidtex_export.commands.cli import (
+    files,
+    print_document,
+    print_notes,
+    say,
+    without_remarks,
+)
 from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.commands.train_options import parser, request_of
 from solidtex_export.images.file_kinds import ExemplarError
@@ -44,7 +49,7 @@ def make_trainer(request: Request, result: Path, use_cuda: bool, compiled: bool)
     resolved = resolve(request)
     print_notes(resolved.exemplars)
     for choice in resolved.choices:
-        print(f"{result}: {choice.sentence}")
+        say(f"{result}: {choice.sentence}")
     own_ranks, device = ranks.join(use_cuda)
     folder = ResultFolder(result)
     if own_ranks.is_main:
@@ -68,35 +73,41 @@ def make_trainer(request: Request, result: Path, use_cuda: bool, compiled: bool)
 def main(arguments: list[str] | None = None) -> int:
     p = parser()
     args = p.parse_args(arguments)
-    with without_remarks(args.quiet, redirect_stdout):
-        return train(p, args)
-
-
-def train(p: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     if args.threads:
         torch.set_num_threads(args.threads)
     try:
         request = request_of(p, args)
-        use_cuda = args.device != "cpu" and torch.cuda.is_available()
-        trainer = make_trainer(request, args.result, use_cuda, args.compile)
-        if trainer.finished:
-            print(f"{args.result}: already trained to the end")
-            return 0
-        if trainer.step:
-            print(f"{args.result}: resuming at step {trainer.step}")
-        print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
-        run_in_terminal(trainer)
+        with without_remarks(args.quiet):
+            trainer = train(request, args)
     except FAILURES as error:
-        print(f"solidtex-train: {error}", file=sys.stderr)
+        print(f"{p.prog}: {error}", file=sys.stderr)
         return 1
     finally:
         ranks.leave()
-    if not trainer.finished:
-        print(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
-        return INTERRUPTED
-    print(f"{args.result}: done; look at {trainer.folder.preview}")
-    print(f"next: solidtex-export {args.result} -o {args.result.name}.solidtex")
-    return 0
+    if args.json:
+        found = {"result": str(args.result), "step": trainer.step, "finished": trainer.finished}
+        print_document(p.prog, found | files(trainer.folder.preview))
+    elif trainer.finished:
+        print(f"{args.result}: done; look at {trainer.folder.preview}")
+    return 0 if trainer.finished else INTERRUPTED
+
+
+def train(request: Request, args: argparse.Namespace) -> Trainer:
+    """Train to the end or to Ctrl-C; what happens meanwhile is told on standard error."""
+    use_cuda = args.device != "cpu" and torch.cuda.is_available()
+    trainer = make_trainer(request, args.result, use_cuda, args.compile)
+    if trainer.finished:
+        say(f"{args.result}: already trained to the end")
+        return trainer
+    if trainer.step:
+        say(f"{args.result}: resuming at step {trainer.step}")
+    say(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops")
+    run_in_terminal(trainer)
+    if trainer.finished:
+        say(f"next: solidtex-export {args.result} -o {args.result.name}.solidtex")
+    else:
+        say(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
+    return trainer
 
 
 if __name__ == "__main__":

@@ -72,7 +72,12 @@ class SpaceConfig:
 
 
 def parser() -> argparse.ArgumentParser:
-    p = cli.parser("solidtex-train-space", "Learn a texture space from many photographs.", EXAMPLES)
+    p = cli.parser(
+        "solidtex-train-space",
+        "Learn a texture space from many photographs.",
+        EXAMPLES,
+        has_json=False,
+    )
     p.add_argument("photos", metavar="PHOTOS", nargs="+", type=Path,
                    help="photographs (volumes with alanov-porous), folders of them, or CSV files"
                    " that list them")  # fmt: skip
@@ -123,7 +128,7 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     if isinstance(recipe, StartRecipe):
         trainer = StartTrainer(recipe, materials, held_out, args.seed, device, folder, descriptor)
     else:
-        print(f"{args.result}: measuring {len(materials)} photographs", flush=True)
+        cli.say(f"{args.result}: measuring {len(materials)} photographs")
         trainer = SpaceTrainer(
             recipe, materials, held_out, args.seed, device, folder, descriptor, own_ranks
         )
@@ -189,11 +194,11 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         trainer = make_trainer(args)
         if trainer.step:
-            print(f"{args.result}: resuming at step {trainer.step}")
+            cli.say(f"{args.result}: resuming at step {trainer.step}")
         if trainer.progress >= 1:
-            print(f"{args.result}: already trained to the end")
+            cli.say(f"{args.result}: already trained to the end")
             return 0
-        print(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops", flush=True)
+        cli.say(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops")
         run_in_terminal(trainer)
     except FAILURES as error:
         print(f"solidtex-train-space: {error}", file=sys.stderr)
@@ -201,11 +206,11 @@ def main(arguments: list[str] | None = None) -> int:
     finally:
         ranks.leave()
     if trainer.progress < 1:
-        print(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
+        cli.say(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
         return INTERRUPTED
     print(f"{args.result}: done; look at {trainer.folder.preview}")
     suffix = "" if isinstance(trainer, AlanovTrainer) else "-space"
-    print(f"next: solidtex-export-space {args.result} -o {args.result.name}.solidtex{suffix}")
+    cli.say(f"next: solidtex-export-space {args.result} -o {args.result.name}.solidtex{suffix}")
     return 0
 
 

@@ -36,7 +36,7 @@ def make_parser() -> argparse.ArgumentParser:
     return p
 
 
-def write(args: argparse.Namespace) -> None:
+def write(args: argparse.Namespace) -> cli.Document:
     check_output(args.output, args.force, ".html")
     exemplars = args.exemplar
     if len(exemplars) > len(args.models):
@@ -55,6 +55,7 @@ def write(args: argparse.Namespace) -> None:
     text = page(materials)
     write_whole(args.output, text.encode())
     print(f"{args.output}: {len(materials)} models, {len(text.encode())} bytes")
+    return cli.files(args.output)
 
 
 if __name__ == "__main__":
