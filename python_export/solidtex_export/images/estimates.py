@@ -37,7 +37,7 @@ ROUGHNESS_RANGE = (0.3, 0.9)
 
 def estimate_height(colors: np.ndarray) -> np.ndarray:
     """Height [row, column], 0 ... 1, of sRGB-encoded colors [row, column, 3]."""
-    luminance = colors @ LUMINANCE
+    luminance = _level(colors @ LUMINANCE)
     largest = min(luminance.shape) / LARGEST_PART
     sigma, finer = 1.0, _blurred(luminance, 1.0)
     height = luminance - finer
@@ -85,6 +85,15 @@ def _colors(picture: Picture, reading: Reading) -> np.ndarray:
     if COLOR[0] not in channels:
         raise refuse(picture.path, f"the channels {', '.join(channels)}", "color for --estimate")
     return np.stack([channels[name] for name in COLOR], axis=-1).clip(0, 1)
+
+
+def _level(plane: np.ndarray) -> np.ndarray:
+    """A plane without its linear slope, which is uneven light."""
+    rows, columns = (np.linspace(-1, 1, n, dtype=np.float32) for n in plane.shape)
+    for axis, ramp in ((1, rows), (0, columns)):
+        slope = plane.mean(axis=axis) @ ramp / (ramp @ ramp)
+        plane = plane - slope * np.expand_dims(ramp, axis)
+    return plane
 
 
 def _blurred(plane: np.ndarray, sigma: float) -> np.ndarray:
