@@ -92,4 +92,4 @@ def test_the_command_chooses_only_without_a_preset(
     assert config_of(photo, tmp_path / "set", *settings)["preset"] == "lattice"
     named = [part for s in SMALL["lattice"] for part in ("--set", s)]
     assert config_of(photo, tmp_path / "x", "--directions", "z", *named)["preset"] == "lattice"
-    assert "so --preset" not in capsys.readouterr().err
+    assert "so --preset sampler" not in capsys.readouterr().err
