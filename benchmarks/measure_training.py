@@ -94,7 +94,7 @@ def measure(case: Case) -> Cost:
         p = train_parser()
         args = p.parse_args(command)
         clock = time.perf_counter if case.device == "cuda" else time.process_time
-        with contextlib.redirect_stdout(io.StringIO()):
+        with contextlib.redirect_stderr(io.StringIO()):
             request = request_of(p, args)
             trainer = make_trainer(request, args.result, case.device != "cpu", case.compile)
             start, times = memory(case.device), [clock()]

@@ -121,7 +121,7 @@ def measure(case: Case, args: argparse.Namespace) -> None:
     result = folder / "result"
     folder.mkdir(parents=True)
     setup = time.process_time()
-    with contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stderr(io.StringIO()):
         trainer = begin(case, result)
     setup = time.process_time() - setup
     trainer.run(lambda: case.seconds == 0, lambda _: None)
