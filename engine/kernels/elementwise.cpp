@@ -73,6 +73,22 @@ void Sigmoid(const ConstVolume& in, const Volume& out) {
   });
 }
 
+void Softmax(const ConstVolume& in, const Volume& out) {
+  for (std::int64_t x = 0; x < out.size[0]; ++x)
+    for (std::int64_t y = 0; y < out.size[1]; ++y)
+      for (std::ptrdiff_t z = 0; z < out.size[2]; z += FloatLanes()) {
+        const auto input = [&](int c) { return hn::LoadU(Float(), in.row(c, x, y) + z); };
+        Floats most = input(0), sum = hn::Zero(Float());
+        for (int c = 1; c < in.channels; ++c)
+          most = hn::IfThenElse(hn::Lt(most, input(c)), input(c), most);
+        for (int c = 0; c < in.channels; ++c)
+          sum = hn::Add(sum, ExpNegative(hn::Sub(most, input(c))));
+        for (int c = 0; c < in.channels; ++c)
+          StoreFirst(hn::Div(ExpNegative(hn::Sub(most, input(c))), sum), out.row(c, x, y) + z,
+                     out.size[2] - z);
+      }
+}
+
 #else
 
 void Affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out) {
@@ -83,6 +99,7 @@ void LeakyRelu(float negative_slope, const ConstVolume& in, const Volume& out) {
 }
 void Tanh(const ConstVolume& in, const Volume& out) { reference::tanh(in, out); }
 void Sigmoid(const ConstVolume& in, const Volume& out) { reference::sigmoid(in, out); }
+void Softmax(const ConstVolume& in, const Volume& out) { reference::softmax(in, out); }
 
 #endif
 
@@ -96,6 +113,7 @@ HWY_EXPORT(Affine);
 HWY_EXPORT(LeakyRelu);
 HWY_EXPORT(Tanh);
 HWY_EXPORT(Sigmoid);
+HWY_EXPORT(Softmax);
 
 void affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out) {
   HWY_DYNAMIC_DISPATCH(Affine)(scale, shift, in, out);
@@ -105,6 +123,7 @@ void leaky_relu(float negative_slope, const ConstVolume& in, const Volume& out) 
 }
 void tanh(const ConstVolume& in, const Volume& out) { HWY_DYNAMIC_DISPATCH(Tanh)(in, out); }
 void sigmoid(const ConstVolume& in, const Volume& out) { HWY_DYNAMIC_DISPATCH(Sigmoid)(in, out); }
+void softmax(const ConstVolume& in, const Volume& out) { HWY_DYNAMIC_DISPATCH(Softmax)(in, out); }
 
 }  // namespace solidtex::engine::kernels
 #endif

@@ -25,5 +25,6 @@ void affine(const float* scale, const float* shift, const ConstVolume& in, const
 void leaky_relu(float negative_slope, const ConstVolume& in, const Volume& out);
 void tanh(const ConstVolume& in, const Volume& out);
 void sigmoid(const ConstVolume& in, const Volume& out);
+void softmax(const ConstVolume& in, const Volume& out);
 
 }  // namespace solidtex::engine::kernels

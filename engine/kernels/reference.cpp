@@ -1,5 +1,6 @@
 #include "engine/kernels/reference.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/kernels/math.h"
@@ -101,6 +102,17 @@ void tanh(const ConstVolume& in, const Volume& out) {
 
 void sigmoid(const ConstVolume& in, const Volume& out) {
   map(in, out, [](int, float v) { return engine::sigmoid(v); });
+}
+
+void softmax(const ConstVolume& in, const Volume& out) {
+  for_each_voxel(out, [&](int c, std::int64_t x, std::int64_t y, std::int64_t z) {
+    if (c > 0) return;  // all channels of a voxel at once
+    float most = in.row(0, x, y)[z], sum = 0;
+    for (int i = 1; i < in.channels; ++i) most = std::max(most, in.row(i, x, y)[z]);
+    for (int i = 0; i < in.channels; ++i) sum += exp_negative(most - in.row(i, x, y)[z]);
+    for (int i = 0; i < in.channels; ++i)
+      out.row(i, x, y)[z] = exp_negative(most - in.row(i, x, y)[z]) / sum;
+  });
 }
 
 }  // namespace solidtex::engine::reference

@@ -47,5 +47,8 @@ void leaky_relu(float negative_slope, const ConstVolume& in, const Volume& out);
 void tanh(const ConstVolume& in, const Volume& out);
 void sigmoid(const ConstVolume& in, const Volume& out);
 
+// exp(in - m) divided by its sum over the channels in their order, where m is the largest channel.
+void softmax(const ConstVolume& in, const Volume& out);
+
 }  // namespace reference
 }  // namespace solidtex::engine

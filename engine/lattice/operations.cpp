@@ -100,6 +100,7 @@ Block apply(const Node& node, const LinearLayer& layer, const Block& in, const B
           },
           [&](const TanhOp&) { kernels::tanh(in.volume(), out.volume()); },
           [&](const SigmoidOp&) { kernels::sigmoid(in.volume(), out.volume()); },
+          [&](const SoftmaxOp&) { kernels::softmax(in.volume(), out.volume()); },
           [](const auto&) {}},  // the others are computed elsewhere
       node.op);
   return out;

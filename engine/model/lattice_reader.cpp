@@ -172,6 +172,11 @@ Node read_sigmoid(const Context& context) {
   return pointwise(context, SigmoidOp{});
 }
 
+Node read_softmax(const Context& context) {
+  context.fields.allow_only({"name", "op", "inputs"});
+  return pointwise(context, SoftmaxOp{});
+}
+
 struct Reader {
   const char* op;
   Node (*read)(const Context&);
@@ -181,7 +186,8 @@ constexpr Reader readers[] = {
     {"conv3d", read_conv3d},     {"conv_transpose3d", read_conv_transpose3d},
     {"upsample", read_upsample}, {"concat", read_concat},
     {"affine", read_affine},     {"leaky_relu", read_leaky_relu},
-    {"tanh", read_tanh},         {"sigmoid", read_sigmoid}};
+    {"tanh", read_tanh},         {"sigmoid", read_sigmoid},
+    {"softmax", read_softmax}};
 
 Node read_node(const Context& context) {
   const Fields& fields = context.fields;

@@ -51,9 +51,10 @@ struct LeakyReluOp {
 };
 struct TanhOp {};
 struct SigmoidOp {};
+struct SoftmaxOp {};  // across the channels
 
 using Op = std::variant<NoiseOp, PeriodicOp, Conv3dOp, ConvTranspose3dOp, UpsampleOp, ConcatOp,
-                        AffineOp, LeakyReluOp, TanhOp, SigmoidOp>;
+                        AffineOp, LeakyReluOp, TanhOp, SigmoidOp, SoftmaxOp>;
 
 struct Node {
   std::string name;

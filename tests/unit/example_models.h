@@ -70,6 +70,7 @@ class LatticeBuilder {
   }
   int tanh(int input) { return same(se::TanhOp{}, input); }
   int sigmoid(int input) { return same(se::SigmoidOp{}, input); }
+  int softmax(int input) { return same(se::SoftmaxOp{}, input); }
 
   se::LatticeModel model;
 
@@ -114,7 +115,7 @@ inline se::LatticeModel every_operation() {
   const int wide = b.affine(b.conv(b.concat(b.concat(skipped, b.noise(1, 1)), waves), 7, 5));
   const int joined = b.concat(wide, grown);
   const int fine = b.conv(b.concat(b.upsample(joined), b.conv_transpose(joined, 2, 3, 2)), 9, 3);
-  b.sigmoid(b.conv(b.leaky_relu(fine), 4, 1));
+  b.softmax(b.conv(b.sigmoid(b.conv(b.leaky_relu(fine), 4, 1)), 4, 1));
   return b.model;
 }
 

@@ -197,6 +197,7 @@ void check_map(Map fast, Map slow, const Block& in) {
 void check_maps(const Block& in) {
   check_map(kernels::tanh, reference::tanh, in);
   check_map(kernels::sigmoid, reference::sigmoid, in);
+  check_map(kernels::softmax, reference::softmax, in);
   check_map([](const ConstVolume& a, const Volume& b) { kernels::leaky_relu(0.01f, a, b); },
             [](const ConstVolume& a, const Volume& b) { reference::leaky_relu(0.01f, a, b); }, in);
   static const float scale[] = {1.5f, -0.3f, 0.7f}, shift[] = {0.1f, 2.0f, -3.0f};

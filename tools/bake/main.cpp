@@ -72,7 +72,14 @@ void bake_volume(const Output& output, const BakeOptions& options, const Volume&
   Index3 largest = choose_piece(volume, sink->depth());
   if (options.block)
     largest = {options.block, options.block, std::min(options.block, sink->depth())};
-  for_each_piece(volume, largest, progress, [&](const Piece& piece) { sink->take(piece); });
+  for_each_piece(volume, largest, progress, [&](Piece piece) {
+    std::vector<float> labeled;
+    if (!output.phases.empty()) {
+      labeled = with_labels(piece.values, volume.channels(), output.phases);
+      piece.values = labeled;
+    }
+    sink->take(piece);
+  });
   sink->finish();
   progress.finish();
 }

@@ -195,7 +195,7 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
       ->type_name("FILE")
       ->needs(mesh);
   for (const char* name :
-       {"--slices", "--voxel-size", "--block", "--periodic", "--shard", "--shard-size"})
+       {"--slices", "--labels", "--voxel-size", "--block", "--periodic", "--shard", "--shard-size"})
     mesh->excludes(app.get_option(name));
 }
 
@@ -225,6 +225,11 @@ void add_format_options(CLI::App& app, BakeOptions& options, CLI::Option* output
   app.add_option("--channels", options.channels,
                  "Write one color (albedo) or channel (roughness) only (default: all)")
       ->type_name("NAME");
+  auto* labels = app.add_flag("--labels", options.is_labels,
+                              "Write the number of the most probable phase of a voxel in 8 bits, "
+                              "0 for the first");
+  for (const char* name : {"--depth", "--color-space", "--channels"})
+    labels->excludes(app.get_option(name));
   app.add_option_function<std::string>(
          "--voxel-size",
          [&](const std::string& text) {

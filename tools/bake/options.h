@@ -25,6 +25,7 @@ struct BakeOptions {
   std::filesystem::path output, preview;
   std::string show;
   std::string format, depth, color_space, channels;  // of the output; empty: its default
+  bool is_labels = false;
   VoxelSize voxel_size;
   std::int64_t shard_size = 0;       // of a store; 0: chosen by the program
   std::int64_t part = 1, parts = 1;  // of the shards of a store
@@ -39,7 +40,7 @@ struct BakeOptions {
   bool force = false;
 
   OutputRequest request() const {
-    return {output, format, depth, color_space, channels, voxel_size};
+    return {output, format, depth, color_space, channels, voxel_size, is_labels};
   }
 };
 

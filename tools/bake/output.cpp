@@ -83,6 +83,21 @@ const Format& format_by_extension(const fs::path& path) {
       path.string(), format_list(", ", [](const Format& format) { return format.extension; })));
 }
 
+// The channels phase.*, in their order.
+std::vector<std::size_t> phase_channels(const solidtex::texture& texture) {
+  std::vector<std::size_t> phases;
+  std::vector<std::string> names;
+  for (std::size_t channel = 0; channel < texture.channel_count(); ++channel) {
+    names.push_back(texture.channel_name(channel));
+    if (names.back().starts_with("phase.")) phases.push_back(channel);
+  }
+  if (phases.size() >= 2) return phases;
+  throw std::runtime_error(
+      fmt::format("--labels: {} has the channels {}, expected two or more phase.* as a model of "
+                  "solidtex-train --phases has",
+                  texture.name(), fmt::join(names, ", ")));
+}
+
 std::vector<std::string> words(const char* text) {
   std::istringstream stream(text);
   return {std::istream_iterator<std::string>(stream), {}};
@@ -215,7 +230,7 @@ const Format& format_of(const OutputRequest& request) {
 
 Output resolve_output(const OutputRequest& request, const solidtex::texture& texture) {
   const Format& format = format_of(request);
-  const std::string depth_text = depth_name(format, request.depth);
+  const std::string depth_text = depth_name(format, request.is_labels ? "8" : request.depth);
   const Depth depth = parse_depth(depth_text);
   Output output{format,
                 request.path,
@@ -225,10 +240,16 @@ Output resolve_output(const OutputRequest& request, const solidtex::texture& tex
                 request.voxel_size,
                 {},
                 {},
+                {},
                 {}};
-  output.groups = request.channels.empty()
-                      ? channel_groups(texture)
-                      : std::vector{channel_group(texture, request.channels, "--channels")};
+  if (request.is_labels) {
+    output.phases = phase_channels(texture);
+    output.groups = {{"label", {output.phases.front()}, Encoding::data}};
+  } else if (request.channels.empty()) {
+    output.groups = channel_groups(texture);
+  } else {
+    output.groups = {channel_group(texture, request.channels, "--channels")};
+  }
   if (begins_with_color(format.kind))
     std::ranges::stable_partition(
         output.groups, [](const ChannelGroup& group) { return group.channels.size() == 3; });
@@ -236,7 +257,7 @@ Output resolve_output(const OutputRequest& request, const solidtex::texture& tex
     for (const std::size_t channel : group.channels) output.channels.push_back(channel);
   if (format.kind == FormatKind::npy) std::ranges::sort(output.channels);
   for (const std::size_t channel : output.channels)
-    output.names.push_back(texture.channel_name(channel));
+    output.names.push_back(request.is_labels ? "label" : texture.channel_name(channel));
   const std::vector<std::string> counts = words(format.channel_counts);
   const std::string count = std::to_string(output.channels.size());
   if (!counts.empty() && std::ranges::find(counts, count) == counts.end()) {
@@ -267,6 +288,18 @@ std::vector<fs::path> companions(const OutputRequest& request) {
 const char* encoding_name(Encoding encoding) {
   constexpr const char* names[] = {"srgb", "linear", "data"};
   return names[static_cast<int>(encoding)];
+}
+
+std::vector<float> with_labels(std::span<const float> voxels, std::size_t channels,
+                               std::span<const std::size_t> phases) {
+  std::vector<float> values(voxels.begin(), voxels.end());
+  for (std::size_t first = 0; first < values.size(); first += channels) {
+    std::size_t label = 0;
+    for (std::size_t i = 1; i < phases.size(); ++i)
+      if (voxels[first + phases[i]] > voxels[first + phases[label]]) label = i;
+    values[first + phases[0]] = static_cast<float>(label) / 255;
+  }
+  return values;
 }
 
 VoxelEncoder::VoxelEncoder(const Output& output, std::span<const std::size_t> channels)

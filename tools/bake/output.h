@@ -74,6 +74,7 @@ struct OutputRequest {
   std::string color_space;  // empty: the format's default
   std::string channels;     // name of one channel group; empty: all
   VoxelSize voxel_size;
+  bool is_labels = false;  // the number of the most probable phase instead of the channels
 };
 
 struct Output {
@@ -86,6 +87,7 @@ struct Output {
   std::vector<ChannelGroup> groups;   // groups in the file
   std::vector<std::size_t> channels;  // indices of their channels in the model, in the file's order
   std::vector<std::string> names;     // names of these channels
+  std::vector<std::size_t> phases;    // channels of the phases that labels number; empty: none
 
   std::size_t bytes_per_value() const { return tools::bytes_per_value(depth); }
   std::size_t bytes_per_voxel() const { return bytes_per_value() * channels.size(); }
@@ -109,6 +111,11 @@ std::vector<std::filesystem::path> companions(const OutputRequest& request);
 
 // "srgb", "linear" or "data"
 const char* encoding_name(Encoding encoding);
+
+// Returns voxels of `channels` floats with the label of each, the number of its most probable
+// phase, in the first phase's channel, as a share of 255.
+std::vector<float> with_labels(std::span<const float> voxels, std::size_t channels,
+                               std::span<const std::size_t> phases);
 
 // Encodes voxels of a piece for a file.
 class VoxelEncoder {

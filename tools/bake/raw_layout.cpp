@@ -31,6 +31,12 @@ std::vector<std::pair<std::string, std::string>> description(const Output& outpu
       {"solidtex_channels", fmt::format("{}", fmt::join(output.names, " "))}};
   for (const ChannelGroup& group : output.groups)
     fields.emplace_back("solidtex_encoding_" + group.name, encoding_name(output.encoding(group)));
+  if (!output.phases.empty()) {
+    std::vector<std::string> phases;
+    for (const std::size_t channel : output.phases)
+      phases.push_back(volume.texture.channel_name(channel));
+    fields.emplace_back("solidtex_labels", fmt::format("{}", fmt::join(phases, " ")));
+  }
   if (!output.voxel_size.unit.empty()) fields.emplace_back("unit", output.voxel_size.unit);
   return fields;
 }

@@ -106,7 +106,7 @@ def exemplar_documents(config: dict[str, Any]) -> dict[str, str] | list[dict[str
 def _fold_field(generator: LatticeGenerator) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     block = generator.get_submodule("cb1_1")
     assert isinstance(block, ConvBlock)
-    return fold_lattice(generator.state_dict(), block.act.negative_slope)
+    return fold_lattice(generator.state_dict(), block.act.negative_slope, generator.softmax)
 
 
 def _fold_sampler(network: OctaveSampler) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

@@ -28,6 +28,7 @@ EXAMPLES = """  solidtex-train granite.jpg -o results/granite
   solidtex-train granite.jpg --preset gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
   solidtex-train granite.jpg --descriptor results/descriptor/weights.safetensors -o results/granite
   solidtex-train photo.jpg --estimate height,roughness -o results/plaster
+  solidtex-train labels.tif --phases --phase-names pore,grain -o results/sandstone
   solidtex-train albedo.png --map roughness=rough.png --map height=height.tif -o results/rust
 
 The same command again resumes an interrupted training. Ctrl-C saves before it stops.
@@ -56,6 +57,13 @@ def parser() -> argparse.ArgumentParser:
                    help="encoding of the learned and stored colors; EXR and float TIFF are read as"
                    " linear, others as sRGB (default: srgb, whose differences are closer to"
                    " perception)")  # fmt: skip
+    p.add_argument("--phases", action="store_true",
+                   help="the images are labels of phases (0 and 1, 0 and 255, 0 to k): learn the"
+                   " probability of each phase, with sharp borders and the fractions of the images"
+                   )  # fmt: skip
+    p.add_argument("--phase-names", metavar="NAMES", default="",
+                   help="names of the phases in the order of their labels, such as pore,grain"
+                   " (default: the labels)")  # fmt: skip
     p.add_argument("--preset", "--method", metavar="NAME",
                    help=f"one of {', '.join(shipped())}, or a TOML file (default: {LATTICE},"
                    f" {VEINS} or {SAMPLER}, chosen by the photograph; one of the first two with"
@@ -176,6 +184,7 @@ def with_estimates(
 def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
     """Convert the options to a request; refuses invalid combinations."""
     check_numbers(p, args)
+    check_phases(p, args)
     start = start_of(p, args)
     default = start.directions if start else "xy" if len(args.photos) == 2 else "xyz"
     directions = args.directions or default
@@ -206,6 +215,8 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
         vgg=args.vgg,
         descriptor=args.descriptor,
         start=start,
+        phases=args.phases,
+        phase_names=tuple(args.phase_names.split(",")) if args.phase_names else (),
     )
     try:
         check_preset(p, request)
@@ -245,6 +256,22 @@ def check_preset(p: argparse.ArgumentParser, request: Request) -> None:
     least = request.size or needed
     if request.resolution is not None and request.resolution < least:
         p.error(f"--resolution: found {request.resolution}, expected at least --size = {least}")
+
+
+def check_phases(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
+    if args.phase_names and not args.phases:
+        p.error("--phase-names: found without --phases, expected both")
+    others = {
+        "--map": args.maps,
+        "--range": args.ranges,
+        "--layer": args.layer,
+        "--space": args.space,
+        "--start": args.start,
+        "--vgg": args.vgg,
+    }
+    for option, value in others.items():
+        if args.phases and value:
+            p.error(f"--phases: found together with {option}, expected only one of them")
 
 
 def check_numbers(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:

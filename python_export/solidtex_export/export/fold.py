@@ -22,13 +22,17 @@ Document = dict[str, Any]
 Tensors = dict[str, np.ndarray]
 
 
-def fold_lattice(state: Mapping[str, Tensor], negative_slope: float) -> tuple[Document, Tensors]:
+def fold_lattice(
+    state: Mapping[str, Tensor], negative_slope: float, softmax: bool = False
+) -> tuple[Document, Tensors]:
     """The `field` object of the model's document, and its float32 tensors."""
     sizes = check_lattice_state(state)
     folder = _Folder(
         {key: value.detach().cpu().double() for key, value in state.items()}, negative_slope
     )
     folder.fold(sizes)
+    if softmax:
+        folder.node("phases", "softmax", inputs=["last_conv"])
     tensors = {name: value.float().numpy() for name, value in folder.tensors.items()}
     return {"nodes": folder.nodes, "output": folder.nodes[-1]["name"]}, tensors
 

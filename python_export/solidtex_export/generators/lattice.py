@@ -41,10 +41,13 @@ class BaseLattice(nn.Module):
     color_mean: Tensor
     color_basis: Tensor
 
-    def __init__(self, levels: int, noise_channels: int, out_channels: int) -> None:
+    def __init__(
+        self, levels: int, noise_channels: int, out_channels: int, softmax: bool = False
+    ) -> None:
         super().__init__()
         self.levels = levels
         self.noise_channels = noise_channels
+        self.softmax = softmax  # the channels are probabilities of phases
         self.register_buffer("color_mean", torch.zeros(out_channels))
         self.register_buffer("color_basis", torch.eye(out_channels))
 
@@ -61,6 +64,11 @@ class BaseLattice(nn.Module):
 
     def colors(self, y: Tensor) -> Tensor:
         """Colors of whitened values y [batch, channel, ...]."""
+        colors = self.linear_colors(y)
+        return colors.softmax(1) if self.softmax else colors
+
+    def linear_colors(self, y: Tensor) -> Tensor:
+        """Colors without the softmax."""
         shape = (1, -1, *[1] * (y.ndim - 2))
         mixed = torch.einsum("ij,bj...->bi...", self.color_basis, y)
         return mixed + self.color_mean.view(shape)
@@ -127,8 +135,9 @@ class LatticeGenerator(BaseLattice):
         step_channels: int = 4,
         out_channels: int = 3,
         slope: float = 0.01,
+        softmax: bool = False,
     ) -> None:
-        super().__init__(levels, noise_channels, out_channels)
+        super().__init__(levels, noise_channels, out_channels, softmax)
         for stage in range(1, levels + 1):
             width = stage * step_channels
             self.add_module(f"cb{stage}_1", ConvBlock(noise_channels, step_channels, slope))

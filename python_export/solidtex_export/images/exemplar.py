@@ -95,7 +95,7 @@ def load_exemplar(
             channels[channel] = values
         records[name] = {"file": file.name, "sha256": picture.sha256}
     check_channels(path, list(channels))
-    planes = _cropped(photo, list(channels.values()), crop)
+    planes = cropped(photo, list(channels.values()), crop)
     rows, columns = planes[0].shape
     if min(rows, columns) < needed:
         raise ExemplarError(
@@ -130,7 +130,7 @@ def check_alike(exemplars: Sequence[Exemplar]) -> None:
             )
 
 
-def _cropped(photo: Picture, planes: list[np.ndarray], crop: Crop | None) -> list[np.ndarray]:
+def cropped(photo: Picture, planes: list[np.ndarray], crop: Crop | None) -> list[np.ndarray]:
     if crop is None:
         return planes
     (x, y, width, height), (columns, rows) = crop, photo.size
@@ -150,6 +150,16 @@ def _reduced(plane: np.ndarray, resolution: int) -> np.ndarray:
         return np.ascontiguousarray(plane)
     size = (round(columns * factor), round(rows * factor))
     return np.array(Image.fromarray(plane).resize(size, Image.Resampling.LANCZOS))
+
+
+def reduced_by_area(plane: np.ndarray, resolution: int) -> np.ndarray:
+    """As _reduced, but by the mean of the pixels that a new one covers: no value overshoots."""
+    rows, columns = plane.shape
+    factor = resolution / min(rows, columns)
+    if factor >= 1:
+        return np.ascontiguousarray(plane)
+    size = (round(columns * factor), round(rows * factor))
+    return np.array(Image.fromarray(plane).resize(size, Image.Resampling.BOX))
 
 
 def save_image(image: Tensor, path: Path) -> None:

@@ -191,12 +191,12 @@ def _labels_warnings(found: FoundRange, option: str) -> list[str]:
         raise refuse(
             found.picture.path,
             f"{text}, not tones",
-            f"tones; {option}labels learns them as evenly spaced grays (there is no training of"
-            f" phases yet), {option}full as they are",
+            f"tones; {option}labels learns them as evenly spaced grays, {option}full as they are,"
+            " --phases as phases with sharp borders",
         )
     return [
         f"warning: found only the {text}, learned as these tones; if they are labels of phases,"
-        f" {option}labels spaces them evenly"
+        f" use --phases; {option}labels spaces them evenly"
     ]
 
 

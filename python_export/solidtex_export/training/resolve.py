@@ -17,6 +17,7 @@ from solidtex_export.images.channels import AS_IS, Reading
 from solidtex_export.images.estimates import METHOD
 from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.images.histograms import share_histograms
+from solidtex_export.images.labels import load_labels
 from solidtex_export.images.photographs import read_picture
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
@@ -64,6 +65,9 @@ class Request:
     vgg: Path | None = None
     descriptor: Path | None = None
     start: StartSource | None = None
+    phases: bool = False
+    """Whether the photographs are images of labels."""
+    phase_names: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -84,7 +88,7 @@ class Request:
     def chooses_a_family(self) -> bool:
         """Whether the family is open, too: a sampler serves the directions."""
         one = len(self.photos) == 1 and self.directions in ("xyz", "xy")
-        return self.is_open and one and not self.overrides
+        return self.is_open and one and not (self.overrides or self.phases)
 
 
 @dataclass(frozen=True)
@@ -101,12 +105,7 @@ class Resolved:
 def resolve(request: Request) -> Resolved:
     """Read the photographs and weights, measure them, and resolve open options."""
     size, resolution = scale(request)
-    exemplars = [
-        load_exemplar(
-            path, resolution, size, request.crop, maps, request.color_space, request.reading
-        )
-        for path, maps in zip(request.photos, request.maps, strict=True)
-    ]
+    exemplars = load_exemplars(request, resolution, size)
     check_alike(exemplars)
     for exemplar in exemplars:
         for name in request.estimated:
@@ -143,7 +142,7 @@ def resolve(request: Request) -> Resolved:
         color_space=exemplars[0].color_space,
         license=request.license,
         source=request.source,
-        generator=generator_arguments(preset, recipe, len(exemplars[0].channels)),
+        generator=generator_arguments(preset, recipe, len(exemplars[0].channels), request.phases),
         recipe=recipe,
         vgg=_record(request.vgg),
         descriptor=_record(descriptor),
@@ -155,6 +154,17 @@ def resolve(request: Request) -> Resolved:
     if descriptor is not None:
         learned = shipped() if descriptor == SHIPPED else load_weights(descriptor)
     return Resolved(config, exemplars, PretrainedWeights(request.vgg, learned), choices, start)
+
+
+def load_exemplars(request: Request, resolution: int, size: int) -> list[Exemplar]:
+    if request.phases:
+        return load_labels(request.photos, resolution, size, request.crop, request.phase_names)
+    return [
+        load_exemplar(
+            path, resolution, size, request.crop, maps, request.color_space, request.reading
+        )
+        for path, maps in zip(request.photos, request.maps, strict=True)
+    ]
 
 
 def smallest_size(request: Request) -> int:
@@ -232,10 +242,18 @@ def uses_learned(recipe: Recipe, vgg: Path | None) -> bool:
     return recipe.uses("learned") or (recipe.uses("vgg") and vgg is None)
 
 
-def generator_arguments(preset: str, recipe: Recipe, channels: int) -> dict[str, Any]:
+def generator_arguments(
+    preset: str, recipe: Recipe, channels: int, phases: bool = False
+) -> dict[str, Any]:
     """Kind and constructor arguments of the generator, checked by building it."""
     settings = recipe.generator
     arguments = {"kind": settings.kind, **settings.sizes, "out_channels": channels}
+    if phases and settings.kind != "lattice":
+        raise PresetError(
+            f"{preset}: generator.kind: found {settings.kind}, expected lattice for --phases"
+        )
+    if phases:
+        arguments["softmax"] = True
     try:
         generator = build_generator(recipe.family, arguments)
     except (TypeError, ValueError) as error:

@@ -17,6 +17,7 @@ from torch import Tensor
 
 from solidtex_export.analysis.grain import channel_axes, whiten
 from solidtex_export.discriminators.trainer import DiscriminatorTrainer
+from solidtex_export.generators.lattice import BaseLattice
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.training.acceleration import fast_autocast
@@ -26,6 +27,7 @@ from solidtex_export.training.divergence import DivergenceWatch, not_finite
 from solidtex_export.training.families import build
 from solidtex_export.training.objective import Objective
 from solidtex_export.training.optimizer import GeneratorOptimizer
+from solidtex_export.training.phases import PhaseTraining
 from solidtex_export.training.preview import preview_sheet
 from solidtex_export.training.ranks import Ranks, on_cpu
 from solidtex_export.training.reproducible import make_reproducible
@@ -61,6 +63,11 @@ class Trainer:
         mean, basis = start.axes if start else channel_axes(exemplars)
         self.generator.color_mean.copy_(mean)
         self.generator.color_basis.copy_(basis)
+        self.phases: PhaseTraining | None = None
+        if isinstance(self.generator, BaseLattice) and self.generator.softmax:
+            self.phases = PhaseTraining(self.generator, exemplars, mean, basis)
+            self.slices = self.phases.probabilities_of(self.slices)
+            self.oblique = self.oblique and self.phases.probabilities_of(self.oblique)
         self.settled = start is not None
         if start is not None:
             self.generator.load_state_dict(start.state)
@@ -138,6 +145,8 @@ class Trainer:
     def _finish(self) -> None:
         if self.recipe.generator.statistics == "trained":
             self._measure_statistics()
+        if self.phases is not None:
+            self.phases.hold_fractions(self.config.directions, self.config.size)
         self.finished = True
         self._save_preview()
 

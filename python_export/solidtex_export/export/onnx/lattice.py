@@ -163,6 +163,10 @@ def _sigmoid(exporter: _Exporter, node: Node) -> str:
     return exporter.builder.apply("Sigmoid", exporter.sources(node), node["name"])
 
 
+def _softmax(exporter: _Exporter, node: Node) -> str:
+    return exporter.builder.apply("Softmax", exporter.sources(node), node["name"], axis=1)
+
+
 _OPERATIONS: dict[str, Callable[[_Exporter, Node], str]] = {
     "noise": _noise,
     "periodic": _periodic,
@@ -174,4 +178,5 @@ _OPERATIONS: dict[str, Callable[[_Exporter, Node], str]] = {
     "leaky_relu": _leaky_relu,
     "tanh": _tanh,
     "sigmoid": _sigmoid,
+    "softmax": _softmax,
 }

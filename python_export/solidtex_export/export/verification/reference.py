@@ -189,6 +189,10 @@ def _sigmoid(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
     return torch.sigmoid(lattice.input(node, box))
 
 
+def _softmax(lattice: _Lattice, node: dict[str, Any], box: Box) -> Tensor:
+    return torch.softmax(lattice.input(node, box), dim=0)
+
+
 _OPERATIONS: dict[str, Callable[[_Lattice, dict[str, Any], Box], Tensor]] = {
     "noise": _noise,
     "periodic": _periodic,
@@ -200,6 +204,7 @@ _OPERATIONS: dict[str, Callable[[_Lattice, dict[str, Any], Box], Tensor]] = {
     "leaky_relu": _leaky_relu,
     "tanh": _tanh,
     "sigmoid": _sigmoid,
+    "softmax": _softmax,
 }
 
 

@@ -1,0 +1,106 @@
+"""Images of labels: one channel for each phase, 1 where a pixel has its label."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from solidtex_export.images.channels import check_map_name
+from solidtex_export.images.exemplar import Crop, Exemplar, cropped, reduced_by_area
+from solidtex_export.images.file_kinds import ExemplarError, refuse
+from solidtex_export.images.photographs import Picture, read_picture
+
+PREFIX = "phase."
+MOST_PHASES = 8
+
+
+def load_labels(
+    paths: Sequence[Path],
+    resolution: int,
+    needed: int,
+    crop: Crop | None,
+    names: Sequence[str],
+) -> list[Exemplar]:
+    """Read sections of one solid as indicators of their phases, in the order of the labels.
+
+    `names` are those of the phases; without any the labels serve. `resolution` and `needed` are as
+    in load_exemplar: a reduced pixel has the share of each phase.
+    """
+    pictures = [read_picture(path) for path in paths]
+    labels = _common_labels(pictures)
+    names = list(names) or [str(label) for label in labels]
+    if len(names) != len(labels):
+        raise ExemplarError(
+            f"--phase-names: found {len(names)} ({','.join(names)}) for"
+            f" {paths[0]} with {len(labels)} labels {_listed(labels)}, expected one for each label"
+        )
+    for name in names:
+        check_map_name(name if not name.isdigit() else f"label{name}")
+    exemplars = []
+    for picture in pictures:
+        indicators = [(picture.pixels[:, :, 0] == label).astype(np.float32) for label in labels]
+        planes = cropped(picture, indicators, crop)
+        rows, columns = planes[0].shape
+        if min(rows, columns) < needed:
+            raise refuse(
+                picture.path, f"{columns} x {rows} pixels", f"at least {needed} x {needed} (--size)"
+            )
+        image = torch.from_numpy(np.stack([reduced_by_area(p, resolution) for p in planes]))
+        shares = (
+            f"{label} is {PREFIX}{name} ({100 * plane.mean():.1f} %)"
+            for label, name, plane in zip(labels, names, planes, strict=True)
+        )
+        notes = [f"{picture.path}: labels of phases: {', '.join(shares)}"]
+        if image.shape[1:] != (rows, columns):
+            notes.append(
+                f"{picture.path}: {columns} x {rows} pixels reduced to"
+                f" {image.shape[2]} x {image.shape[1]}; --resolution {min(rows, columns)} keeps"
+                " them"
+            )
+        channels = tuple(PREFIX + name for name in names)
+        exemplars.append(
+            Exemplar(picture.path.name, picture.sha256, image, channels, "data", notes=tuple(notes))
+        )
+    return exemplars
+
+
+def _common_labels(pictures: Sequence[Picture]) -> list[int]:
+    """The labels that every section has."""
+    found = [_labels_of(picture) for picture in pictures]
+    for picture, labels in zip(pictures, found, strict=True):
+        for other, more in zip(pictures, found, strict=True):
+            if missing := [label for label in more if label not in labels]:
+                raise refuse(
+                    picture.path,
+                    f"no pixel of the label {missing[0]}, which {other.path} has",
+                    "every phase in every section: one solid has the same fractions in all"
+                    " directions; crop larger sections or merge the label with another",
+                )
+    return found[0]
+
+
+def _labels_of(picture: Picture) -> list[int]:
+    pixels = picture.pixels
+    if np.any(pixels != pixels[:, :, :1]):
+        raise refuse(picture.path, "color", "labels of phases: one channel of integers")
+    values = np.unique(pixels)
+    if (values != np.rint(values)).any():
+        raise refuse(picture.path, "values that are no integers", "labels of phases, such as 0, 1")
+    labels = [int(value) for value in values]
+    if len(labels) > MOST_PHASES:
+        raise refuse(
+            picture.path,
+            f"{len(labels)} values, {labels[0]} ... {labels[-1]}",
+            f"labels of 2 to {MOST_PHASES} phases; segment a gray image first, or train without"
+            " --phases",
+        )
+    if len(labels) < 2:
+        raise refuse(picture.path, f"the label {labels[0]} everywhere", "two or more phases")
+    return labels
+
+
+def _listed(labels: Sequence[int]) -> str:
+    return ", ".join(map(str, labels))

@@ -1,0 +1,73 @@
+"""Training of phases: the generator's values are logits, slices show probabilities.
+
+A slice is softmax(logits), in the whitened coordinates of the exemplar's indicators. Losses compare
+it with the indicators, so its phases become sharp. The distribution of values, a term of the loss,
+holds the fractions during the training; at its end the logits are shifted until the most probable
+phases have the fractions of the exemplars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from solidtex_export.generators.lattice import BaseLattice
+from solidtex_export.generators.slices import LatticeSlices, SliceSource
+from solidtex_export.images.exemplar import Exemplar
+
+LOGIT_GAIN = 3.0  # of the generator's values, which have unit variance at the start
+SLICES = 96  # whose fractions are counted at the end
+ROUNDS = 60
+DAMPING = 0.7
+FEWEST = 1e-4  # fraction below which a phase counts as this rare
+
+
+class PhaseTraining:
+    """The fractions of the exemplars, and the axes in which slices are compared with them."""
+
+    def __init__(
+        self, generator: BaseLattice, exemplars: Sequence[Exemplar], mean: Tensor, basis: Tensor
+    ) -> None:
+        self.generator = generator
+        self.mean = mean
+        self.inverse = torch.linalg.inv(basis.double()).float()
+        sections = [e.image.double().mean((1, 2)) for e in exemplars]
+        self.fractions = torch.stack(sections).mean(0).clamp_min(FEWEST)
+        generator.color_mean.copy_(self.fractions.log())
+        generator.color_basis.copy_(LOGIT_GAIN * torch.eye(len(mean)))
+
+    def probabilities_of(self, logits: SliceSource) -> PhaseSlices:
+        return PhaseSlices(logits, self)
+
+    @torch.no_grad()
+    def hold_fractions(self, directions: str, size: int) -> None:
+        """Shift the logits until the most probable phases of many slices have the fractions."""
+        source = LatticeSlices(self.generator)
+        drawn = [source.draw(directions[i % len(directions)], size, 1) for i in range(SLICES)]
+        logits = torch.cat([self.generator.linear_colors(y).cpu() for y in drawn])
+        logits = logits.transpose(0, 1).flatten(1)
+        shift = torch.zeros(len(self.fractions), dtype=torch.float64)
+        for _ in range(ROUNDS):
+            phases = (logits + shift[:, None].float()).argmax(0)
+            found = torch.bincount(phases, minlength=len(shift)).double() / len(phases)
+            shift += DAMPING * (self.fractions / found.clamp_min(FEWEST)).log()
+        self.generator.color_mean += (shift - shift.mean()).to(self.generator.color_mean)
+
+
+class PhaseSlices:
+    """Slices of another source as probabilities, whitened like the exemplars."""
+
+    def __init__(self, logits: SliceSource, phases: PhaseTraining) -> None:
+        self.logits = logits
+        self.phases = phases
+
+    def draw(self, direction: str, size: int, batch: int) -> Tensor:
+        y = self.logits.draw(direction, size, batch).float()
+        probabilities = self.phases.generator.colors(y)
+        centered = probabilities - self.phases.mean.to(y.device).view(1, -1, 1, 1)
+        return torch.einsum("ij,bjrc->birc", self.phases.inverse.to(y.device), centered)
+
+    def view(self, direction: str) -> str:
+        return self.logits.view(direction)

@@ -1,0 +1,191 @@
+"""solidtex-train --phases: labels read, trained, exported, baked and measured; refusals."""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+import solidtex
+from solidtex_export.commands import export, measure, train
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.images.labels import load_labels
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+BAKE = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-bake"
+
+
+def section(values: list[int], seed: int = 0, side: int = 48) -> np.ndarray:
+    """Labels in blobs of about 6 pixels; the first has 30 %."""
+    ndimage = pytest.importorskip("scipy.ndimage")
+    noise = np.random.default_rng(seed).standard_normal((side, side))
+    smooth = ndimage.gaussian_filter(noise, 2, mode="wrap")
+    limits = np.quantile(smooth, np.linspace(0.3, 1, len(values))[:-1])
+    return np.array(values, np.uint8)[np.searchsorted(limits, smooth)]
+
+
+def save(path: Path, labels: np.ndarray) -> Path:
+    Image.fromarray(labels).save(path)
+    return path
+
+
+@pytest.mark.parametrize("values", [[0, 1], [0, 255], [0, 1, 2], [3, 7, 90, 200]])
+def test_labels_become_indicators(tmp_path: Path, values: list[int]) -> None:
+    labels = section(values)
+    (found,) = load_labels([save(tmp_path / "a.png", labels)], 999, 8, None, ())
+    assert found.channels == tuple(f"phase.{value}" for value in values)
+    assert found.color_space == "data"
+    for value, plane in zip(values, found.image.numpy(), strict=True):
+        assert np.array_equal(plane, labels == value)
+    assert f"0 is phase.0 ({100 * (labels == 0).mean():.1f} %)" in found.notes[0] or values[0]
+    assert "labels of phases" in found.notes[0]
+
+
+def test_reduced_labels_keep_their_shares(tmp_path: Path) -> None:
+    path = save(tmp_path / "a.png", section([0, 9]))
+    (found,) = load_labels([path], 24, 8, None, ("pore", "grain"))
+    assert found.channels == ("phase.pore", "phase.grain") and found.image.shape == (2, 24, 24)
+    assert torch.allclose(found.image.sum(0), torch.ones(24, 24))
+    assert float(found.image[0].mean()) == pytest.approx(0.3, abs=0.01)
+    assert "--resolution 48 keeps" in found.notes[1]
+
+
+@pytest.mark.parametrize(
+    ("images", "names", "message"),
+    [
+        ([section([0, 1, 2])], ("pore", "grain"),
+         "--phase-names: found 2 (pore,grain) for {0} with 3 labels 0, 1, 2, expected one for each"),
+        ([section([0, 1, 2]), section([0, 2])], (),
+         "{1}: found no pixel of the label 1, which {0} has, expected every phase in every section"),
+        ([section([0, 1]), section([0, 1, 2])], (),
+         "{0}: found no pixel of the label 2, which {1} has"),
+        ([np.arange(2304, dtype=np.uint8).reshape(48, 48)], (),
+         "{0}: found 256 values, 0 ... 255, expected labels of 2 to 8 phases; segment"),
+        ([np.full((48, 48), 4, np.uint8)], (), "{0}: found the label 4 everywhere, expected two"),
+        ([np.stack([section([0, 1]), section([0, 1], 1), section([0, 1], 2)], 2)], (),
+         "{0}: found color, expected labels of phases"),
+        ([section([0, 1])], ("pore", "no name"), "found the name 'no name', expected one such as"),
+    ],
+)  # fmt: skip
+def test_labels_that_are_refused(
+    tmp_path: Path, images: list[np.ndarray], names: tuple[str, ...], message: str
+) -> None:
+    paths = [save(tmp_path / f"{i}.png", image) for i, image in enumerate(images)]
+    with pytest.raises(ExemplarError) as caught:
+        load_labels(paths, 999, 8, None, names)
+    assert str(caught.value).startswith(message.format(*paths))
+
+
+def test_images_of_labels_without_the_option_name_it(tmp_path: Path, capfd) -> None:
+    path = save(tmp_path / "a.png", section([0, 1]))
+    assert train.main([str(path), "-o", str(tmp_path / "r"), "--steps", "1"]) == 1
+    assert "--phases as phases with sharp borders" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--phase-names", "a,b"], "--phase-names: found without --phases"),
+        (["--phases", "--range", "auto"], "--phases: found together with --range"),
+        (["--phases", "--preset", "sampler"], "generator.kind: found sampler, expected lattice"),
+    ],
+)
+def test_options_that_are_refused(
+    tmp_path: Path, capfd, options: list[str], message: str
+) -> None:
+    path = save(tmp_path / "a.png", section([0, 1]))
+    try:
+        code = train.main([str(path), "-o", str(tmp_path / "r"), "--steps", "1", *options])
+    except SystemExit as stopped:
+        code = stopped.code
+    assert code in (1, 2) and message in capfd.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three phases, trained for a few steps on sections of two directions."""
+    folder = tmp_path_factory.mktemp("phases")
+    photos = [str(save(folder / f"{i}.png", section([0, 7, 255], i, 64))) for i in (1, 2)]
+    small = ["--set", "generator.sizes.levels=3", "--preset", "lattice-grains"]
+    arguments = [*photos, "--phases", "--phase-names", "pore,clay,grain", "--steps", "6"]
+    assert train.main([*arguments, "--size", "48", *small, "-o", str(folder / "result")]) == 0
+    assert export.main([str(folder / "result"), "-o", str(folder / "rock.solidtex")]) == 0
+    return folder / "rock.solidtex"
+
+
+def test_the_engine_returns_probabilities_with_the_fractions(model: Path) -> None:
+    with solidtex.Texture(model) as texture:
+        assert list(texture.channels) == ["phase.pore", "phase.clay", "phase.grain"]
+        values = texture.eval_box((0, 0, 0), (96, 96, 96))
+        apart = texture.eval_box((31, 17, 50), (9, 11, 6))
+    assert np.array_equal(apart, values[31:40, 17:28, 50:56])
+    assert values.min() >= 0 and np.allclose(values.sum(3), 1, atol=1e-6)
+    found = np.bincount(values.argmax(3).reshape(-1), minlength=3) / values[..., 0].size
+    assert found == pytest.approx([0.3, 0.35, 0.35], abs=0.03)  # the volume's own chance
+
+
+@pytest.mark.parametrize("name", ["a.npy", "a.nrrd", "a.vti", "a.tif", "a.ome.tif", "a.nhdr"])
+def test_labels_open_elsewhere(model: Path, tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    size = ["--size", "20,16,12"]
+    options = ["--labels", "--voxel-size", "2.25um", *size, "-o", str(path)]
+    options += ["--format", "imagej"] if name == "a.tif" else []
+    subprocess.run([BAKE, model, *options], check=True, capture_output=True)
+    with solidtex.Texture(model) as texture:
+        expected = texture.eval_box((0, 0, 0), (20, 16, 12)).argmax(3)
+    found, edge = opened(path)
+    assert found.dtype == np.uint8 and np.array_equal(found, expected)
+    assert edge is None or edge == pytest.approx(2.25, rel=1e-3)
+
+
+def opened(path: Path) -> tuple[np.ndarray, float | None]:
+    """Labels [x, y, z] and the edge of a voxel, by the library that users of the format have."""
+    if path.suffix == ".npy":
+        return np.load(path)[..., 0], None
+    if path.suffix in (".nrrd", ".nhdr"):
+        itk = pytest.importorskip("SimpleITK")
+        image = itk.ReadImage(str(path))
+        return itk.GetArrayFromImage(image).transpose(2, 1, 0), image.GetSpacing()[0]
+    if path.suffix == ".vti":
+        pyvista = pytest.importorskip("pyvista")
+        grid = pyvista.read(path)
+        return np.asarray(grid["label"]).reshape(grid.dimensions, order="F"), grid.spacing[2]
+    tifffile = pytest.importorskip("tifffile")
+    with tifffile.TiffFile(path) as file:
+        pages = file.asarray().transpose(2, 1, 0)
+        if file.imagej_metadata:
+            return pages, file.imagej_metadata["spacing"]
+        assert file.is_ome
+        return pages, float(file.ome_metadata.split('PhysicalSizeZ="')[1].split('"')[0])
+
+
+def test_a_model_of_phases_is_measured(model: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    report = tmp_path / "report.json"
+    options = ["--size", "24", "--voxel-size", "2um", "--axes", "z", "--representative", "none"]
+    assert measure.main([str(model), "-o", str(report), *options]) == 0
+    found = json.loads(report.read_text())
+    assert set(found["phases"]) == {"0", "1", "2"} and found["axes"]["z"]["permeability_mD"] >= 0
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("granite-grey", [], "--labels: granite-grey has the channels albedo.r, albedo.g"),
+        ("", ["--channels", "phase.clay"], "--channels excludes --labels"),
+        ("", ["-o", "a.zarr"], "--labels: found it with -o a.zarr, expected another format"),
+        ("", ["-o", "a.vol"], "--depth 8: vol holds float"),
+    ],
+)
+def test_labels_that_cannot_be_baked(
+    model: Path, tmp_path: Path, name: str, options: list[str], message: str
+) -> None:
+    output = [] if "-o" in options else ["-o", "a.npy"]
+    command = [BAKE, name or model, "--labels", "--size", "4", *output, *options]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and message in done.stderr
+    assert not list(tmp_path.iterdir())
