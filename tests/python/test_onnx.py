@@ -60,6 +60,13 @@ def bare_noise_model() -> ModelFile:
     return ModelFile(random_models.document("field", {"nodes": nodes, "output": "z"}), {})
 
 
+def phase_model() -> ModelFile:
+    model = bare_noise_model()
+    model.document["field"]["nodes"].append({"name": "p", "op": "softmax", "inputs": ["z"]})
+    model.document["field"]["output"] = "p"
+    return model
+
+
 def with_maps(model: ModelFile, last: str) -> ModelFile:
     """The model with two channels more, from a wider last layer."""
     for key in (f"{last}.weight", f"{last}.bias"):
@@ -78,6 +85,7 @@ FIELDS = {
     "published noise": published_noise_model(),
     "reserved names": reserved_names_model(),
     "bare noise": bare_noise_model(),
+    "phases": phase_model(),
     "five channels": with_maps(random_models.lattice_model(3, 2, 3), "last_conv"),
 }
 SAMPLERS = {

@@ -11,9 +11,12 @@ import torch
 from PIL import Image
 
 import solidtex
+from solidtex_export.analysis.grain import channel_axes, whiten
 from solidtex_export.commands import export, measure, train
+from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.labels import load_labels
+from solidtex_export.training.phases import PhaseTraining
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BAKE = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-bake"
@@ -58,9 +61,9 @@ def test_reduced_labels_keep_their_shares(tmp_path: Path) -> None:
     ("images", "names", "message"),
     [
         ([section([0, 1, 2])], ("pore", "grain"),
-         "--phase-names: found 2 (pore,grain) for {0} with 3 labels 0, 1, 2, expected one for each"),
+         "--phase-names: found 2 (pore,grain) for {0} with 3 labels 0, 1, 2, expected one for"),
         ([section([0, 1, 2]), section([0, 2])], (),
-         "{1}: found no pixel of the label 1, which {0} has, expected every phase in every section"),
+         "{1}: found no pixel of the label 1, which {0} has, expected every phase in every"),
         ([section([0, 1]), section([0, 1, 2])], (),
          "{0}: found no pixel of the label 2, which {1} has"),
         ([np.arange(2304, dtype=np.uint8).reshape(48, 48)], (),
@@ -94,15 +97,40 @@ def test_images_of_labels_without_the_option_name_it(tmp_path: Path, capfd) -> N
         (["--phases", "--preset", "sampler"], "generator.kind: found sampler, expected lattice"),
     ],
 )
-def test_options_that_are_refused(
-    tmp_path: Path, capfd, options: list[str], message: str
-) -> None:
+def test_options_that_are_refused(tmp_path: Path, capfd, options: list[str], message: str) -> None:
     path = save(tmp_path / "a.png", section([0, 1]))
     try:
         code = train.main([str(path), "-o", str(tmp_path / "r"), "--steps", "1", *options])
     except SystemExit as stopped:
         code = stopped.code
     assert code in (1, 2) and message in capfd.readouterr().err
+
+
+class SureSlices:
+    """Logits of slices where every voxel is sure of the first phase."""
+
+    def __init__(self, side: int) -> None:
+        self.logits = torch.zeros(1, 2, side, side)
+        self.logits[:, 0] = 60
+        self.logits.requires_grad_()
+
+    def draw(self, direction: str, size: int, batch: int) -> torch.Tensor:
+        return self.logits
+
+    def view(self, direction: str) -> str:
+        return direction
+
+
+def test_a_solid_of_one_phase_has_a_gradient(tmp_path: Path) -> None:
+    (exemplar,) = load_labels([save(tmp_path / "a.png", section([0, 1]))], 999, 8, None, ())
+    mean, basis = channel_axes([exemplar])
+    generator = LatticeGenerator(levels=2, out_channels=2, softmax=True)
+    source = SureSlices(16)
+    slices = PhaseTraining(generator, [exemplar], mean, basis).probabilities_of(source)
+    target = whiten(exemplar.image[:, :16, :16], mean, basis)
+    (slices.draw("x", 16, 1) - target).square().sum().backward()
+    assert source.logits.grad is not None
+    assert (source.logits.grad[:, 0] > 0).all() and (source.logits.grad[:, 1] < 0).all()
 
 
 @pytest.fixture(scope="module")

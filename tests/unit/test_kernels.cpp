@@ -230,6 +230,33 @@ TEST_CASE("element-wise kernels are their references bit for bit", "[kernels]") 
   check_maps(wide);
 }
 
+TEST_CASE("softmax is its reference bit for bit, for any number of phases", "[kernels]") {
+  for (const int phases : {1, 2, 5, 8})
+    for (const Box& box : {box_of(1, 1, 1), box_of(3, 2, 33)})
+      check_map(kernels::softmax, reference::softmax, random_block(box, phases));
+}
+
+TEST_CASE("softmax is as accurate as docs/numerics.md says", "[kernels]") {
+  constexpr int phases = 3, count = 4096;
+  Block in = random_block(box_of(1, 1, count), phases);
+  const Volume logits = in.volume();
+  for (int c = 0; c < phases; ++c)
+    for (int z = 0; z < count; ++z) logits.row(c, 0, 0)[z] *= static_cast<float>(z % 64);
+  Block found(in.box(), phases);
+  kernels::softmax(logits, found.volume());
+  double error = 0;
+  for (int z = 0; z < count; ++z) {
+    double sum = 0;
+    for (int c = 0; c < phases; ++c) sum += std::exp(double{logits.row(c, 0, 0)[z]});
+    for (int c = 0; c < phases; ++c) {
+      const double expected = std::exp(double{logits.row(c, 0, 0)[z]}) / sum;
+      error = std::max(error, std::fabs(found.volume().row(c, 0, 0)[z] - expected));
+    }
+  }
+  CHECK(error < 1.5e-7);
+  WARN("largest error: softmax " << error);
+}
+
 TEST_CASE("sines are as accurate as docs/numerics.md says, and exact at quarters", "[kernels]") {
   constexpr double kTurn = 6.283185307179586;
   double error = 0;

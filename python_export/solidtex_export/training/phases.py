@@ -1,9 +1,12 @@
 """Training of phases: the generator's values are logits, slices show probabilities.
 
-A slice is softmax(logits), in the whitened coordinates of the exemplar's indicators. Losses compare
-it with the indicators, so its phases become sharp. The distribution of values, a term of the loss,
-holds the fractions during the training; at its end the logits are shifted until the most probable
-phases have the fractions of the exemplars.
+Losses compare a slice with the exemplar's indicators, in their whitened coordinates, so its phases
+become sharp. They see softmax(logits) + LEAK * logits. Without the leak a voxel that is sure of its
+phase has no gradient: a solid of one phase would stay so. The leak also keeps logits small, since
+large ones exceed the indicators, and with them the engine's rounding errors.
+
+The distribution of values, a term of the loss, holds the fractions during the training; at its end
+the logits are shifted until the most probable phases have the fractions of the exemplars.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from solidtex_export.generators.lattice import BaseLattice
 from solidtex_export.generators.slices import LatticeSlices, SliceSource
 from solidtex_export.images.exemplar import Exemplar
 
-LOGIT_GAIN = 3.0  # of the generator's values, which have unit variance at the start
+LEAK = 0.03  # of logits into what losses see
 SLICES = 96  # whose fractions are counted at the end
 ROUNDS = 60
 DAMPING = 0.7
@@ -36,7 +39,7 @@ class PhaseTraining:
         sections = [e.image.double().mean((1, 2)) for e in exemplars]
         self.fractions = torch.stack(sections).mean(0).clamp_min(FEWEST)
         generator.color_mean.copy_(self.fractions.log())
-        generator.color_basis.copy_(LOGIT_GAIN * torch.eye(len(mean)))
+        generator.color_basis.copy_(torch.eye(len(mean)))
 
     def probabilities_of(self, logits: SliceSource) -> PhaseSlices:
         return PhaseSlices(logits, self)
@@ -57,17 +60,19 @@ class PhaseTraining:
 
 
 class PhaseSlices:
-    """Slices of another source as probabilities, whitened like the exemplars."""
+    """Slices of another source as leaky probabilities, whitened like the exemplars."""
 
     def __init__(self, logits: SliceSource, phases: PhaseTraining) -> None:
         self.logits = logits
         self.phases = phases
 
     def draw(self, direction: str, size: int, batch: int) -> Tensor:
-        y = self.logits.draw(direction, size, batch).float()
-        probabilities = self.phases.generator.colors(y)
-        centered = probabilities - self.phases.mean.to(y.device).view(1, -1, 1, 1)
-        return torch.einsum("ij,bjrc->birc", self.phases.inverse.to(y.device), centered)
+        y = self.logits.draw(direction, size, batch)
+        with torch.autocast(y.device.type, enabled=False):
+            logits = self.phases.generator.linear_colors(y.float())
+            leaky = logits.softmax(1) + LEAK * (logits - logits.mean(1, keepdim=True))
+            centered = leaky - self.phases.mean.to(y.device).view(1, -1, 1, 1)
+            return torch.einsum("ij,bjrc->birc", self.phases.inverse.to(y.device), centered)
 
     def view(self, direction: str) -> str:
         return self.logits.view(direction)
