@@ -16,7 +16,7 @@ from solidtex_export.commands import export, measure, train
 from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.labels import load_labels
-from solidtex_export.training.phases import PhaseTraining
+from solidtex_export.training.phases import PhaseTraining, fitting_shift
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BAKE = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-bake"
@@ -104,6 +104,17 @@ def test_options_that_are_refused(tmp_path: Path, capfd, options: list[str], mes
     except SystemExit as stopped:
         code = stopped.code
     assert code in (1, 2) and message in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("fractions", [[0.2, 0.8], [0.01, 0.69, 0.3], [0.4, 0.1, 0.3, 0.05, 0.15]])
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 100.0])
+def test_shifted_logits_have_the_fractions(fractions: list[float], scale: float) -> None:
+    logits = torch.randn(len(fractions), 20000, generator=torch.Generator().manual_seed(3))
+    logits = logits * scale + scale * torch.arange(len(fractions))[:, None]
+    shift = fitting_shift(logits, torch.tensor(fractions))
+    phases = (logits + shift[:, None]).argmax(0)
+    found = torch.bincount(phases, minlength=len(fractions)) / len(phases)
+    assert found.tolist() == pytest.approx(fractions, abs=1e-3)
 
 
 class SureSlices:

@@ -22,8 +22,7 @@ from solidtex_export.images.exemplar import Exemplar
 
 LEAK = 0.03  # of logits into what losses see
 SLICES = 96  # whose fractions are counted at the end
-ROUNDS = 60
-DAMPING = 0.7
+ROUNDS = 30
 FEWEST = 1e-4  # fraction below which a phase counts as this rare
 
 
@@ -50,13 +49,24 @@ class PhaseTraining:
         source = LatticeSlices(self.generator)
         drawn = [source.draw(directions[i % len(directions)], size, 1) for i in range(SLICES)]
         logits = torch.cat([self.generator.linear_colors(y).cpu() for y in drawn])
-        logits = logits.transpose(0, 1).flatten(1)
-        shift = torch.zeros(len(self.fractions), dtype=torch.float64)
-        for _ in range(ROUNDS):
-            phases = (logits + shift[:, None].float()).argmax(0)
-            found = torch.bincount(phases, minlength=len(shift)).double() / len(phases)
-            shift += DAMPING * (self.fractions / found.clamp_min(FEWEST)).log()
-        self.generator.color_mean += (shift - shift.mean()).to(self.generator.color_mean)
+        shift = fitting_shift(logits.transpose(0, 1).flatten(1), self.fractions)
+        self.generator.color_mean += shift.to(self.generator.color_mean)
+
+
+def fitting_shift(logits: Tensor, fractions: Tensor) -> Tensor:
+    """What to add to `logits` [phase, voxel] so that the most probable phases have `fractions`.
+
+    Each phase in turn gets its fraction exactly, until all keep theirs.
+    """
+    shift = torch.zeros(len(logits))
+    for _ in range(ROUNDS):
+        for phase, fraction in enumerate(fractions.tolist()):
+            others = logits + shift[:, None]
+            others[phase] = -torch.inf
+            needed = others.amax(0) - logits[phase]  # shift from which a voxel has this phase
+            voxels = round(fraction * needed.numel())
+            shift[phase] = needed.kthvalue(max(voxels, 1)).values
+    return shift - shift.mean()
 
 
 class PhaseSlices:
