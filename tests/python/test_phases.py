@@ -149,7 +149,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three phases, trained for a few steps on sections of two directions."""
     folder = tmp_path_factory.mktemp("phases")
     photos = [str(save(folder / f"{i}.png", section([0, 7, 255], i, 64))) for i in (1, 2)]
-    small = ["--set", "generator.sizes.levels=3", "--preset", "lattice-grains"]
+    small = ["--set", "generator.sizes.levels=3", "--preset", "lattice"]
     arguments = [*photos, "--phases", "--phase-names", "pore,clay,grain", "--steps", "6"]
     assert train.main([*arguments, "--size", "48", *small, "-o", str(folder / "result")]) == 0
     assert export.main([str(folder / "result"), "-o", str(folder / "rock.solidtex")]) == 0
