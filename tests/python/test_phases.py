@@ -94,6 +94,7 @@ def test_images_of_labels_without_the_option_name_it(tmp_path: Path, capfd) -> N
     [
         (["--phase-names", "a,b"], "--phase-names: found without --phases"),
         (["--phases", "--range", "auto"], "--phases: found together with --range"),
+        (["--phases", "--estimate", "height"], "--phases: found together with --estimate"),
         (["--phases", "--preset", "sampler"], "generator.kind: found sampler, expected lattice"),
     ],
 )

@@ -263,6 +263,7 @@ def check_phases(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error("--phase-names: found without --phases, expected both")
     others = {
         "--map": args.maps,
+        "--estimate": args.estimate,
         "--range": args.ranges,
         "--layer": args.layer,
         "--space": args.space,
