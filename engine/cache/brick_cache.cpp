@@ -1,7 +1,5 @@
 #include "engine/cache/brick_cache.h"
 
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -11,20 +9,26 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "engine/common/arena.h"
+
 namespace solidtex::engine {
 namespace {
 
 constexpr std::size_t kMaxShards = 64;
 constexpr std::size_t kMinBricksPerShard = 8;
 
+std::uint64_t hash_of(const BrickKey& key) {
+  std::uint64_t h = static_cast<std::uint32_t>(key.x);
+  for (const std::int32_t next : {key.y, key.z}) {
+    h = (h ^ (h >> 29)) * 0xBF58476D1CE4E5B9 + static_cast<std::uint32_t>(next);
+  }
+  h = (h ^ (h >> 30)) * 0x94D049BB133111EB;
+  return h ^ (h >> 31);
+}
+
 struct KeyHash {
   std::size_t operator()(const BrickKey& key) const {
-    std::uint64_t h = static_cast<std::uint32_t>(key.x);
-    for (const std::int32_t next : {key.y, key.z}) {
-      h = (h ^ (h >> 29)) * 0xBF58476D1CE4E5B9 + static_cast<std::uint32_t>(next);
-    }
-    h = (h ^ (h >> 30)) * 0x94D049BB133111EB;
-    return h ^ (h >> 31);
+    return static_cast<std::size_t>(hash_of(key));
   }
 };
 
@@ -96,7 +100,7 @@ BrickCache::~BrickCache() = default;
 
 BrickCache::Shard& BrickCache::shard_of(const BrickKey& key) {
   // The map inside a shard uses the low bits of the hash, the choice of a shard the high ones.
-  return shards_[(KeyHash{}(key) >> 40) % shards_.size()];
+  return shards_[(hash_of(key) >> 40) % shards_.size()];
 }
 
 std::shared_ptr<const float> BrickCache::get(const BrickKey& key) {
@@ -128,14 +132,14 @@ std::shared_ptr<const float> BrickCache::get(const BrickKey& key) {
 }
 
 // Waiting cannot deadlock. A thread that computes a brick never waits for another one: build_
-// requests none. isolate() keeps the thread, while it waits for subtasks of build_, from running an
-// unrelated task that requests a brick, perhaps the one under construction below on the same stack.
-// For the same reason no lock is held while computing.
+// requests none. isolated() keeps the thread, while it waits for subtasks of build_, from running
+// an unrelated task that requests a brick, perhaps the one under construction below on the same
+// stack. For the same reason no lock is held while computing.
 void BrickCache::build(Shard& shard, const BrickKey& key, Brick& brick) {
   try {
     brick.values = std::make_unique_for_overwrite<float[]>(brick_values_);
     const auto begin = std::chrono::steady_clock::now();
-    tbb::this_task_arena::isolate([&] { build_(key, {brick.values.get(), brick_values_}); });
+    isolated([&] { build_(key, {brick.values.get(), brick_values_}); });
     const std::chrono::nanoseconds spent = std::chrono::steady_clock::now() - begin;
     total_->nanoseconds += static_cast<std::uint64_t>(spent.count());
     keep(shard, key);

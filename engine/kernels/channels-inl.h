@@ -29,7 +29,7 @@ HWY_INLINE Floats Activate(Floats v, Floats negative_slope) {
   return hn::IfThenElse(hn::Gt(v, hn::Zero(Float())), v, hn::Mul(negative_slope, v));
 }
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // Sums of two vectors fill most registers: 24 of 32, or 12 of 16.
 inline constexpr int kMaxChannels = HWY_TARGET == HWY_AVX2 ? 6 : 12;
@@ -55,7 +55,7 @@ HWY_INLINE void ChannelTile(const ChannelLayer& layer, int first, const float* H
     for (int o = 0; o < kOutputs; ++o) {
       const Floats w = hn::Set(d, weights[o]);
 #pragma GCC unroll 2
-      for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
+      for (int v = 0; v < kVectors; ++v) sum[o][v] = FusedMulAdd(w, x[v], sum[o][v]);
     }
   }
   const Floats negative_slope = hn::Set(d, layer.negative_slope);

@@ -14,7 +14,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // Two instructions suffice for 0 < negative_slope <= 1.
 template <bool kUsualSlope>
@@ -53,7 +53,7 @@ HWY_INLINE void DenseTile(const PointBlock& block, int first, std::ptrdiff_t poi
     for (int v = 0; v < kVectors; ++v) x[v] = hn::LoadU(d, from + v * lanes);
     for (int o = 0; o < kOutputs; ++o) {
       const Floats w = hn::Set(d, weights[o / kPack * pack_stride + o % kPack]);
-      for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
+      for (int v = 0; v < kVectors; ++v) sum[o][v] = FusedMulAdd(w, x[v], sum[o][v]);
     }
   }
 
@@ -110,7 +110,7 @@ HWY_INLINE void PointTile(const PointLayer& layer, int first, const float* in, f
   for (int t = 0; t < layer.terms; ++t, weights += layer.pitch) {
     const Floats x = hn::Set(d, in[t]);
     for (int v = 0; v < kVectors; ++v)
-      sum[v] = hn::MulAdd(hn::LoadU(d, weights + v * lanes), x, sum[v]);
+      sum[v] = FusedMulAdd(hn::LoadU(d, weights + v * lanes), x, sum[v]);
   }
   const Floats negative_slope = hn::Set(d, layer.negative_slope);
   for (int v = 0; v < kVectors; ++v)

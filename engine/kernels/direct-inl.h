@@ -27,7 +27,7 @@ struct TapTarget {
   std::ptrdiff_t voxels[4];
 };
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // Both z of some outputs of two vectors of tiles: 16 sums in 32 registers, or 8 in 16.
 inline constexpr int kTapOutputs = HWY_TARGET == HWY_AVX2 ? 2 : 4;
@@ -54,8 +54,8 @@ HWY_INLINE void AddRow(const Planes* tiles, int x, std::ptrdiff_t at,
       const Floats w = InRegister(hn::Set(d, weights[z * LinearLayer::kPack + o]));
 #pragma GCC unroll 2
       for (int v = 0; v < kVectors; ++v) {
-        sum[o][0][v] = hn::MulAdd(w, in[z][v], sum[o][0][v]);
-        sum[o][1][v] = hn::MulAdd(w, in[z + 1][v], sum[o][1][v]);
+        sum[o][0][v] = FusedMulAdd(w, in[z][v], sum[o][0][v]);
+        sum[o][1][v] = FusedMulAdd(w, in[z + 1][v], sum[o][1][v]);
       }
     }
 }

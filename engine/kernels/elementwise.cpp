@@ -13,7 +13,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // out = function(channel, in), row by row.
 template <class Function>
@@ -34,16 +34,16 @@ HWY_INLINE Floats ExpNegative(Floats v) {
   const Int di;
   const Floats limit = hn::Set(d, kExpLimit), shift = hn::Set(d, kRoundingShift);
   const Floats x = hn::Neg(hn::IfThenElse(hn::Lt(v, limit), v, limit));
-  const Floats n = hn::Sub(hn::MulAdd(x, hn::Set(d, kLog2E), shift), shift);
-  const Floats r = hn::MulAdd(n, hn::Set(d, -kLog2Low), hn::MulAdd(n, hn::Set(d, -kLog2High), x));
-  const Floats e = hn::Add(hn::Set(d, 1.0f), hn::MulAdd(Polynomial(kExp, r), hn::Mul(r, r), r));
+  const Floats n = hn::Sub(FusedMulAdd(x, hn::Set(d, kLog2E), shift), shift);
+  const Floats r = FusedMulAdd(n, hn::Set(d, -kLog2Low), FusedMulAdd(n, hn::Set(d, -kLog2High), x));
+  const Floats e = hn::Add(hn::Set(d, 1.0f), FusedMulAdd(Polynomial(kExp, r), hn::Mul(r, r), r));
   const Ints power = hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127)));
   return hn::Mul(e, hn::BitCast(d, power));
 }
 
 void Affine(const float* scale, const float* shift, const ConstVolume& in, const Volume& out) {
   Map(in, out, [&](int c, Floats v) {
-    return hn::MulAdd(hn::Set(Float(), scale[c]), v, hn::Set(Float(), shift[c]));
+    return FusedMulAdd(hn::Set(Float(), scale[c]), v, hn::Set(Float(), shift[c]));
   });
 }
 
@@ -60,7 +60,7 @@ void Tanh(const ConstVolume& in, const Volume& out) {
     const Floats one = hn::Set(d, 1.0f), v = hn::Abs(x), square = hn::Mul(v, v);
     const Floats e = ExpNegative(hn::Add(v, v));
     const Floats far = hn::Div(hn::Sub(one, e), hn::Add(one, e));
-    const Floats near = hn::MulAdd(hn::Mul(Polynomial(kTanh, square), square), v, v);
+    const Floats near = FusedMulAdd(hn::Mul(Polynomial(kTanh, square), square), v, v);
     return hn::CopySign(hn::IfThenElse(hn::Lt(v, hn::Set(d, kTanhSwitch)), near, far), x);
   });
 }

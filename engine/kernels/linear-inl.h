@@ -16,7 +16,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // A run of outputs: out[o * pitch + j] = layer of in[offsets[t] + j] for 0 <= j < count. Reads up
 // to one vector beyond the input.
@@ -50,7 +50,7 @@ HWY_INLINE void Tile(const Run& run, int first, const float* HWY_RESTRICT in,
     for (int v = 0; v < kVectors; ++v) x[v] = hn::LoadU(d, from + v * lanes);
     for (int o = 0; o < kOutputs; ++o) {
       const Floats w = hn::Set(d, weights[o / kPack * pack_stride + o % kPack]);
-      for (int v = 0; v < kVectors; ++v) sum[o][v] = hn::MulAdd(w, x[v], sum[o][v]);
+      for (int v = 0; v < kVectors; ++v) sum[o][v] = FusedMulAdd(w, x[v], sum[o][v]);
     }
   }
 
@@ -85,7 +85,7 @@ HWY_INLINE void EvaluateRun(const Run& run, const float* in, float* out, std::pt
   for (; j < count; j += lanes) AllOutputs<1>(run, in + j, out + j, std::min(lanes, count - j));
 }
 
-#endif  // HWY_NATIVE_FMA
+#endif  // SOLIDTEX_VECTOR_KERNELS
 
 }  // namespace solidtex::engine::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

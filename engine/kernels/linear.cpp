@@ -14,7 +14,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // Calls visit(x, y, count) for runs along z that cover the output. If in and out have the same row
 // pitch a run is a whole plane; what it writes between rows is undefined.

@@ -15,13 +15,13 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // Evaluates a plain convolution for each parity of the output and writes its rows with stride 2.
 void ConvTranspose3d(const LinearLayer& layer, const TransposedShape& shape, const ConstVolume& in,
                      const Volume& out) {
   for (const ParityClass& parity : split_by_parity(layer, shape, in, out)) {
-    const std::int64_t count = parity.count[2];
+    const auto count = static_cast<std::ptrdiff_t>(parity.count[2]);
     std::vector<float> rows(static_cast<std::size_t>(layer.outputs * count));
     const Run run{parity.layer, parity.offsets.data(), count};
     for (std::int64_t x = 0; x < parity.count[0]; ++x)
@@ -30,7 +30,7 @@ void ConvTranspose3d(const LinearLayer& layer, const TransposedShape& shape, con
         for (int o = 0; o < layer.outputs; ++o) {
           float* to =
               out.row(o, parity.first[0] + 2 * x, parity.first[1] + 2 * y) + parity.first[2];
-          for (std::int64_t z = 0; z < count; ++z) to[2 * z] = rows[o * count + z];
+          for (std::ptrdiff_t z = 0; z < count; ++z) to[2 * z] = rows[o * count + z];
         }
       }
   }

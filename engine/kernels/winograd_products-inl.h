@@ -28,7 +28,7 @@ struct ProductTerms {
   bool upsampled;  // values have iz 0 and 1 only: none at 2, and 3 equals 0
 };
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // Two vectors of tiles at a time, one where there are 16 registers.
 inline constexpr int kProductVectors = HWY_TARGET == HWY_AVX2 ? 1 : 2;
@@ -56,7 +56,7 @@ HWY_INLINE void Accumulate(const ProductTerms& terms, int outputs, int first, st
       for (int o = 0; o < kOutputs; ++o) {
         const Floats w = hn::Set(d, weights[4 * o + z]);
 #pragma GCC unroll 2
-        for (int v = 0; v < kVectors; ++v) sum[o][z][v] = hn::MulAdd(w, x[v], sum[o][z][v]);
+        for (int v = 0; v < kVectors; ++v) sum[o][z][v] = FusedMulAdd(w, x[v], sum[o][z][v]);
       }
     }
   }

@@ -18,7 +18,7 @@ namespace solidtex::engine::HWY_NAMESPACE {
 
 // factor * a + b.
 HWY_INLINE Floats Scaled(float factor, Floats a, Floats b) {
-  return hn::MulAdd(hn::Set(Float(), factor), a, b);
+  return FusedMulAdd(hn::Set(Float(), factor), a, b);
 }
 
 // B^T d of F(2, 3): (d0 - d2, d1 + d2, d2 - d1, d1 - d3).

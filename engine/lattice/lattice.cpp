@@ -1,11 +1,10 @@
 #include "engine/lattice/lattice.h"
 
-#include <tbb/enumerable_thread_specific.h>
-
 #include <algorithm>
 #include <string>
 #include <vector>
 
+#include "engine/common/arena.h"
 #include "engine/common/error.h"
 #include "engine/lattice/evaluation.h"
 #include "engine/noise/noise.h"
@@ -14,7 +13,7 @@ namespace solidtex::engine {
 
 struct Lattice::Workspaces {
   ScratchMeter meter;
-  tbb::enumerable_thread_specific<Workspace> of_thread;
+  PerThread<Workspace> of_thread;
 };
 
 namespace {
@@ -91,8 +90,9 @@ void Lattice::evaluate_endless(const Box& box, float* values) const {
 }
 
 BoxTarget Lattice::whole(const Box& box, float* values) const {
-  const std::ptrdiff_t y_pitch = box.size(2) * channels();
-  return {values, box.size(1) * y_pitch, y_pitch};
+  const auto y_size = static_cast<std::ptrdiff_t>(box.size(1));
+  const auto y_pitch = static_cast<std::ptrdiff_t>(box.size(2) * channels());
+  return {values, y_size * y_pitch, y_pitch};
 }
 
 void Lattice::run(const Box& box, const BoxTarget& target, std::int64_t period) const {

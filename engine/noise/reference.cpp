@@ -34,7 +34,8 @@ struct Corners {
 float lerp(float t, float a, float b) { return std::fma(t, b - a, a); }
 
 float trilinear(const StreamKey& key, const LatticeCells& cells, int i) {
-  const auto& [normal] = Corners(key, cells, i);
+  const Corners corners(key, cells, i);
+  const auto& normal = corners.normal;
   const auto along_z = [&](int k) { return lerp(cells.fraction[2][i], normal[k], normal[k + 1]); };
   const auto along_y = [&](int k) {
     return lerp(cells.fraction[1][i], along_z(k), along_z(k + 2));
@@ -45,7 +46,8 @@ float trilinear(const StreamKey& key, const LatticeCells& cells, int i) {
 // Returns the derivative with respect to a fraction: the difference of values interpolated on the
 // other axes.
 float step_along(int axis, const StreamKey& key, const LatticeCells& cells, int i) {
-  const auto& [normal] = Corners(key, cells, i);
+  const Corners corners(key, cells, i);
+  const auto& normal = corners.normal;
   const auto along = [&](int of, float a, float b) {
     return of == axis ? b - a : lerp(cells.fraction[of][i], a, b);
   };

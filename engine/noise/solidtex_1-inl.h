@@ -16,7 +16,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 // First step of the hash, separate for each coordinate.
 HWY_INLINE Words Enter(Words coordinate, Words key) {
@@ -75,7 +75,7 @@ HWY_INLINE void Polynomials(const float (&coefficients)[kTerms], const Floats (&
   for (int i = 0; i < kCount; ++i) values[i] = hn::Set(d, coefficients[kTerms - 1]);
   for (std::size_t k = kTerms - 1; k-- > 0;)
     for (int i = 0; i < kCount; ++i)
-      values[i] = hn::MulAdd(values[i], x[i], hn::Set(d, coefficients[k]));
+      values[i] = FusedMulAdd(values[i], x[i], hn::Set(d, coefficients[k]));
 }
 
 template <int kCount>
@@ -96,19 +96,19 @@ HWY_INLINE void NormalsFromBits(const Many<kCount>& bits, Floats (&values)[kCoun
   Polynomials(kMinus2Log1p, f, s);
   for (int i = 0; i < kCount; ++i) {
     const Floats minus_2_log =
-        hn::MulAdd(exponent[i], hn::Set(d, kMinus2Log2), hn::Mul(s[i], f[i]));
+        FusedMulAdd(exponent[i], hn::Set(d, kMinus2Log2), hn::Mul(s[i], f[i]));
     s[i] = hn::Sub(hn::Sqrt(minus_2_log), hn::Set(d, kQuantileStart));
   }
   Polynomials(kQuantileTop, s, top);
   Polynomials(kQuantileBottom, s, bottom);
   for (int i = 0; i < kCount; ++i) {
     const Floats size =
-        hn::Div(hn::Mul(s[i], top[i]), hn::MulAdd(bottom[i], s[i], hn::Set(d, 1.0f)));
+        hn::Div(hn::Mul(s[i], top[i]), FusedMulAdd(bottom[i], s[i], hn::Set(d, 1.0f)));
     const Words negate = hn::AndNot(bits[i], hn::Set(du, 0x80000000u));
     values[i] = hn::Xor(size, hn::BitCast(d, negate));
   }
 }
-#endif  // HWY_NATIVE_FMA
+#endif  // SOLIDTEX_VECTOR_KERNELS
 
 }  // namespace solidtex::engine::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -14,9 +14,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
-HWY_INLINE Floats Lerp(Floats t, Floats a, Floats b) { return hn::MulAdd(t, hn::Sub(b, a), a); }
+HWY_INLINE Floats Lerp(Floats t, Floats a, Floats b) { return FusedMulAdd(t, hn::Sub(b, a), a); }
 
 // Corners and fractions of one vector of lookups.
 struct Cells {
@@ -79,7 +79,8 @@ struct StoreDerivatives {
     for (int axis = 0; axis < 3; ++axis) {
       const auto entry = [&](int row) { return hn::Set(d, transform[3 * row + axis]); };
       const Floats first = hn::Mul(entry(0), step[0]);
-      const Floats derivative = hn::MulAdd(entry(2), step[2], hn::MulAdd(entry(1), step[1], first));
+      const Floats derivative =
+          FusedMulAdd(entry(2), step[2], FusedMulAdd(entry(1), step[1], first));
       StoreFirst(derivative, derivatives[axis] + i, count);
     }
   }

@@ -14,7 +14,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace solidtex::engine::HWY_NAMESPACE {
 
-#if HWY_NATIVE_FMA
+#if SOLIDTEX_VECTOR_KERNELS
 
 HWY_INLINE Floats SineOfTurn(Words angle) {
   const Float d;
@@ -26,8 +26,8 @@ HWY_INLINE Floats SineOfTurn(Words angle) {
   const Ints mirrored = hn::BitCast(di, hn::Sub(hn::Set(du, 0x80000000u), angle));
   const Ints folded = hn::IfThenElse(outer, mirrored, turned);
   const Floats x = hn::Mul(hn::ConvertTo(d, folded), hn::Set(d, 0x1p-30f));
-  const Floats rest = hn::NegMulAdd(x, x, hn::Set(d, 1.0f));
-  return hn::MulAdd(hn::Mul(x, rest), Polynomial(kQuarterSine, hn::Mul(x, x)), x);
+  const Floats rest = FusedMulAdd(hn::Neg(x), x, hn::Set(d, 1.0f));
+  return FusedMulAdd(hn::Mul(x, rest), Polynomial(kQuarterSine, hn::Mul(x, x)), x);
 }
 
 void Waves(const Wave& wave, const LatticePoints& points, int count, float* values) {

@@ -26,7 +26,7 @@ constexpr std::size_t kSortedPoints = std::size_t{1} << 18;
 // waste less margin on the other axes; narrow ones keep more threads busy and their plane rings in
 // the second-level cache. A box with too few columns is also cut along x.
 std::array<std::int64_t, 3> block_size(const Box& box) {
-  const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+  const auto threads = static_cast<std::size_t>(max_threads());
   std::array<std::int64_t, 3> size = kColumn;
   while (threads > 1 && BlockSplit(box, size).count() < kBlocksPerThread * threads) {
     const auto longest = std::max_element(size.begin(), size.end());

@@ -26,7 +26,7 @@ class SamplerFamily : public Family {
 
   void eval(const PointBatch& batch, const Footprints& footprints,
             const OutputView& output) const override {
-    const auto& [radii, axes] = footprints;
+    const float *radii = footprints.radii, *axes = footprints.axes;
     if (axes) {
       filter(
           batch, [&](std::size_t point) { return Axes::of(axes + 9 * point); }, output);

@@ -1,7 +1,5 @@
 #include "engine/query/texture.h"
 
-#include <tbb/task_arena.h>
-
 #include <array>
 #include <atomic>
 #include <string>
@@ -62,7 +60,7 @@ class QueryCounters {
 struct Texture::Impl {
   Model model;
   std::unique_ptr<Family> family;
-  std::unique_ptr<tbb::task_arena> arena;  // null for the calling thread's
+  std::unique_ptr<Arena> arena;  // null for the calling thread's
   QueryCounters counters;
 
   std::size_t channels() const { return model.channels.size(); }
@@ -90,7 +88,7 @@ Texture::Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_byte
   const DefaultFloatMode mode;
   impl_->model = std::move(model);
   impl_->family = make_family(impl_->model, seed, cache_limit_bytes, precision, period);
-  if (threads > 0) impl_->arena = std::make_unique<tbb::task_arena>(threads);
+  if (threads > 0) impl_->arena = std::make_unique<Arena>(threads);
 }
 
 Texture::~Texture() = default;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "engine/common/error.h"
 #include "engine/common/parallel.h"
@@ -13,7 +14,7 @@ namespace {
 
 using Code = std::vector<float>;
 
-constexpr std::size_t max_side = std::size_t{1} << 20, max_pixels = std::size_t{1} << 32;
+constexpr std::uint64_t max_side = std::uint64_t{1} << 20, max_pixels = std::uint64_t{1} << 32;
 
 Code average(const std::vector<Code>& codes) {
   Code result;
@@ -61,7 +62,7 @@ void check_photograph_size(const Space& space, std::size_t width, std::size_t he
     throw Error(SOLIDTEX_INVALID_ARGUMENT, found + ", expected at least " + std::to_string(side) +
                                                " x " + std::to_string(side) +
                                                ", the encoder's patch");
-  if (width > max_side || height > max_side || width * height > max_pixels)
+  if (width > max_side || height > max_side || std::uint64_t{width} * height > max_pixels)
     throw Error(SOLIDTEX_INVALID_ARGUMENT, found + ", expected at most " +
                                                std::to_string(max_side) + " on a side and " +
                                                std::to_string(max_pixels) + " in all");

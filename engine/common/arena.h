@@ -1,0 +1,86 @@
+// Threads of a query: oneTBB's. Builds without oneTBB have the calling thread alone.
+#pragma once
+
+#ifdef SOLIDTEX_WITH_TBB
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+#endif
+
+#include <cstddef>
+
+namespace solidtex::engine {
+
+#ifdef SOLIDTEX_WITH_TBB
+
+using Arena = tbb::task_arena;
+
+// One object per thread: local() returns that of the calling thread.
+template <class T>
+using PerThread = tbb::enumerable_thread_specific<T>;
+
+// Returns the number of threads of the calling thread's arena.
+inline int max_threads() { return tbb::this_task_arena::max_concurrency(); }
+
+// Runs a call. A thread that waits inside it never runs another task of the arena.
+template <class Call>
+void isolated(const Call& call) {
+  tbb::this_task_arena::isolate(call);
+}
+
+// Runs work(begin, end) over parts of [0, count) of about `min_size` items or more, in parallel.
+//
+// The loop is isolated: a thread that waits here never runs one of the host's own tasks, whose
+// locks and scratch memory it may hold. The loop has a context of its own: a cancelled host task
+// leaves no value unwritten, and workers inherit this thread's floating-point mode.
+template <class Work>
+void run_parts(std::size_t count, std::size_t min_size, const Work& work) {
+  tbb::task_group_context context(
+      tbb::task_group_context::isolated,
+      tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings);
+  isolated([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, count, min_size),
+        [&](const tbb::blocked_range<std::size_t>& part) { work(part.begin(), part.end()); },
+        tbb::auto_partitioner(), context);
+  });
+}
+
+#else
+
+class Arena {
+ public:
+  explicit Arena(int) {}
+
+  template <class Call>
+  void execute(const Call& call) const {
+    call();
+  }
+};
+
+template <class T>
+class PerThread {
+ public:
+  T& local() { return value_; }
+
+ private:
+  T value_;
+};
+
+inline int max_threads() { return 1; }
+
+template <class Call>
+void isolated(const Call& call) {
+  call();
+}
+
+template <class Work>
+void run_parts(std::size_t count, std::size_t, const Work& work) {
+  work(std::size_t{0}, count);
+}
+
+#endif
+
+}  // namespace solidtex::engine
