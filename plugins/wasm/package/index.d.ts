@@ -1,0 +1,57 @@
+/** Solid textures learned from one photograph, evaluated anywhere in 3D space. */
+
+/** "exact": the bits of the desktop. "fast": within 1/1024 of them. */
+export type Precision = "exact" | "fast";
+
+export type Vector = readonly [number, number, number];
+
+export interface LoadOptions {
+  /** Default "exact". */
+  precision?: Precision;
+  /** Random seed, a whole number from 0 to 2^64 - 1. Default 0. */
+  seed?: number | bigint;
+  /** Texels after which the solid repeats (lattice family). Default 0: never. */
+  period?: number;
+  /** Memory bound of the brick cache in bytes (lattice family). Default 256 MiB. */
+  cacheLimitBytes?: number;
+  /** Folder of the package's files, where a bundler moved index.mjs away from them. */
+  baseUrl?: string | URL;
+}
+
+export interface EvalOptions {
+  /** Added to every point in double precision. Default [0, 0, 0]. */
+  origin?: Vector;
+  /** One float a point: half the edge of the cube to average over, in texels. */
+  radii?: ArrayLike<number>;
+}
+
+/** A refusal: by the engine, with its message and status, or by this package, with status 1. */
+export class SolidtexError extends Error {
+  readonly status: number;
+}
+
+export interface Texture {
+  readonly name: string;
+  readonly family: "lattice" | "sampler";
+  /** Names such as "albedo.r". */
+  readonly channels: readonly string[];
+  /** Color space of the albedo. */
+  readonly colorSpace: "srgb" | "linear" | "data";
+  /** Metadata document of the model. */
+  readonly metadata: Record<string, unknown>;
+
+  /** Values at points x, y, z, x, y, z, ... in texels: [point][channel]. */
+  evalPoints(points: ArrayLike<number>, options?: EvalOptions): Float32Array;
+
+  /** Values at the centers of the voxels [origin, origin + size): [x][y][z][channel]. */
+  evalBox(origin: Vector, size: Vector): Float32Array;
+
+  /** Frees the texture's memory. */
+  close(): void;
+}
+
+/** Loads a model: the bytes of a .solidtex file, its URL, or in Node its path. */
+export function load(
+  model: ArrayBuffer | Uint8Array | string | URL,
+  options?: LoadOptions,
+): Promise<Texture>;

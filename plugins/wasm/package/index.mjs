@@ -1,0 +1,218 @@
+// Loads the engine's modules and wraps its C functions. index.d.ts documents the interface.
+
+const isNode = typeof process === "object" && Boolean(process.versions?.node);
+const MAX_MEMORY = 2 ** 31; // that of the modules
+const PAGE = 65536;
+const INVALID_ARGUMENT = 1, OUT_OF_MEMORY = 4; // solidtex_status
+const modules = new Map(); // by precision and folder: promises
+
+export class SolidtexError extends Error {
+  constructor(message, status = INVALID_ARGUMENT) {
+    super(message);
+    this.name = "SolidtexError";
+    this.status = status;
+  }
+}
+
+const show = (value) => (typeof value === "object" ? JSON.stringify(value) : String(value));
+const refuse = (what, found, expected) => {
+  throw new SolidtexError(`${what}: found ${show(found)}, expected ${expected}`);
+};
+
+function wholeNumber(what, value, max) {
+  const isWhole = typeof value === "bigint" || Number.isSafeInteger(value);
+  if (!isWhole || value < 0 || value > max) refuse(what, value, `a whole number from 0 to ${max}`);
+  return BigInt(value);
+}
+
+function vector(what, value, isValid, expected) {
+  const given = Array.from(value ?? []);
+  if (given.length !== 3 || !given.every(isValid)) refuse(what, value, expected);
+  return given;
+}
+
+function floats(what, value, isLength, expected) {
+  if (value === null || typeof value !== "object" || typeof value.length !== "number")
+    refuse(what, value, `an array of ${expected}`);
+  if (!isLength(value.length)) refuse(what, `${value.length} numbers`, expected);
+  return value instanceof Float32Array ? value : Float32Array.from(value);
+}
+
+async function read(model) {
+  if (model instanceof Uint8Array) return model;
+  if (model instanceof ArrayBuffer) return new Uint8Array(model);
+  if (typeof model !== "string" && !(model instanceof URL))
+    refuse("model", model, "bytes, a URL or a path");
+  const isFile = model instanceof URL ? model.protocol === "file:" : !/^[a-z]+:\/\//i.test(model);
+  if (isNode && isFile) return (await import("node:fs/promises")).readFile(model);
+  const response = await fetch(model);
+  if (!response.ok) throw new SolidtexError(`${model}: cannot read: HTTP ${response.status}`, 2);
+  return new Uint8Array(await response.arrayBuffer());
+}
+
+async function instantiate(precision, folder) {
+  const name = `solidtex-${precision}`;
+  const url = (file) => new URL(file, folder).href;
+  const memory = new WebAssembly.Memory({ initial: 2 ** 26 / PAGE, maximum: MAX_MEMORY / PAGE });
+  let create, wasmBinary, locateFile = url;
+  if (isNode) {
+    const { createRequire } = await import("node:module");
+    const { fileURLToPath } = await import("node:url");
+    create = createRequire(folder)(`./${name}.js`);
+    locateFile = (file) => fileURLToPath(url(file));
+    // Emscripten 3.1.6 would fetch the path.
+    wasmBinary = await (await import("node:fs/promises")).readFile(locateFile(`${name}.wasm`));
+  } else {
+    create = (await import(/* @vite-ignore */ /* webpackIgnore: true */ url(`${name}.mjs`))).default;
+  }
+  const module = await create({
+    wasmMemory: memory,
+    locateFile,
+    ...(wasmBinary && { wasmBinary }),
+  });
+  return { module, memory };
+}
+
+// Memory of one call, freed at its end.
+class Scratch {
+  constructor({ module, memory }) {
+    this.module = module;
+    this.memory = memory;
+    this.blocks = [];
+  }
+
+  allocate(bytes, what) {
+    const block = bytes < MAX_MEMORY ? this.module._malloc(Math.max(bytes, 8)) : 0;
+    if (block === 0)
+      throw new SolidtexError(
+        `${what} needs ${bytes} bytes: more than the memory of the module, ${MAX_MEMORY} bytes in `
+        + "all, has left; ask for less at a time", OUT_OF_MEMORY);
+    this.blocks.push(block);
+    return block;
+  }
+
+  // Memory grows: views are made when they are needed.
+  view(Type, block, length) {
+    return new Type(this.memory.buffer, block, length);
+  }
+
+  copy(values, what) {
+    const block = this.allocate(values.byteLength, what);
+    this.view(values.constructor, block, values.length).set(values);
+    return block;
+  }
+
+  text(value) {
+    return this.copy(new TextEncoder().encode(`${value}\0`), "text");
+  }
+
+  free() {
+    for (const block of this.blocks) this.module._free(block);
+  }
+}
+
+class Texture {
+  #engine;
+  #handle;
+
+  constructor(engine) {
+    this.#engine = engine;
+    this.#handle = engine.module._solidtex_new();
+    if (!this.#handle) throw new SolidtexError("no memory is left", OUT_OF_MEMORY);
+  }
+
+  // Calls use(scratch), which returns a status, and throws the engine's error.
+  #call(use) {
+    if (!this.#handle) throw new SolidtexError("texture is closed");
+    const { module } = this.#engine;
+    const scratch = new Scratch(this.#engine);
+    try {
+      module._solidtex_clear_error();
+      const { status, result } = use(scratch, module, this.#handle);
+      if (status !== 0)
+        throw new SolidtexError(module.UTF8ToString(module._solidtex_error_message()), status);
+      return result?.();
+    } finally {
+      scratch.free();
+    }
+  }
+
+  _open(bytes, parameters) {
+    for (const [name, value] of Object.entries(parameters))
+      this.#call((scratch, module, handle) => ({
+        status: module._solidtex_set_integer(handle, scratch.text(name), value),
+      }));
+    this.#call((scratch, module, handle) => ({
+      status: module._solidtex_open_memory(handle, scratch.copy(bytes, "model"), bytes.length),
+    }));
+    const { module } = this.#engine;
+    const text = (name, ...rest) =>
+      module.UTF8ToString(module[`_solidtex_${name}`](this.#handle, ...rest));
+    this.name = text("name");
+    this.colorSpace = text("color_space");
+    this.metadata = JSON.parse(text("metadata_json"));
+    this.family = module._solidtex_get_family(this.#handle) === 1 ? "sampler" : "lattice";
+    const count = module._solidtex_channel_count(this.#handle);
+    this.channels = Array.from({ length: count }, (_, channel) => text("channel_name", channel));
+  }
+
+  evalPoints(points, { origin = [0, 0, 0], radii } = {}) {
+    const given = floats("points", points, (n) => n % 3 === 0, "x, y, z of every point");
+    const count = given.length / 3;
+    const from = vector("origin", origin, (x) => typeof x === "number", "three numbers");
+    const edges =
+      radii && floats("radii", radii, (n) => n === count, `one radius for each of ${count} points`);
+    return this.#call((scratch, module, handle) => {
+      const size = count * this.channels.length;
+      const values = scratch.allocate(4 * size, `a result of ${count} points`);
+      const footprints = edges
+        ? scratch.copy(Uint32Array.of(12, scratch.copy(edges, "radii"), 0), "footprints") : 0;
+      const status = module._solidtex_eval(
+        handle, scratch.copy(Float64Array.from(from), "origin"), scratch.copy(given, "points"),
+        footprints, count, values, 0);
+      return { status, result: () => scratch.view(Float32Array, values, size).slice() };
+    });
+  }
+
+  evalBox(origin, size) {
+    const isWhole = (x) => Number.isSafeInteger(x);
+    const from = vector("origin", origin, isWhole, "three whole numbers");
+    const edges = vector("size", size, isWhole, "three whole numbers");
+    return this.#call((scratch, module, handle) => {
+      const length = edges.reduce((a, b) => a * Math.max(b, 0), this.channels.length);
+      const values = scratch.allocate(4 * length, `a box of ${edges.join(" x ")} voxels`);
+      const whole = (v) => scratch.copy(BigInt64Array.from(v, BigInt), "box");
+      const status = module._solidtex_eval_box(handle, whole(from), whole(edges), values);
+      return { status, result: () => scratch.view(Float32Array, values, length).slice() };
+    });
+  }
+
+  close() {
+    if (this.#handle) this.#engine.module._solidtex_release(this.#handle);
+    this.#handle = 0;
+  }
+}
+
+export async function load(model, options = {}) {
+  const { precision = "exact", seed = 0, period = 0, cacheLimitBytes = 2 ** 28,
+          baseUrl } = options;
+  const folder = baseUrl === undefined ? import.meta.url : String(baseUrl).replace(/\/?$/, "/");
+  if (precision !== "exact" && precision !== "fast")
+    refuse("precision", precision, '"exact" or "fast"');
+  const parameters = {
+    seed: wholeNumber("seed", seed, 2n ** 64n - 1n),
+    period: wholeNumber("period", period, 2 ** 30),
+    cache_limit_bytes: wholeNumber("cacheLimitBytes", cacheLimitBytes, MAX_MEMORY),
+  };
+  const bytes = await read(model);
+  const key = `${precision} ${folder}`;
+  if (!modules.has(key)) modules.set(key, instantiate(precision, folder));
+  const texture = new Texture(await modules.get(key));
+  try {
+    texture._open(bytes, parameters);
+  } catch (error) {
+    texture.close();
+    throw error;
+  }
+  return texture;
+}

@@ -1,0 +1,175 @@
+"""The npm package under Node: exact has the bits of the desktop engine, fast is within 1/1024."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solidtex import Texture
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build"))
+PACKAGE = BUILD / "wasm" / "package"
+MODELS = REPOSITORY / "models"
+FAST_BOUND = 1 / 1024
+LATTICE, SAMPLER = MODELS / "marble.solidtex", MODELS / "granite-beige-sampler.solidtex"
+NODE = shutil.which("node")
+TSC = shutil.which("tsc")
+
+if not (PACKAGE / "index.mjs").exists():
+    pytest.skip("the target solidtex_wasm is not built", allow_module_level=True)
+
+# Places: near the origin, negative, and close to the limit of 2^30.
+BOXES = [([0, 0, 0], [5, 3, 7]), ([-9, 1000003, -64], [4, 4, 33]),
+         ([2**30 - 6, -(2**30), 2**24], [2, 3, 5])]  # fmt: skip
+ORIGINS = [(0.0, 0.0, 0.0), (-1e5 + 0.375, 12.0, 2.0**29), (2.0**30, -(2.0**30), 0.1)]
+
+
+def run(jobs: list[dict[str, Any]], folder: Path) -> list[str]:
+    """The lines that evaluate.mjs prints."""
+    file = folder / "jobs.json"
+    file.write_text(json.dumps(jobs))
+    command = [str(NODE), str(REPOSITORY / "tests/wasm/evaluate.mjs"), str(PACKAGE / "index.mjs"),
+               str(file)]  # fmt: skip
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=500)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def points() -> np.ndarray:
+    """More than a block of points, and some that are evaluated one by one; in few bricks."""
+    generator = np.random.default_rng(5)
+    return generator.uniform(-6, 6, (131, 3)).astype(np.float32)
+
+
+def queries() -> list[dict[str, Any]]:
+    given = [float(x) for x in points().ravel()]
+    return [
+        *({"box": box} for box in BOXES),
+        *({"points": given, "options": {"origin": origin}} for origin in ORIGINS),
+        # The point itself: wider footprints would first measure the material, which takes long.
+        {"points": given, "options": {"radii": [0.0] * len(points())}},
+    ]
+
+
+def expected(model: Path, seed: int) -> list[np.ndarray]:
+    with Texture(model, seed) as texture:
+        return [
+            *(texture.eval_box(*box).ravel() for box in BOXES),
+            *(texture.eval_points(points(), origin).ravel() for origin in ORIGINS),
+            texture.eval_points(points()).ravel(),
+        ]
+
+
+@pytest.mark.parametrize("model", [LATTICE, SAMPLER], ids=["lattice", "sampler"])
+@pytest.mark.parametrize("precision", ["exact", "fast"])
+def test_values(model: Path, precision: str, tmp_path: Path) -> None:
+    seed = 2**53 - 1
+    options = {"precision": precision, "seed": seed}
+    facts, *lines = run([{"model": str(model), "options": options, "queries": queries()}], tmp_path)
+    with Texture(model) as texture:
+        family = "sampler" if model == SAMPLER else "lattice"
+        assert json.loads(facts) == [texture.name, family, list(texture.channels), "srgb"]
+    for line, wanted in zip(lines, expected(model, seed), strict=True):
+        found = np.frombuffer(bytes.fromhex(line), "<f4")
+        if precision == "exact":
+            np.testing.assert_array_equal(found.view(np.uint32), wanted.view(np.uint32))
+        else:
+            assert found.shape == wanted.shape
+            print(f"largest difference {np.abs(found - wanted).max():.2g}")
+            assert np.abs(found - wanted).max() <= FAST_BOUND
+
+
+def test_fast_is_another_module(tmp_path: Path) -> None:
+    """Fast rounds products: were it the exact module, test_values could not tell."""
+    jobs = [
+        {"model": str(LATTICE), "options": {"precision": p}, "queries": [{"box": BOXES[0]}]}
+        for p in ("exact", "fast")
+    ]
+    lines = run(jobs, tmp_path)
+    assert lines[1] != lines[3]
+
+
+@pytest.mark.parametrize(
+    ("query", "message"),
+    [
+        ({"points": [0, "NaN", 0]}, "1: point 0: y is nan (origin 0 + point nan), expected a"),
+        ({"points": [0, 0]}, "1: points: found 2 numbers, expected x, y, z of every point"),
+        ({"points": 7}, "1: points: found 7, expected an array of x, y, z of every point"),
+        ({"points": [0] * 3, "options": {"radii": [-1]}}, "1: radius of point 0 is -1, expected 0"),
+        ({"points": [0] * 3, "options": {"origin": [0]}}, "1: origin: found [0], expected three"),
+        ({"box": [[0, 0, 0], [4096, 4096, 64]]}, "4: a box of 4096 x 4096 x 64 voxels needs 1288"),
+        ({"box": [[2**30, 0, 0], [2**17, 1, 1]]}, "1: box along x has origin 1073741824 and size"),
+        ({"box": [[0, 0, 0], [1, -1, 1]]}, "1: box size along y is -1, expected 0 or more"),
+        ({"box": [[0.5, 0, 0], [1, 1, 1]]}, "1: origin: found [0.5,0,0], expected three whole"),
+    ],
+)
+def test_refused_queries(query: dict[str, Any], message: str, tmp_path: Path) -> None:
+    """The texture stays usable."""
+    wanted = {"box": BOXES[0]}
+    job = {"model": str(SAMPLER), "queries": [query, wanted], "options": {"precision": "fast"}}
+    _, refusal, values = run([job], tmp_path)
+    assert refusal.startswith("SolidtexError " + message)
+    assert len(values) == 2 * 4 * 3 * 5 * 3 * 7
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"bytes": 1000}, "3: model in memory: header length: found "),
+        ({"bytes": 0}, "3: model in memory: header length: found an empty file of 0 bytes"),
+        (
+            {"options": {"precision": "half"}},
+            '1: precision: found half, expected "exact" or',
+        ),
+        ({"options": {"seed": -1}}, "1: seed: found -1, expected a whole number from 0 to 1844674"),
+        ({"options": {"period": 64}}, '1: parameter "period" is 64, expected 0 for a model of the'),
+        ({"model": 5}, "1: model: found 5, expected bytes, a URL or a path"),
+    ],
+)
+def test_refused_models(changes: dict[str, Any], message: str, tmp_path: Path) -> None:
+    [refusal] = run([{"model": str(SAMPLER), **changes}], tmp_path)
+    assert refusal.startswith("SolidtexError " + message)
+
+
+def test_cut_tensors_are_named(tmp_path: Path) -> None:
+    job = {"model": str(SAMPLER), "bytes": SAMPLER.stat().st_size - 4}
+    [refusal] = run([job], tmp_path)
+    assert re.match(r"SolidtexError 3: model in memory: tensor .*: found .*, expected", refusal)
+
+
+def test_snippet_of_the_page(tmp_path: Path) -> None:
+    """The first program of docs/hosts/web.md, beside an installation from `npm pack`."""
+    npm = shutil.which("npm")
+    assert npm
+    packed = subprocess.run([npm, "pack", str(PACKAGE), "--silent"], cwd=tmp_path, text=True,
+                            check=True, capture_output=True)  # fmt: skip
+    archive = packed.stdout.split()[-1]
+    shutil.unpack_archive(tmp_path / archive, tmp_path / "unpacked", "gztar")
+    (tmp_path / "node_modules").mkdir()
+    (tmp_path / "unpacked/package").rename(tmp_path / "node_modules/solidtex")
+    page = (REPOSITORY / "docs/hosts/web.md").read_text()
+    program = re.search(r"```js\n(.*?)```", page, re.DOTALL)
+    assert program
+    (tmp_path / "show.mjs").write_text(program[1])
+    shutil.copy(MODELS / "granite-grey.solidtex", tmp_path)
+    shown = subprocess.run([str(NODE), "show.mjs"], cwd=tmp_path, text=True, check=True,
+                           capture_output=True)  # fmt: skip
+    output = re.search(r"```text\n(.*?)```", page, re.DOTALL)
+    assert output
+    assert shown.stdout == output[1]
+
+
+@pytest.mark.skipif(not TSC, reason="tsc is not installed")
+def test_types(tmp_path: Path) -> None:
+    (tmp_path / "node_modules").mkdir()
+    (tmp_path / "node_modules/solidtex").symlink_to(PACKAGE)
+    shutil.copy(REPOSITORY / "tests/wasm/types.mts", tmp_path)
+    options = ["--noEmit", "--strict", "--module", "nodenext", "--target", "es2022"]
+    subprocess.run([str(TSC), *options, "types.mts"], cwd=tmp_path, check=True)
