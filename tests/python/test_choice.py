@@ -18,11 +18,11 @@ from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
 
 SIDE = 96
-descriptor = LearnedDescriptor(load_weights(SHIPPED))
+distances = LearnedDescriptor(load_weights(SHIPPED)).distances
 
 
 def suited(picture: Exemplar, directions: str) -> Choice:
-    return choose_preset(Measurements([picture], directions, lambda: descriptor))
+    return choose_preset(Measurements([picture], directions, lambda: distances))
 
 
 def grains() -> Tensor:

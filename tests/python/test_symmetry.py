@@ -18,11 +18,11 @@ from solidtex_export.losses.learned import LearnedDescriptor
 
 SIDE = 96
 torch.set_num_threads(1)
-descriptor = LearnedDescriptor(load_weights(SHIPPED))
+distances = LearnedDescriptor(load_weights(SHIPPED)).distances
 
 
 def symmetry_of(exemplars: list[Exemplar], turns: bool) -> Symmetry:
-    return symmetry_of_images(exemplars, descriptor, turns)
+    return symmetry_of_images(exemplars, distances, turns)
 
 
 def lit_bumps() -> Tensor:

@@ -7,19 +7,18 @@ from functools import cached_property
 
 from solidtex_export.analysis.grain import grain_ratio
 from solidtex_export.analysis.lines import line_elongation
-from solidtex_export.analysis.symmetry import Symmetry, symmetry_of
+from solidtex_export.analysis.symmetry import Distances, Symmetry, symmetry_of
 from solidtex_export.images.exemplar import Exemplar
-from solidtex_export.losses.learned import LearnedDescriptor
 
 
 class Measurements:
-    """Measurements on photographs that serve `directions`; `descriptor` is loaded where needed."""
+    """Measurements on photographs that serve `directions`; `descriptor` loads a distance."""
 
     def __init__(
         self,
         exemplars: Sequence[Exemplar],
         directions: str,
-        descriptor: Callable[[], LearnedDescriptor],
+        descriptor: Callable[[], Distances],
     ) -> None:
         self.exemplars = exemplars
         self.directions = directions

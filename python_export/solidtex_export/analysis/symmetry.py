@@ -7,14 +7,17 @@ between the photograph and its flipped and turned copies: docs/experiments/ablat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import torch
+from torch import Tensor
 
 from solidtex_export.analysis.grain import channel_axes, whiten
 from solidtex_export.images.exemplar import Exemplar
-from solidtex_export.losses.learned import LearnedDescriptor
+
+Distances = Callable[[Tensor], Tensor]
+"""Distances of all other whitened images [image, channel, row, column] from the first."""
 
 LIMIT = 4.0  # thousandths of the shipped descriptor's distance
 DRAWS = 4  # the descriptor turns channels at random
@@ -28,14 +31,12 @@ class Symmetry(NamedTuple):
     reason: str
 
 
-def symmetry_of(
-    exemplars: Sequence[Exemplar], descriptor: LearnedDescriptor, turns: bool
-) -> Symmetry:
+def symmetry_of(exemplars: Sequence[Exemplar], distances: Distances, turns: bool) -> Symmetry:
     """Symmetry that all photographs have. Quarter turns count only if a photograph `turns` between
     its directions.
     """
-    distances = torch.stack([_distances(exemplar, descriptor) for exemplar in exemplars])
-    flipped, turned = distances.amax(0).tolist()
+    found = torch.stack([_differences(exemplar, distances) for exemplar in exemplars])
+    flipped, turned = found.amax(0).tolist()
     if flipped >= LIMIT:
         return Symmetry("none", f"differs by {flipped:.1f} when flipped, at least {LIMIT:g}")
     if not turns:
@@ -46,7 +47,7 @@ def symmetry_of(
 
 
 @torch.no_grad()
-def _distances(exemplar: Exemplar, descriptor: LearnedDescriptor) -> torch.Tensor:
+def _differences(exemplar: Exemplar, distances: Distances) -> Tensor:
     """Distances of the flipped and of the turned photograph.
 
     Draws at random, the same in every call, and leaves the global random generator unchanged.
@@ -57,5 +58,5 @@ def _distances(exemplar: Exemplar, descriptor: LearnedDescriptor) -> torch.Tenso
     copies = torch.stack([image, image.flip(1), image.flip(2), image.transpose(1, 2)])
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        found = torch.stack([descriptor.distances(copies) for _ in range(DRAWS)]).mean(0)
+        found = torch.stack([distances(copies) for _ in range(DRAWS)]).mean(0)
     return 1000 * torch.stack([found[:2].max(), found[2]])

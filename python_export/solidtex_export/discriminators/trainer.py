@@ -46,8 +46,9 @@ class DiscriminatorTrainer:
             _discriminator(name, settings, photograph, source).to(photograph.device)
             for _ in settings.scales
         ]
+        fused = photograph.device.type == "cpu" or None  # elsewhere torch chooses
         self._optimizers = [
-            Adam(discriminator.parameters(), settings.learning_rate, settings.betas, fused=True)
+            Adam(discriminator.parameters(), settings.learning_rate, settings.betas, fused=fused)
             for discriminator in self.discriminators
         ]
         self._buffer: deque[Tensor] = deque(maxlen=settings.replay_buffer)

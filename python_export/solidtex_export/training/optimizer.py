@@ -24,7 +24,9 @@ class GeneratorOptimizer:
         """Reset Adam's moments, and the per-layer scaling to the present size of weights."""
         settings = self._settings
         groups = _parameter_groups(self._generator, settings.per_layer_scaling)
-        self._adam = Adam(groups, settings.learning_rate, settings.betas, fused=True)
+        on_cpu = next(self._generator.parameters()).device.type == "cpu"
+        fused = on_cpu or None  # elsewhere torch chooses
+        self._adam = Adam(groups, settings.learning_rate, settings.betas, fused=fused)
 
     def prepare(self, step: int, progress: float, critic_on: bool) -> float:
         """Clears gradients and sets the learning rate, which it returns."""

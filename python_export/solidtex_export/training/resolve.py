@@ -113,7 +113,9 @@ def resolve(request: Request) -> Resolved:
     if request.recipes()[0].match_histograms:
         exemplars = share_histograms(exemplars)
     shipped = functools.cache(lambda: load_weights(SHIPPED))
-    measured = Measurements(exemplars, request.directions, lambda: LearnedDescriptor(shipped()))
+    measured = Measurements(
+        exemplars, request.directions, lambda: LearnedDescriptor(shipped()).distances
+    )
     preset, recipe, choices = decide(request, measured)
     if recipe.fine_tuning is not None and request.start is None:
         raise PresetError(f"{preset}: fine_tuning: found no --space, expected one to start from")
