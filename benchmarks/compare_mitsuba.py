@@ -27,7 +27,7 @@ EXAMPLES = f"""  {PROGRAM}
 
 
 def main(arguments: list[str] | None = None) -> int:
-    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
+    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES, has_json=False)
     p.add_argument("--render", metavar="PROGRAM", type=Path,
                    default=REPOSITORY / "build" / "bin" / "solidtex-render",
                    help="solidtex-render (default: that in build/bin)")  # fmt: skip

@@ -34,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
+    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES, has_json=False)
     p.add_argument("cases", metavar="CASE", nargs="*", type=case_name,
                    help=f"what to measure (default: {' '.join(CASES)})")  # fmt: skip
     p.add_argument("--threads", type=positive, default=len(os.sched_getaffinity(0)),

@@ -49,7 +49,7 @@ class Stats:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
+    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES, has_json=False)
     binaries = REPOSITORY / "build" / "bin"
     p.add_argument("measurements", nargs="*", metavar="MEASUREMENT",
                    help="frame, points (default: both)")  # fmt: skip

@@ -61,7 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
+    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES, has_json=False)
     p.add_argument("--preset", "--method", nargs="+", choices=shipped(), default=[LATTICE])
     p.add_argument("--size", nargs="+", type=int, default=[128], help="side of the slices")
     p.add_argument("--steps", type=int, default=6, help="of each training (default: 6)")
@@ -94,8 +94,8 @@ def measure(case: Case) -> Cost:
         p = train_parser()
         args = p.parse_args(command)
         clock = time.perf_counter if case.device == "cuda" else time.process_time
+        request = request_of(p, args)
         with contextlib.redirect_stderr(io.StringIO()):
-            request = request_of(p, args)
             trainer = make_trainer(request, args.result, case.device != "cpu", case.compile)
             start, times = memory(case.device), [clock()]
             # One step short: the end of a training also makes a preview.

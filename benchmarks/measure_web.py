@@ -44,7 +44,7 @@ console.log(JSON.stringify([best(() => texture.evalPoints(points)),
 
 
 def main(arguments: list[str] | None = None) -> int:
-    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
+    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES, has_json=False)
     p.add_argument("models", nargs="*", default=MODELS, help="names or paths (a granite, both)")
     p.add_argument("--rounds", type=int, default=3, help="the best one counts (3)")
     build = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build"))

@@ -71,7 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
+    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES, has_json=False)
     p.add_argument("photos", metavar="PHOTO", nargs="*", type=Path)
     p.add_argument("-o", dest="output", metavar="FOLDER", type=Path, required=True)
     p.add_argument("--space", metavar="SPACE", help="adds trainings from a texture space")

@@ -48,7 +48,7 @@ EXAMPLES = f"""  solidtex-fidelity benchmarks/space_table_1.toml --photos photog
 
 
 def make_parser() -> argparse.ArgumentParser:
-    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES)
+    p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES, has_json=False)
     commands = p.add_subparsers(dest="command", required=True)
 
     def command(name: str, text: str) -> argparse.ArgumentParser:

@@ -48,7 +48,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    p = cli.parser(PROGRAM, (__doc__ or "").splitlines()[0], EXAMPLES)
+    p = cli.parser(PROGRAM, (__doc__ or "").splitlines()[0], EXAMPLES, has_json=False)
     p.add_argument("against", nargs="?", default="loop", choices=sorted(COMPARISONS),
                    help="what to compare with (default loop)")  # fmt: skip
     p.add_argument("--model", default="granite-grey", help="shipped lattice model")
