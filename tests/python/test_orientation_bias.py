@@ -79,7 +79,8 @@ def drawn(tmp_path: Path, *options: str) -> list[str]:
 
 
 def test_a_quarter_of_the_steps_look_along_the_grain(tmp_path: Path) -> None:
-    assert "".join(drawn(tmp_path, "--directions", "xy")) == "zxyxzyxyzxyx"
+    options = "--directions", "xy", "--symmetry", "flips"
+    assert "".join(drawn(tmp_path, *options)) == "zxyxzyxyzxyx"
 
 
 @pytest.mark.parametrize("options", [["--directions", "xy", "--symmetry", "none"], []])
@@ -95,7 +96,7 @@ def test_a_free_direction_is_trained_and_resumed(tmp_path: Path) -> None:
     networks = []
     for name, ends in (("whole", [6]), ("parts", [3, 6])):
         for end in ends:
-            options = ["--directions", "xy", "--steps", "6"]
+            options = ["--directions", "xy", "--symmetry", "flips", "--steps", "6"]
             trainer = make_trainer([photo], tmp_path / name, "lattice", *options)
             trainer.run(stop=lambda t=trainer, e=end: t.step == e, report=lambda _: None)
         assert trainer.step == 6
