@@ -96,20 +96,10 @@ def load_exemplar(
         records[name] = {"file": file.name, "sha256": picture.sha256}
     check_channels(path, list(channels))
     planes = cropped(photo, list(channels.values()), crop)
-    rows, columns = planes[0].shape
-    if min(rows, columns) < needed:
-        raise ExemplarError(
-            f"{path}: found {columns} x {rows} pixels, expected at least"
-            f" {needed} x {needed} (the size of a training slice; see --size)"
-        )
     if COLOR[0] not in channels:
         color_space = "data"
-    image = torch.from_numpy(np.stack([_reduced(p, resolution) for p in planes]))
-    if image.shape[1:] != (rows, columns):
-        notes += (
-            f"{path}: {columns} x {rows} pixels reduced to {image.shape[2]} x {image.shape[1]};"
-            f" --resolution {min(rows, columns)} keeps them",
-        )
+    image, reduction = reduced(path, planes, resolution, needed, Image.Resampling.LANCZOS)
+    notes += reduction
     return Exemplar(
         path.name, photo.sha256, image, tuple(channels), color_space, records, reading, notes
     )
@@ -142,24 +132,32 @@ def cropped(photo: Picture, planes: list[np.ndarray], crop: Crop | None) -> list
     return [plane[y : y + height, x : x + width] for plane in planes]
 
 
-def _reduced(plane: np.ndarray, resolution: int) -> np.ndarray:
-    """A channel [row, column] whose shorter side has at most `resolution` pixels (Lanczos)."""
-    rows, columns = plane.shape
+def reduced(
+    path: Path,
+    planes: Sequence[np.ndarray],
+    resolution: int,
+    needed: int,
+    resampling: Image.Resampling,
+) -> tuple[Tensor, tuple[str, ...]]:
+    """Channels [row, column] as an image whose shorter side has at most `resolution` pixels, and a
+    note if it is reduced. Refuses images that have fewer than `needed` pixels on a side.
+    """
+    rows, columns = planes[0].shape
+    if min(rows, columns) < needed:
+        raise ExemplarError(
+            f"{path}: found {columns} x {rows} pixels, expected at least"
+            f" {needed} x {needed} (the size of a training slice; see --size)"
+        )
     factor = resolution / min(rows, columns)
     if factor >= 1:
-        return np.ascontiguousarray(plane)
+        return torch.from_numpy(np.stack(planes)), ()
     size = (round(columns * factor), round(rows * factor))
-    return np.array(Image.fromarray(plane).resize(size, Image.Resampling.LANCZOS))
-
-
-def reduced_by_area(plane: np.ndarray, resolution: int) -> np.ndarray:
-    """As _reduced, but by the mean of the pixels that a new one covers: no value overshoots."""
-    rows, columns = plane.shape
-    factor = resolution / min(rows, columns)
-    if factor >= 1:
-        return np.ascontiguousarray(plane)
-    size = (round(columns * factor), round(rows * factor))
-    return np.array(Image.fromarray(plane).resize(size, Image.Resampling.BOX))
+    resized = [np.array(Image.fromarray(plane).resize(size, resampling)) for plane in planes]
+    note = (
+        f"{path}: {columns} x {rows} pixels reduced to {size[0]} x {size[1]};"
+        f" --resolution {min(rows, columns)} keeps them"
+    )
+    return torch.from_numpy(np.stack(resized)), (note,)
 
 
 def save_image(image: Tensor, path: Path) -> None:

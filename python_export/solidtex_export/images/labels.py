@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import torch
+from PIL import Image
 
 from solidtex_export.images.channels import check_map_name
-from solidtex_export.images.exemplar import Crop, Exemplar, cropped, reduced_by_area
+from solidtex_export.images.exemplar import Crop, Exemplar, cropped, reduced
 from solidtex_export.images.file_kinds import ExemplarError, refuse
 from solidtex_export.images.photographs import Picture, read_picture
 
@@ -43,26 +43,16 @@ def load_labels(
     for picture in pictures:
         indicators = [(picture.pixels[:, :, 0] == label).astype(np.float32) for label in labels]
         planes = cropped(picture, indicators, crop)
-        rows, columns = planes[0].shape
-        if min(rows, columns) < needed:
-            raise refuse(
-                picture.path, f"{columns} x {rows} pixels", f"at least {needed} x {needed} (--size)"
-            )
-        image = torch.from_numpy(np.stack([reduced_by_area(p, resolution) for p in planes]))
+        # A box gives shares of the covered pixels: no value overshoots.
+        image, notes = reduced(picture.path, planes, resolution, needed, Image.Resampling.BOX)
         shares = (
             f"{label} is {PREFIX}{name} ({100 * plane.mean():.1f} %)"
             for label, name, plane in zip(labels, names, planes, strict=True)
         )
-        notes = [f"{picture.path}: labels of phases: {', '.join(shares)}"]
-        if image.shape[1:] != (rows, columns):
-            notes.append(
-                f"{picture.path}: {columns} x {rows} pixels reduced to"
-                f" {image.shape[2]} x {image.shape[1]}; --resolution {min(rows, columns)} keeps"
-                " them"
-            )
+        notes = (f"{picture.path}: labels of phases: {', '.join(shares)}", *notes)
         channels = tuple(PREFIX + name for name in names)
         exemplars.append(
-            Exemplar(picture.path.name, picture.sha256, image, channels, "data", notes=tuple(notes))
+            Exemplar(picture.path.name, picture.sha256, image, channels, "data", notes=notes)
         )
     return exemplars
 
