@@ -25,24 +25,25 @@ class ColorDistribution:
     """
 
     def __init__(self, exemplar: Tensor) -> None:
-        self._exemplar = exemplar[None]
+        self._octaves = [exemplar]
+        while len(self._octaves) < OCTAVES and min(self._octaves[-1].shape[1:]) >= 2:
+            self._octaves.append(F.avg_pool2d(self._octaves[-1], 2))
         self._banks: dict[tuple[int, int], _Bank] = {}
 
     def __call__(self, slices: Tensor) -> Tensor:
         """Sum over octaves of the mean squared distance of sorted projections of `slices` [batch,
         channel, rows, columns].
         """
-        exemplar = self._exemplar
         distances = []
-        for octave in range(OCTAVES):
+        for octave, exemplar in enumerate(self._octaves):
             if octave:
-                if min(*slices.shape[2:], *exemplar.shape[2:]) < 2:
+                if min(slices.shape[2:]) < 2:
                     break
-                slices, exemplar = F.avg_pool2d(slices, 2), F.avg_pool2d(exemplar, 2)
+                slices = F.avg_pool2d(slices, 2)
             pixels = slices.float().transpose(0, 1).flatten(1)
             key = octave, pixels.shape[1]
             if key not in self._banks:
-                self._banks[key] = _bank(exemplar[0].flatten(1), pixels.shape[1])
+                self._banks[key] = _bank(exemplar.flatten(1), pixels.shape[1])
             directions, sorted_reals = self._banks[key]
             picked = torch.randperm(BANK)[:DIRECTIONS].to(pixels.device)
             fakes = (directions[picked] @ pixels).sort(dim=1).values

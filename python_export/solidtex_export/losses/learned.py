@@ -41,8 +41,8 @@ class LearnedDescriptor:
         """
         axes = random_axes(fakes.shape[1]).to(fakes.device)
         with torch.no_grad():
-            targets = self._activations(reals, axes)
-        found = self._activations(fakes, axes)
+            targets = _moments(self._activations(reals, axes))
+        found = _moments(self._activations(fakes, axes))
         if not found or not targets:
             raise _too_small(fakes, reals)
         return self._compared(found, targets)
@@ -51,13 +51,15 @@ class LearnedDescriptor:
     def distances(self, images: Tensor) -> Tensor:
         """Distances [image - 1] of all other `images` from the first."""
         found = self._activations(images, random_axes(images.shape[1]).to(images.device))
-        each = [{name: f[i : i + 1] for name, f in found.items()} for i in range(len(images))]
-        return torch.stack([self._compared(other, each[0]) for other in each[1:]])
+        first, *others = (
+            _moments({name: f[i : i + 1] for name, f in found.items()}) for i in range(len(images))
+        )
+        return torch.stack([self._compared(other, first) for other in others])
 
-    def _compared(self, found: dict[str, Tensor], targets: dict[str, Tensor]) -> Tensor:
+    def _compared(self, found: dict[str, Moments], targets: dict[str, Moments]) -> Tensor:
         """Mean distance of the layers that both have."""
         distances = [
-            _distance(Moments.of(found[name]), Moments.of(targets[name]), self._floors[name])
+            _distance(found[name], targets[name], self._floors[name])
             for name in found
             if name in targets
         ]
@@ -106,6 +108,10 @@ class Moments(NamedTuple):
     def of(cls, features: Tensor) -> Moments:
         flat = features.permute(0, 2, 3, 1).flatten(0, 2).float()
         return cls(flat.mean(0), flat.T @ flat / len(flat))
+
+
+def _moments(activations: dict[str, Tensor]) -> dict[str, Moments]:
+    return {name: Moments.of(features) for name, features in activations.items()}
 
 
 def _distance(fake: Moments, real: Moments, floor: Tensor) -> Tensor:

@@ -51,7 +51,9 @@ class Objective:
         self._wavelets: list[WaveletLoss] = []
         if config.recipe.of_kind("wavelets"):
             self._wavelets = [WaveletLoss(e, config.size, self._symmetry) for e in exemplars]
-        self._colors = [ColorDistribution(e) for e in exemplars]
+        self._colors: list[ColorDistribution] = []
+        if config.recipe.of_kind("color_distribution"):
+            self._colors = [ColorDistribution(e) for e in exemplars]
         self._spectra: list[SpectrumLoss] = []
         if config.recipe.of_kind("spectrum"):
             self._spectra = [SpectrumLoss(e, self._symmetry) for e in exemplars]
