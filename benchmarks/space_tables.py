@@ -20,7 +20,6 @@ from solidtex_export.commands import cli
 from solidtex_export.evaluation.metrics import standard_metrics
 from solidtex_export.evaluation.metrics.features import FeatureSifid
 from solidtex_export.evaluation.metrics.parzen import ParzenWindows
-from solidtex_export.evaluation.metrics.squeezenet import WeightsError, load_squeezenet
 from solidtex_export.evaluation.pictures import to_8_bit
 from solidtex_export.evaluation.report import png
 from solidtex_export.evaluation.subjects import oblique_slice, values
@@ -29,6 +28,7 @@ from solidtex_export.export.verification import engine
 from solidtex_export.export.verification.model_output import OutputError
 from solidtex_export.images.exemplar import load_exemplar
 from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.networks.squeezenet import WeightsError, load_squeezenet
 from solidtex_export.whole_file import write_whole
 
 PROGRAM = "space_tables.py"

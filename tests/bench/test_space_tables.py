@@ -10,7 +10,7 @@ import space_tables
 from PIL import Image
 from safetensors.torch import save_file
 
-from solidtex_export.evaluation.metrics.squeezenet import SqueezeNet
+from solidtex_export.networks.squeezenet import SqueezeNet
 
 MODEL = Path(__file__).resolve().parents[2] / "models" / "stone-grey.solidtex"
 

@@ -12,7 +12,7 @@ from PIL import Image
 from solidtex_export.commands import train as cli_train
 from solidtex_export.images.channels import COLOR
 from solidtex_export.images.exemplar import Exemplar
-from solidtex_export.losses import vgg
+from solidtex_export.networks import vgg
 from solidtex_export.research.solids.materials import SOLIDS
 from solidtex_export.research.solids.solid import exemplar
 from solidtex_export.training.trainer import Trainer

@@ -60,5 +60,5 @@ def test_photographs_per_direction_train_there(tmp_path: Path, device: torch.dev
 
 def test_vgg_compares_there(tmp_path: Path, device: torch.device) -> None:
     photo, weights = save_photo(tmp_path / "photo.png"), save_vgg(tmp_path / "vgg.pth")
-    options = ("--vgg", str(weights), "--directions", "z")
+    options = ("--features", str(weights), "--directions", "z")
     assert train(make_trainer([photo], tmp_path / "r", "babichev", *options), 1).step == 1

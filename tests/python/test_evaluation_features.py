@@ -24,7 +24,7 @@ from solidtex_export.evaluation.metrics.parzen import (
     ParzenWindows,
     random_patches,
 )
-from solidtex_export.evaluation.metrics.squeezenet import (
+from solidtex_export.networks.squeezenet import (
     FIRES,
     SqueezeNet,
     WeightsError,
@@ -150,7 +150,7 @@ def test_wrong_weights_are_refused(weights: Path, tmp_path: Path) -> None:
         ),
         (
             {"conv1.bias": torch.full((96,), torch.nan)},
-            "conv1.bias: found a value that is not",
+            "conv1.bias: found values that are not",
         ),
     ):
         path = tmp_path / "damaged.safetensors"

@@ -15,8 +15,8 @@ from safetensors.torch import save_file
 from solidtex_export.commands import evaluate
 from solidtex_export.commands.fidelity import main
 from solidtex_export.evaluation import subjects
-from solidtex_export.evaluation.metrics.squeezenet import SqueezeNet
 from solidtex_export.export.file_format import model_file
+from solidtex_export.networks.squeezenet import SqueezeNet
 from solidtex_export.research.fidelity import cell as cells
 from solidtex_export.research.fidelity.cell import Cell
 from solidtex_export.research.fidelity.outcome import Outcome, Outcomes

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from safetensors.torch import save_file
 from textures_2d import noise as maps
 from torch import Tensor
 
@@ -22,9 +23,11 @@ from solidtex_export.export.verification.reference import cubic_convolution
 from solidtex_export.generators.oblique import cubic_columns
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.images.histograms import share_histograms
-from solidtex_export.losses import statistics, vgg
+from solidtex_export.losses import pretrained, statistics
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.losses.random_network import RandomDescriptor
+from solidtex_export.networks import WeightsError, load_network, vgg
+from solidtex_export.networks.squeezenet import SqueezeNet
 from solidtex_export.training.divergence import EXPLOSION, DivergenceWatch, TrainError
 
 torch.set_num_threads(1)
@@ -161,11 +164,11 @@ def gatys(state: dict[str, Tensor]) -> dict[str, Tensor]:
 def test_vgg_reads_both_kinds_of_weights(weights: dict[str, Tensor], tmp_path: Path) -> None:
     torch.save(weights, tmp_path / "torchvision.pth")
     torch.save(gatys(weights), tmp_path / "gatys.pth")
-    layers, preprocessing = vgg.read_weights(tmp_path / "torchvision.pth")
-    others, other_preprocessing = vgg.read_weights(tmp_path / "gatys.pth")
-    assert len(layers) == 13 and preprocessing is vgg.TORCHVISION
-    assert other_preprocessing is vgg.GATYS
-    for (w, b), (w2, b2) in zip(layers, others, strict=True):
+    one = load_network(tmp_path / "torchvision.pth")
+    other = load_network(tmp_path / "gatys.pth")
+    assert len(one.layers) == 13 and one.preprocessing is vgg.TORCHVISION
+    assert other.preprocessing is vgg.GATYS
+    for (w, b), (w2, b2) in zip(one.layers, other.layers, strict=True):
         assert torch.equal(w, w2) and torch.equal(b, b2)
     rgb = torch.tensor([0.485, 0.456, 0.406]).view(1, 3, 1, 1)
     assert vgg.TORCHVISION(rgb).abs().max() < 1e-6
@@ -178,14 +181,14 @@ def test_vgg_sees_colors(weights: dict[str, Tensor], tmp_path: Path) -> None:
     path = tmp_path / "vgg.pth"
     torch.save(weights, path)
     colors = maps(1, 3, 32, 32).mul(0.1).add(0.5)
-    plain = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3))
-    whitened = DescriptorSource(MEAN, BASIS, PretrainedWeights(path)).make("vgg")
+    plain = pretrained.PretrainedDescriptor(load_network(path), torch.zeros(3), torch.eye(3))
+    whitened = DescriptorSource(MEAN, BASIS, PretrainedWeights(path)).make("features")
     y = (colors - MEAN.view(1, 3, 1, 1)) / BASIS.diag().view(1, 3, 1, 1)
     features = whitened.features(y, y)
     for name, (fakes, _) in plain.features(colors, colors).items():
         assert torch.allclose(fakes, features[name][0], atol=1e-4), name
     assert features["relu5_1"][0].shape == (1, 512, 2, 2)
-    assert set(vgg.LOSS_LAYERS) < set(features)
+    assert set(pretrained.VGG_LAYERS) < set(features)
     y = y.requires_grad_()
     loss = whitened.loss(y, -y.detach())
     (gradient,) = torch.autograd.grad(loss, y)
@@ -197,46 +200,70 @@ def test_vgg_takes_the_first_three_of_five_channels(
 ) -> None:
     path = tmp_path / "vgg.pth"
     torch.save(weights, path)
-    descriptor = vgg.VggDescriptor(path, torch.zeros(5), torch.eye(5))
+    descriptor = pretrained.PretrainedDescriptor(load_network(path), torch.zeros(5), torch.eye(5))
     images = maps(1, 5, 16, 16)
     changed = images.clone()
     changed[:, 3:] += 1
     assert float(descriptor.loss(images, changed)) == 0
-    encoded = vgg.srgb_encoded(torch.tensor([-0.1, 0.0, 0.002, 0.2140, 1.0]))
+    encoded = pretrained.srgb_encoded(torch.tensor([-0.1, 0.0, 0.002, 0.2140, 1.0]))
     assert encoded.tolist() == pytest.approx([-1.292, 0.0, 0.02584, 0.5, 1.0], abs=1e-4)
-    linear = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3), linear=True)
+    network = load_network(path)
+    linear = pretrained.PretrainedDescriptor(network, torch.zeros(3), torch.eye(3), linear=True)
     colors = images[:, :3].sigmoid()
     found = linear.features(colors, colors)["relu1_1"][0]
-    plain = vgg.VggDescriptor(path, torch.zeros(3), torch.eye(3))
-    assert torch.equal(found, plain.features(vgg.srgb_encoded(colors), colors)["relu1_1"][0])
-    gray = vgg.VggDescriptor(path, torch.zeros(1), torch.eye(1))
+    plain = pretrained.PretrainedDescriptor(load_network(path), torch.zeros(3), torch.eye(3))
+    assert torch.equal(found, plain.features(pretrained.srgb_encoded(colors), colors)["relu1_1"][0])
+    gray = pretrained.PretrainedDescriptor(load_network(path), torch.zeros(1), torch.eye(1))
     assert gray.features(images[:, :1], images[:, :1])["pool1"][0].shape == (1, 64, 8, 8)
+
+
+def test_squeezenet_is_recognized_and_compares_textures(tmp_path: Path) -> None:
+    torch.manual_seed(0)
+    save_file(SqueezeNet().state_dict(), tmp_path / "squeezenet.safetensors")
+    weights = PretrainedWeights(tmp_path / "squeezenet.safetensors")
+    descriptor = DescriptorSource(MEAN, BASIS, weights).make("features")
+    images = maps(2, 3, 64, 64)
+    features = descriptor.features(images, images)
+    assert features["relu1_1"][0].shape == (2, 96, 29, 29)
+    assert features["half_relu2_1"][0].shape[1] == 128
+    assert {"pool2", *(f"relu{group}_1" for group in (1, 2, 3))} < set(features)
+    smallest = maps(1, 3, SqueezeNet.smallest, SqueezeNet.smallest)
+    assert float(descriptor.loss(smallest, smallest)) < 1e-9
+    with pytest.raises(WeightsError, match="expected at least 64 pixels"):
+        descriptor.loss(smallest[..., 1:], smallest)
+    leaf = images.clone().requires_grad_()
+    moved, blurred = images.roll((7, -9), (2, 3)), torch.nn.functional.avg_pool2d(images, 3, 1, 1)
+    loss = descriptor.loss(leaf, blurred)
+    (gradient,) = torch.autograd.grad(loss, leaf)
+    assert float(gradient.norm()) > 0
+    assert float(loss.detach()) > 3 * float(descriptor.loss(images, moved))
 
 
 def test_wrong_weights_are_named(weights: dict[str, Tensor], tmp_path: Path) -> None:
     def message(state: object) -> str:
         path = tmp_path / "w.pth"
         torch.save(state, path)
-        with pytest.raises(vgg.VggError) as error:
-            vgg.read_weights(path)
+        with pytest.raises(WeightsError) as error:
+            load_network(path)
         assert str(path) in str(error.value)
         return str(error.value)
 
     wide = weights | {"features.5.weight": torch.zeros(64, 64, 3, 3)}
-    assert "features.5.weight: found shape (64, 64, 3, 3), expected (128, 64, 3, 3)" in message(
-        wide
+    assert (
+        "features.5.weight: found shape (64, 64, 3, 3), expected shape (128, 64, 3, 3)"
+        in message(wide)
     )
     lacking = {k: v for k, v in weights.items() if k != "features.28.bias"}
-    assert "features.28.bias: found no tensor, expected one of shape (512,)" in message(lacking)
+    assert "features.28.bias: found nothing, expected shape (512,)" in message(lacking)
     broken = weights | {"features.0.bias": torch.full((64,), math.nan)}
     assert "features.0.bias: found values that are not finite" in message(broken)
-    assert "expected those of torchvision's vgg19" in message({"layer1.weight": torch.zeros(1)})
+    assert "expected weights of VGG-19" in message({"layer1.weight": torch.zeros(1)})
     assert "found list, expected a state dict" in message([1])
     (tmp_path / "text.pth").write_text("no weights")
-    with pytest.raises(vgg.VggError, match="no state dict that loads safely"):
-        vgg.read_weights(tmp_path / "text.pth")
-    with pytest.raises(vgg.VggError, match="no such file"):
-        vgg.read_weights(tmp_path / "none.pth")
+    with pytest.raises(WeightsError, match="no state dict that loads safely"):
+        load_network(tmp_path / "text.pth")
+    with pytest.raises(WeightsError, match="no such file"):
+        load_network(tmp_path / "none.pth")
 
 
 def exemplar(values: np.ndarray) -> Exemplar:

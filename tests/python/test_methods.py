@@ -19,7 +19,7 @@ from small_trainings import PRESETS, SMALL, assert_equal, make_trainer, save_pho
 
 from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
-from solidtex_export.losses import vgg
+from solidtex_export.networks.weights import WeightsError
 from solidtex_export.training.divergence import TrainError
 from solidtex_export.training.presets import PresetError, load_recipe, shipped
 from solidtex_export.training.result import ResultError
@@ -123,20 +123,25 @@ def test_oblique_slices_take_their_share_of_steps(photo: Path, tmp_path: Path) -
 def test_vgg_weights_of_the_users(photo: Path, tmp_path: Path) -> None:
     file = save_vgg(tmp_path / "vgg.pth")
     result = tmp_path / "r"
-    options = ("--vgg", str(file), "--directions", "z")
+    options = ("--features", str(file), "--directions", "z")
     trainer = train(make_trainer([photo], result, "babichev", *options), steps=1)
     assert all(math.isfinite(float(p.detach().norm())) for p in trainer.generator.parameters())
     config = json.loads((result / "config.json").read_text())
-    assert config["vgg"]["file"] == "vgg.pth" and len(config["vgg"]["sha256"]) == 64
-    with pytest.raises(vgg.VggError):
-        make_trainer([photo], tmp_path / "b", "babichev", "--vgg", str(photo))
+    assert config["features"]["file"] == "vgg.pth" and len(config["features"]["sha256"]) == 64
+    with pytest.raises(WeightsError):
+        make_trainer([photo], tmp_path / "b", "babichev", "--features", str(photo))
     assert not (tmp_path / "b").exists()
     with pytest.raises(SystemExit):
-        make_trainer([photo], tmp_path / "g", "gramgan", "--vgg", str(file))
+        make_trainer([photo], tmp_path / "g", "gramgan", "--features", str(file))
     with pytest.raises(PresetError, match=r"found 4 channels .* expected at most 3"):
         more = ("--map", f"roughness={photo.with_name('gray.png')}")
         Image.open(photo).convert("L").save(photo.with_name("gray.png"))
-        make_trainer([photo], tmp_path / "m", "henzler", "--vgg", str(file), *more)
+        make_trainer([photo], tmp_path / "m", "henzler", "--features", str(file), *more)
+
+
+def test_presets_that_name_vgg_are_read() -> None:
+    older = load_recipe("gutierrez", ["losses.descriptor.descriptor=vgg"])
+    assert older == load_recipe("gutierrez", [])
 
 
 def test_a_diverging_training_says_so(photo: Path, tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from solidtex_export.commands import cli
 from solidtex_export.commands.train_options import maps_of_photographs, named_file, rectangle
 from solidtex_export.evaluation import subjects
-from solidtex_export.evaluation.metrics.squeezenet import WeightsError
 from solidtex_export.evaluation.pictures import ORIENTATIONS
 from solidtex_export.evaluation.subjects import SMALLEST_PICTURE, UNLIMITED, Subject, SubjectError
 from solidtex_export.export.file_format import model_file
@@ -21,6 +20,7 @@ from solidtex_export.export.verification.model_output import OutputError, check_
 from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.networks.squeezenet import WeightsError
 from solidtex_export.whole_file import write_whole
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from solidtex_export.analysis.choice import LATTICE
 from solidtex_export.commands import cli
-from solidtex_export.evaluation.metrics.squeezenet import WeightsError, load_squeezenet
 from solidtex_export.export.verification.model_output import OutputError
 from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.networks.squeezenet import WeightsError, load_squeezenet
 from solidtex_export.research.fidelity.plan import CHOSEN
 from solidtex_export.settings import SettingsError
 from solidtex_export.training.presets import load_recipe

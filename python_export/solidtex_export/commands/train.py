@@ -18,9 +18,8 @@ from solidtex_export.commands.cli import (
 from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.commands.train_options import parser, request_of
 from solidtex_export.images.file_kinds import ExemplarError
-from solidtex_export.losses.descriptor.weights import WeightsError
 from solidtex_export.losses.statistics import LayerError
-from solidtex_export.losses.vgg import VggError
+from solidtex_export.networks.weights import WeightsError
 from solidtex_export.settings import SettingsError
 from solidtex_export.spaces.space_reader import SpaceError
 from solidtex_export.training import ranks
@@ -38,7 +37,6 @@ FAILURES = (
     SettingsError,
     SpaceError,
     TrainError,
-    VggError,
     WeightsError,
     OSError,
 )

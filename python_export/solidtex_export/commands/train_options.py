@@ -25,7 +25,7 @@ EXAMPLES = """  solidtex-train granite.jpg -o results/granite
   solidtex-train wall.jpg --crop 0,200,1500,1500 --resolution 256 --minutes 30 -o results/wall
   solidtex-train granite.jpg --space stones.solidtex-space --minutes 1 -o results/granite
   solidtex-train front.png side.png top.png -o results/cube
-  solidtex-train granite.jpg --preset gutierrez --vgg vgg19.pth --set slicing.passes=1 -o results/g
+  solidtex-train granite.jpg --preset gutierrez --features vgg19.pth -o results/granite
   solidtex-train granite.jpg --descriptor results/descriptor/weights.safetensors -o results/granite
   solidtex-train photo.jpg --estimate height,roughness -o results/plaster
   solidtex-train labels.tif --phases --phase-names pore,grain -o results/sandstone
@@ -78,13 +78,14 @@ def parser() -> argparse.ArgumentParser:
     start.add_argument("--start", type=Path, metavar="START",
                        help="start from learned weights: a .solidtex-start file, or a result"
                        " of solidtex-train-space --preset start-lattice")  # fmt: skip
-    p.add_argument("--vgg", type=Path, metavar="FILE",
-                   help="weights of VGG-19, torchvision's or those of Gatys et al., for presets"
-                   " that use it (default: the built-in descriptor instead)")  # fmt: skip
+    p.add_argument("--features", "--vgg", type=Path, metavar="FILE",
+                   help="weights of VGG-19, torchvision's or those of Gatys et al., or of"
+                   ' SqueezeNet v1.0, for presets with descriptor = "features" (default: the'
+                   " built-in descriptor instead)")  # fmt: skip
     p.add_argument("--descriptor", type=Path, metavar="FILE",
                    help="weights.safetensors of solidtex-pretrain-descriptor, for presets that"
-                   ' use descriptor = "learned", or "vgg" without --vgg (default: the shipped'
-                   " weights)")  # fmt: skip
+                   ' use descriptor = "learned", or "features" without --features (default: the'
+                   " shipped weights)")  # fmt: skip
     p.add_argument("--size", type=int, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
                    f" (default: {DEFAULT_SIZE}, or the side of a smaller photograph)")  # fmt: skip
@@ -212,7 +213,7 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
         reading=cli.reading_of(args),
         license=args.license,
         source=args.source,
-        vgg=args.vgg,
+        features=args.features,
         descriptor=args.descriptor,
         start=start,
         phases=args.phases,
@@ -243,12 +244,15 @@ def start_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> StartSourc
 
 def check_preset(p: argparse.ArgumentParser, request: Request) -> None:
     recipe = load_recipe(request.name, list(request.overrides))
-    if request.vgg is not None and not recipe.uses("vgg"):
-        p.error(f"--vgg: found a file for preset {request.name}, expected one that uses VGG-19")
-    if request.descriptor is not None and not uses_learned(recipe, request.vgg):
+    if request.features is not None and not recipe.uses("features"):
+        p.error(
+            f"--features: found a file for preset {request.name}, expected one with"
+            ' descriptor = "features"'
+        )
+    if request.descriptor is not None and not uses_learned(recipe, request.features):
         p.error(
             f"--descriptor: found a file for preset {request.name}, expected one with"
-            ' descriptor = "learned", or "vgg" without --vgg'
+            ' descriptor = "learned", or "features" without --features'
         )
     needed = smallest_size(request)
     if request.size is not None and request.size < needed:
@@ -268,7 +272,7 @@ def check_phases(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         "--layer": args.layer,
         "--space": args.space,
         "--start": args.start,
-        "--vgg": args.vgg,
+        "--features": args.features,
     }
     for option, value in others.items():
         if args.phases and value:

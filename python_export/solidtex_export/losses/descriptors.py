@@ -10,9 +10,10 @@ from torch import Tensor
 
 from solidtex_export.losses.descriptor.weights import Trained, WeightsError
 from solidtex_export.losses.learned import LearnedDescriptor
+from solidtex_export.losses.pretrained import PretrainedDescriptor
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.losses.statistics import Features
-from solidtex_export.losses.vgg import VggDescriptor
+from solidtex_export.networks import load_network
 
 
 class Descriptor(Protocol):
@@ -33,7 +34,8 @@ class Descriptor(Protocol):
 class PretrainedWeights:
     """Pretrained weights that the user provides."""
 
-    vgg: Path | None = None
+    features: Path | None = None
+    """Of VGG-19 or SqueezeNet."""
     learned: Trained | None = None
 
 
@@ -48,11 +50,12 @@ class DescriptorSource:
     """Whether colors are linear light rather than sRGB-encoded."""
 
     def make(self, name: str, groups: tuple[tuple[int, ...], ...] = ()) -> Descriptor:
-        """Make a descriptor. "vgg" without a file of weights is "learned", the built-in network."""
+        """Make a descriptor. "features" without a file is "learned", the built-in network."""
         if name == "random":
             return RandomDescriptor(groups) if groups else RandomDescriptor()
-        if name == "vgg" and self.weights.vgg is not None:
-            return VggDescriptor(self.weights.vgg, self.color_mean, self.color_basis, self.linear)
+        if name == "features" and self.weights.features is not None:
+            network = load_network(self.weights.features)
+            return PretrainedDescriptor(network, self.color_mean, self.color_basis, self.linear)
         return LearnedDescriptor(self.learned(f'descriptor "{name}"'))
 
     def learned(self, caller: str) -> Trained:

@@ -59,7 +59,7 @@ class LearnedDescriptor:
     def _compared(self, found: dict[str, Moments], targets: dict[str, Moments]) -> Tensor:
         """Mean distance of the layers that both have."""
         distances = [
-            _distance(found[name], targets[name], self._floors[name])
+            moments_distance(found[name], targets[name], self._floors[name])
             for name in found
             if name in targets
         ]
@@ -109,16 +109,19 @@ class Moments(NamedTuple):
         flat = features.permute(0, 2, 3, 1).flatten(0, 2).float()
         return cls(flat.mean(0), flat.T @ flat / len(flat))
 
+    @property
+    def deviation(self) -> Tensor:
+        return (self.second.diagonal() - self.mean.square()).clamp_min(0).sqrt()
+
 
 def _moments(activations: dict[str, Tensor]) -> dict[str, Moments]:
     return {name: Moments.of(features) for name, features in activations.items()}
 
 
-def _distance(fake: Moments, real: Moments, floor: Tensor) -> Tensor:
+def moments_distance(fake: Moments, real: Moments, floor: Tensor) -> Tensor:
     """Distance of the moments of normalized features, whose mean is zero on the exemplar."""
     center = real.mean
-    variance = real.second.diagonal() - center.square()
-    gain = 1 / (variance.clamp_min(0).sqrt() + floor.to(center.device).flatten())
+    gain = 1 / (real.deviation + floor.to(center.device).flatten())
     shift = torch.outer(fake.mean - center, center)
     difference = (fake.second - real.second - shift - shift.T) * torch.outer(gain, gain)
     grams = F.smooth_l1_loss(difference, torch.zeros_like(difference), beta=GRAM_SOFTNESS)

@@ -51,8 +51,8 @@ class Config(Settings):
     generator: dict[str, Any]
     """Kind and constructor arguments of the generator."""
     recipe: Recipe
-    vgg: FileRecord | None = None
-    """Weights of VGG-19, if used."""
+    features: FileRecord | None = None
+    """Weights of VGG-19 or SqueezeNet, if used."""
     descriptor: FileRecord | None = None
     """Weights of the learned descriptor, if used."""
     space: SpaceRecord | None = None

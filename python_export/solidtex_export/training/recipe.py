@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 
 from solidtex_export.discriminators.settings import (
     AnyDiscriminator,
@@ -47,6 +47,10 @@ KINDS = (
 def discriminator_of(kind: str) -> str | None:
     """Name of the discriminators that a loss uses: their table, or "module:class"."""
     return kind if own.is_discriminator(kind) else DISCRIMINATOR_OF.get(kind)
+
+
+def _present_descriptor(name: Any) -> Any:
+    return "features" if name == "vgg" else name
 
 
 def _known_kind(kind: str) -> str:
@@ -121,7 +125,10 @@ class Loss(Settings):
     """Fraction of the training after which the term starts."""
     end: Share = 1.0
     """Fraction of the training after which the term ends."""
-    descriptor: Literal["vgg", "learned", "random"] = "random"
+    descriptor: Annotated[
+        Literal["features", "learned", "random"], BeforeValidator(_present_descriptor)
+    ] = "random"
+    """The network of --features (older name: vgg), the built-in one, or random networks."""
     layers: Array[str] = ()
     """Layers of the descriptor, for losses that compare features."""
     groups: Array[Array[int]] = ()
@@ -284,7 +291,9 @@ class Recipe(Settings):
         return max((d.smallest for d in self.discriminators.values()), default=1)
 
     @property
-    def only_vgg(self) -> bool:
-        """Whether VGG-19, which sees three channels, is the only loss at the start."""
+    def only_features(self) -> bool:
+        """Whether the network of --features, which sees three channels, is the only loss at the
+        start.
+        """
         first = [t for t in self.losses.values() if t.start == 0]
-        return all(t.descriptor == "vgg" and discriminator_of(t.kind) is None for t in first)
+        return all(t.descriptor == "features" and discriminator_of(t.kind) is None for t in first)

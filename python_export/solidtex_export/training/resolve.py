@@ -22,7 +22,7 @@ from solidtex_export.images.photographs import read_picture
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.learned import LearnedDescriptor
-from solidtex_export.losses.vgg import read_weights
+from solidtex_export.networks import load_network
 from solidtex_export.training.config import Config, FileRecord, exemplar_records
 from solidtex_export.training.presets import PresetError, load_recipe
 from solidtex_export.training.recipe import FineTuning, Grain, Init, InitialPhase, Recipe
@@ -62,7 +62,7 @@ class Request:
     reading: Reading = AS_IS
     license: str = ""
     source: str = ""
-    vgg: Path | None = None
+    features: Path | None = None
     descriptor: Path | None = None
     start: StartSource | None = None
     phases: bool = False
@@ -126,7 +126,7 @@ def resolve(request: Request) -> Resolved:
         check_critic(preset, recipe, request.start, start)
         if request.preset is None:
             choices += (Choice("preset", preset, f"start from {start.record.name}"),)
-    descriptor = request.descriptor or (SHIPPED if uses_learned(recipe, request.vgg) else None)
+    descriptor = request.descriptor or (SHIPPED if uses_learned(recipe, request.features) else None)
     config = Config(
         preset=preset,
         reasons=tuple(choice.sentence for choice in choices),
@@ -146,16 +146,16 @@ def resolve(request: Request) -> Resolved:
         source=request.source,
         generator=generator_arguments(preset, recipe, len(exemplars[0].channels), request.phases),
         recipe=recipe,
-        vgg=_record(request.vgg),
+        features=_record(request.features),
         descriptor=_record(descriptor),
         space=start.record if start else None,
         fine_tuned=(recipe.fine_tuning or FineTuning()) if start else None,
     )
-    check_vgg(request, config)
+    check_features(request, config)
     learned = None
     if descriptor is not None:
         learned = shipped() if descriptor == SHIPPED else load_weights(descriptor)
-    return Resolved(config, exemplars, PretrainedWeights(request.vgg, learned), choices, start)
+    return Resolved(config, exemplars, PretrainedWeights(request.features, learned), choices, start)
 
 
 def load_exemplars(request: Request, resolution: int, size: int) -> list[Exemplar]:
@@ -240,8 +240,8 @@ def initial_grain(measured: float) -> float:
     return min(max(GRAIN_GAIN * measured, measured**GRAIN_POWER, 1.0), MAX_GRAIN)
 
 
-def uses_learned(recipe: Recipe, vgg: Path | None) -> bool:
-    return recipe.uses("learned") or (recipe.uses("vgg") and vgg is None)
+def uses_learned(recipe: Recipe, features: Path | None) -> bool:
+    return recipe.uses("learned") or (recipe.uses("features") and features is None)
 
 
 def generator_arguments(
@@ -318,17 +318,17 @@ def check_critic(preset: str, recipe: Recipe, source: StartSource, start: Start)
         ) from error
 
 
-def check_vgg(request: Request, config: Config) -> None:
+def check_features(request: Request, config: Config) -> None:
     """Refuse bad weights before a result folder is made."""
-    if request.vgg is None:
+    if request.features is None:
         return
     channels = config.channels
-    if config.recipe.only_vgg and len(channels) > 3:
+    if config.recipe.only_features and len(channels) > 3:
         raise PresetError(
-            f"--vgg: found {len(channels)} channels ({', '.join(channels)}), expected at most 3:"
-            f" VGG-19 sees no more, and preset {config.preset} has no other loss"
+            f"--features: found {len(channels)} channels ({', '.join(channels)}), expected at most"
+            f" 3: the network sees no more, and preset {config.preset} has no other loss"
         )
-    read_weights(request.vgg)
+    load_network(request.features)
 
 
 def _record(path: Path | None) -> FileRecord | None:

@@ -50,7 +50,7 @@ def standard_metrics(
         metrics.append(SingleImageFrechet(inception))
     if features is not None and exemplar.shape[2] == 3:
         from solidtex_export.evaluation.metrics.features import FeatureDistance, FeatureSifid
-        from solidtex_export.evaluation.metrics.squeezenet import load_squeezenet
+        from solidtex_export.networks.squeezenet import load_squeezenet
 
         network = load_squeezenet(features)
         metrics += [FeatureDistance(network, exemplar), FeatureSifid(network)]

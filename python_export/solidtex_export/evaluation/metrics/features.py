@@ -8,7 +8,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from solidtex_export.evaluation.metrics.frechet import Moments, frechet_distance, shrunk_moments
-from solidtex_export.evaluation.metrics.squeezenet import SqueezeNet
+from solidtex_export.networks.squeezenet import SqueezeNet
 
 SET_LAYER = "fire4"  # before the second pooling: a feature sees 35 pixels
 IMAGE_LAYER = "fire2"  # 19 pixels

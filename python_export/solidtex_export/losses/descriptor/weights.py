@@ -16,6 +16,7 @@ from safetensors.torch import save
 from torch import Tensor
 
 from solidtex_export.losses.descriptor.network import DescriptorNetwork, layer_names
+from solidtex_export.networks.weights import WeightsError
 from solidtex_export.whole_file import write_whole
 
 SHIPPED = Path(__file__).with_name("weights.safetensors")
@@ -23,10 +24,6 @@ SHIPPED = Path(__file__).with_name("weights.safetensors")
 
 METADATA_KEY = "solidtex-descriptor"
 EXPECTED = "expected weights.safetensors of solidtex-pretrain-descriptor"
-
-
-class WeightsError(ValueError):
-    """A weights file that cannot be used; the message names it and the tensor."""
 
 
 class Trained(NamedTuple):

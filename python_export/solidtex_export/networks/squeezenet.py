@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
+from solidtex_export.networks.weights import WeightsError, weights_of
 from solidtex_export.state_file import read_state
 
 MEAN = (104.0, 117.0, 123.0)  # of blue, green and red, 0 ... 255: subtracted from the input
@@ -16,10 +19,6 @@ WIDTHS = (16, 16, 32, 32, 48, 48, 64, 64)  # squeezed channels of fire2 ... fire
 FIRES = tuple(f"fire{i}" for i in range(2, 2 + len(WIDTHS)))
 POOLED = ("conv1", "fire4", "fire8")  # layers that pooling follows
 EXPECTED = "weights of SqueezeNet v1.0 (safetensors or a state dict)"
-
-
-class WeightsError(ValueError):
-    """A file without SqueezeNet's weights; the message names the file."""
 
 
 class Fire(nn.Module):
@@ -36,8 +35,16 @@ class Fire(nn.Module):
         return F.relu(torch.cat([self.expand1x1(x), self.expand3x3(x)], 1))
 
 
+def pooled(features: Tensor) -> Tensor:
+    """Largest values of 3 x 3 neighborhoods, at half the size."""
+    return F.max_pool2d(features, 3, 2, ceil_mode=True)
+
+
 class SqueezeNet(nn.Module):
     """The network; images are [image, channel, row, column], sRGB, 0 ... 1."""
+
+    smallest = 64
+    """Pixels: the side that leaves 3 x 3 of fire8 at half the size."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -57,7 +64,7 @@ class SqueezeNet(nn.Module):
             x = found[name] = F.relu(x) if name == "conv1" else x
             if name == last:
                 break
-            x = F.max_pool2d(x, 3, 2, ceil_mode=True) if name in POOLED else x
+            x = pooled(x) if name in POOLED else x
         return found
 
     def forward(self, images: Tensor) -> Tensor:
@@ -66,19 +73,22 @@ class SqueezeNet(nn.Module):
         return x.mean((2, 3)).softmax(1)
 
 
+def recognizes(state: Mapping[str, Any]) -> bool:
+    """Whether the names of the tensors are SqueezeNet's."""
+    return "fire2.squeeze1x1.weight" in state
+
+
 def load_squeezenet(path: Path) -> SqueezeNet:
     """The network with the weights in a file, frozen."""
+    return squeezenet_of(read_state(path, EXPECTED, WeightsError), path)
+
+
+def squeezenet_of(state: Mapping[str, Any], path: Path) -> SqueezeNet:
+    """The network with these weights, frozen."""
     network = SqueezeNet()
-    tensors = read_state(path, EXPECTED, WeightsError)
-    for name, value in network.state_dict().items():
-        found = tensors.get(name)
-        if not isinstance(found, Tensor) or found.shape != value.shape:
-            what = f"shape {tuple(found.shape)}" if isinstance(found, Tensor) else "nothing"
-            raise WeightsError(
-                f"{path}: {name}: found {what}, expected shape {tuple(value.shape)}: {EXPECTED}"
-            )
-        if not found.isfinite().all():
-            raise WeightsError(f"{path}: {name}: found a value that is not finite")
-        tensors[name] = found.float()
-    network.load_state_dict({name: tensors[name] for name in network.state_dict()})
+    tensors = {
+        name: weights_of(path, state, name, tuple(value.shape), EXPECTED)
+        for name, value in network.state_dict().items()
+    }
+    network.load_state_dict(tensors)
     return network.requires_grad_(False).eval()

@@ -1,0 +1,100 @@
+"""Descriptors with weights that the user provides: VGG-19 and SqueezeNet, trained on ImageNet.
+
+The loss of VGG-19 is equations 2 and 3 of Gutierrez et al. 2020, "On demand solid texture synthesis
+using deep 3D networks", section 5.1, with their layers (section 6.1): relu1_1 ... relu5_1. That of
+SqueezeNet compares normalized features, as that of the built-in network does, at full and at half
+size.
+
+Slices are whitened values; the networks receive the first three channels of their colors.
+"""
+
+from __future__ import annotations
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from solidtex_export.images.srgb import srgb_encoded
+from solidtex_export.losses.learned import Moments, moments_distance
+from solidtex_export.losses.statistics import Features, gram
+from solidtex_export.networks.squeezenet import SqueezeNet, pooled
+from solidtex_export.networks.vgg import Vgg19
+from solidtex_export.networks.weights import WeightsError
+
+VGG_LAYERS = tuple(f"relu{group}_1" for group in range(1, 6))
+SQUEEZENET_GROUPS = (("conv1",), ("fire2", "fire3", "fire4"), ("fire5", "fire6", "fire7"))
+SILENT_SHARE = 0.3  # of a layer's mean deviation, added to the deviation of each feature
+FLAT = 1e-6  # added to it too: features of an exemplar without any pattern
+
+
+class PretrainedDescriptor:
+    """Features of a network with fixed weights."""
+
+    def __init__(
+        self,
+        network: Vgg19 | SqueezeNet,
+        color_mean: Tensor,
+        color_basis: Tensor,
+        linear: bool = False,
+    ) -> None:
+        """`color_mean` [channel] and `color_basis` [channel, channel]: color = mean + basis @ y.
+
+        `linear`: colors are linear light, and are encoded, since the networks saw sRGB.
+        """
+        self._network = network
+        self._linear = linear
+        picks = list(range(3)) if len(color_mean) >= 3 else [0, 0, 0]
+        self._mean, self._basis = color_mean[picks], color_basis[picks]
+
+    def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
+        """Distance of Gram matrices of two batches of whitened images [batch, channel, y, x]."""
+        with torch.no_grad():
+            targets = self._activations(reals)
+        found = self._activations(fakes)
+        if isinstance(self._network, Vgg19):
+            pairs = [(gram(found[name]), gram(targets[name])) for name in VGG_LAYERS]
+            return torch.stack([(f - r).square().mean() for f, r in pairs]).sum()
+        distances = [
+            _normalized_distance(found[name], targets[name]) for name in found if "relu" in name
+        ]
+        return torch.stack(distances).mean()
+
+    def features(self, fakes: Tensor, reals: Tensor) -> Features:
+        """Feature maps by layer."""
+        with torch.no_grad():
+            of_reals = self._activations(reals)
+        of_fakes = self._activations(fakes)
+        return {name: (of_fakes[name], of_reals[name]) for name in of_fakes}
+
+    def _activations(self, images: Tensor) -> dict[str, Tensor]:
+        smallest = self._network.smallest
+        if min(images.shape[2:]) < smallest:
+            found = tuple(images.shape)
+            raise WeightsError(f"slice: found shape {found}, expected at least {smallest} pixels")
+        device = images.device
+        rgb = torch.einsum("ij,bjrc->birc", self._basis.to(device), images.float())
+        rgb = rgb + self._mean.to(device).view(1, 3, 1, 1)
+        rgb = srgb_encoded(rgb) if self._linear else rgb
+        if isinstance(self._network, Vgg19):
+            return self._network.features(rgb)
+        network = self._network.to(device)
+        half = _squeezenet_features(network, F.avg_pool2d(rgb, 2))
+        found = _squeezenet_features(network, rgb)
+        return found | {f"half_{name}": values for name, values in half.items()}
+
+
+def _squeezenet_features(network: SqueezeNet, rgb: Tensor) -> dict[str, Tensor]:
+    """Features by names like VGG's: groups are the modules between two poolings."""
+    by_module = network.features(rgb, SQUEEZENET_GROUPS[-1][-1])
+    found: dict[str, Tensor] = {}
+    for group, modules in enumerate(SQUEEZENET_GROUPS, 1):
+        found |= {f"relu{group}_{i}": by_module[name] for i, name in enumerate(modules, 1)}
+        if group < len(SQUEEZENET_GROUPS):
+            found[f"pool{group}"] = pooled(by_module[modules[-1]])
+    return found
+
+
+def _normalized_distance(fakes: Tensor, reals: Tensor) -> Tensor:
+    """Distance of one layer's moments; features that the exemplar hardly excites count less."""
+    real = Moments.of(reals)
+    return moments_distance(Moments.of(fakes), real, SILENT_SHARE * real.deviation.mean() + FLAT)
