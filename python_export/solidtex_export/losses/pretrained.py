@@ -69,8 +69,8 @@ class PretrainedDescriptor:
     def _activations(self, images: Tensor) -> dict[str, Tensor]:
         smallest = self._network.smallest
         if min(images.shape[2:]) < smallest:
-            found = tuple(images.shape)
-            raise WeightsError(f"slice: found shape {found}, expected at least {smallest} pixels")
+            shape = tuple(images.shape)
+            raise WeightsError(f"slice: found shape {shape}, expected at least {smallest} pixels")
         device = images.device
         rgb = torch.einsum("ij,bjrc->birc", self._basis.to(device), images.float())
         rgb = rgb + self._mean.to(device).view(1, 3, 1, 1)
