@@ -102,6 +102,8 @@ def train(request: Request, args: argparse.Namespace) -> Trainer:
     say(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops")
     run_in_terminal(trainer)
     if trainer.finished:
+        if trainer.fraction_error is not None:
+            say(f"{args.result}: fractions held, standard error {trainer.fraction_error:.1%}")
         say(f"next: solidtex-export {args.result} -o {args.result.name}.solidtex")
     else:
         say(f"{args.result}: stopped at step {trainer.step}; the same command resumes")

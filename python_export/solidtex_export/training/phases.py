@@ -6,11 +6,14 @@ phase has no gradient: a solid of one phase would stay so. The leak also keeps l
 large ones exceed the indicators, and with them the engine's rounding errors.
 
 The distribution of values, a term of the loss, holds the fractions during the training; at its end
-the logits are shifted until the most probable phases have the fractions of the exemplars.
+the logits are shifted until the most probable phases have the fractions of the exemplars. Slices
+differ: one of 96 pixels may have a tenth more or less of a phase than the solid. So they are drawn
+until the standard error of their mean is small.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import torch
@@ -21,9 +24,13 @@ from solidtex_export.generators.slices import LatticeSlices, SliceSource
 from solidtex_export.images.exemplar import Exemplar
 
 LEAK = 0.03  # of logits into what losses see
-SLICES = 96  # whose fractions are counted at the end
+FEWEST_SLICES = 96  # whose fractions are counted at the end
+MOST_SLICES = 4096
+STANDARD_ERROR = 3e-3  # of the fractions, relative to them, at which no more slices are drawn
+RARE = 0.02  # fraction below which the error of a phase does not ask for more slices
+STRIDE = 2  # between counted pixels: those between add next to nothing to the mean
 ROUNDS = 30
-FEWEST = 1e-4  # fraction below which a phase counts as this rare
+LEAST_FRACTION = 1e-4  # below which a phase counts as this rare
 
 
 class PhaseTraining:
@@ -36,7 +43,7 @@ class PhaseTraining:
         self.mean = mean
         self.inverse = torch.linalg.inv(basis.double()).float()
         sections = [e.image.double().mean((1, 2)) for e in exemplars]
-        self.fractions = torch.stack(sections).mean(0).clamp_min(FEWEST)
+        self.fractions = torch.stack(sections).mean(0).clamp_min(LEAST_FRACTION)
         generator.color_mean.copy_(self.fractions.log())
         generator.color_basis.copy_(torch.eye(len(mean)))
 
@@ -44,13 +51,37 @@ class PhaseTraining:
         return PhaseSlices(logits, self)
 
     @torch.no_grad()
-    def hold_fractions(self, directions: str, size: int) -> None:
-        """Shift the logits until the most probable phases of many slices have the fractions."""
+    def hold_fractions(self, directions: str, size: int) -> float:
+        """Shift the logits until the most probable phases of random slices have the fractions.
+
+        Returns the standard error of the fractions, relative to them. It is above STANDARD_ERROR
+        if MOST_SLICES are too few.
+        """
         source = LatticeSlices(self.generator)
-        drawn = [source.draw(directions[i % len(directions)], size, 1) for i in range(SLICES)]
-        logits = torch.cat([self.generator.linear_colors(y).cpu() for y in drawn])
-        shift = fitting_shift(logits.transpose(0, 1).flatten(1), self.fractions)
+        drawn: list[Tensor] = []
+        needed = FEWEST_SLICES
+        while len(drawn) < needed:
+            for i in range(len(drawn), needed):
+                y = source.draw(directions[i % len(directions)], size, 1)
+                drawn.append(self.generator.linear_colors(y)[0, :, ::STRIDE, ::STRIDE].cpu())
+            logits = torch.stack(drawn, 1).flatten(2)  # [phase, slice, pixel]
+            shift = fitting_shift(logits.flatten(1), self.fractions)
+            error = standard_error((logits + shift[:, None, None]).argmax(0), self.fractions)
+            needed = min(MOST_SLICES, math.ceil(len(drawn) * (error / STANDARD_ERROR) ** 2))
         self.generator.color_mean += shift.to(self.generator.color_mean)
+        return error
+
+
+def standard_error(phases: Tensor, fractions: Tensor) -> float:
+    """Largest standard error of the mean fractions of `phases` [slice, pixel], relative to
+    `fractions`; rare phases do not count.
+    """
+    errors = [
+        float((phases == phase).float().mean(1).std() / fraction)
+        for phase, fraction in enumerate(fractions)
+        if fraction >= RARE
+    ]
+    return max(errors) / math.sqrt(len(phases))
 
 
 def fitting_shift(logits: Tensor, fractions: Tensor) -> Tensor:
@@ -60,12 +91,15 @@ def fitting_shift(logits: Tensor, fractions: Tensor) -> Tensor:
     """
     shift = torch.zeros(len(logits))
     for _ in range(ROUNDS):
+        before = shift - shift.mean()
         for phase, fraction in enumerate(fractions.tolist()):
             others = logits + shift[:, None]
             others[phase] = -torch.inf
             needed = others.amax(0) - logits[phase]  # shift from which a voxel has this phase
             voxels = round(fraction * needed.numel())
             shift[phase] = needed.kthvalue(max(voxels, 1)).values
+        if torch.allclose(shift - shift.mean(), before, rtol=1e-5, atol=0):
+            break
     return shift - shift.mean()
 
 

@@ -64,6 +64,8 @@ class Trainer:
         self.generator.color_mean.copy_(mean)
         self.generator.color_basis.copy_(basis)
         self.phases: PhaseTraining | None = None
+        self.fraction_error: float | None = None
+        """Standard error of the fractions of phases, relative to them, when they were held."""
         if isinstance(self.generator, BaseLattice) and self.generator.softmax:
             self.phases = PhaseTraining(self.generator, exemplars, mean, basis)
             self.slices = self.phases.probabilities_of(self.slices)
@@ -146,7 +148,9 @@ class Trainer:
         if self.recipe.generator.statistics == "trained":
             self._measure_statistics()
         if self.phases is not None:
-            self.phases.hold_fractions(self.config.directions, self.config.size)
+            self.fraction_error = self.phases.hold_fractions(
+                self.config.directions, self.config.size
+            )
         self.finished = True
         self._save_preview()
 
