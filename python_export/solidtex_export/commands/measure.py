@@ -107,7 +107,12 @@ def run(args: argparse.Namespace) -> cli.Document:
         import matplotlib  # noqa: F401
         import nrrd  # noqa: F401
         import tifffile  # noqa: F401
-    from solidtex_export.measuring.measure import Settings, measure_volume
+    from solidtex_export.measuring.measure import (
+        Settings,
+        measure_picture,
+        measure_volume,
+        read_picture,
+    )
     from solidtex_export.measuring.phases import find_phases
 
     for path in args.outputs:
@@ -137,13 +142,11 @@ def run(args: argparse.Namespace) -> cli.Document:
     }
     for note in document["notes"]:
         print(note, file=sys.stderr)
-    document |= measure_volume(phases, settings, lambda text: print(text, file=sys.stderr))
-    if args.exemplar:
-        from solidtex_export.measuring.measure import measure_picture, read_picture
-
+    if args.exemplar:  # first: one that does not fit is refused before hours of flow
         document["exemplar"] = measure_picture(
-            read_picture(args.exemplar), args.threshold, args.exemplar.name, settings, phases,
-        )  # fmt: skip
+            read_picture(args.exemplar), args.threshold, args.exemplar.name, settings, phases
+        )
+    document |= measure_volume(phases, settings, lambda text: print(text, file=sys.stderr))
     print(summary(document))
     middle = [np.take(phases.labels, n // 2, axis) for axis, n in enumerate(phases.labels.shape)]
     for path in args.outputs:

@@ -88,7 +88,7 @@ def cubic(sides: Sequence[float], unit: str, what: str) -> VoxelSize:
         found = " x ".join(f"{side:g}" for side in sides)
         raise VolumeError(
             f"{what}: found voxels of {found} {unit}, expected cubes: resample the volume to one"
-            " voxel size first, for instance with scipy.ndimage.zoom"
+            " voxel size first, for instance with scipy.ndimage.zoom, labels with order=0"
         )
     return VoxelSize(float(sides[0]), unit)
 
@@ -155,7 +155,7 @@ def _read_nrrd(path: Path) -> Volume:
     ]
     if len(sides) != 3 or not np.isfinite(sides).all() or not units or units[-1] not in METERS:
         return Volume(values)
-    return Volume(values, cubic(sides, units[-1], path.name))
+    return Volume(values, cubic(sides, units[-1], str(path)))
 
 
 def _read_tiff(path: Path) -> Volume:
@@ -174,7 +174,7 @@ def _read_tiff(path: Path) -> Volume:
         values = values.transpose(2, 1, 0, 3)
     elif values.ndim == 4 and "C" in axes[:2]:
         values = np.moveaxis(values, axes.index("C"), 3).transpose(2, 1, 0, 3)
-    return Volume(values, cubic(sides, unit, path.name) if sides else None)
+    return Volume(values, cubic(sides, unit, str(path)) if sides else None)
 
 
 def _tiff_voxel(file: Any) -> tuple[list[float], str]:
