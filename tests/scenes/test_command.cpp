@@ -218,7 +218,7 @@ TEST_CASE("solidtex-render shows a mesh in a model without a scene file") {
   write_noise_model(folder / "noise.solidtex", 5);
   const std::string command = "cube.ply --model noise.solidtex --size 32,24 --spp 4 ";
   REQUIRE(run_render(command + "-o a.png", folder) == 0);
-  const std::string talk = read_text(folder / "out.txt");
+  const std::string talk = read_text(folder / "err.txt");
   CHECK(talk.find("no light, lit by the default studio") != std::string::npos);
   CHECK(run_render(command + "--texels-per-unit 256 -o b.png", folder) == 0);
   CHECK(read_text(folder / "a.png") == read_text(folder / "b.png"));  // 512 along the side of 2

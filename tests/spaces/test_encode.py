@@ -177,7 +177,7 @@ def test_a_far_photograph_is_reported(tmp_path: Path) -> None:
     made.tensors["codes"] += np.float32(1000)
     path = write(tmp_path, "lattice", made)
     photo = save(tmp_path / "g.png", photograph(64, 64))
-    found = run(photo, "--space", path, "-o", tmp_path / "m.solidtex").stdout
+    found = run(photo, "--space", path, "-o", tmp_path / "m.solidtex").stderr
     assert "has seen nothing like it" in found
     assert f"solidtex-train {photo} --space {path} --minutes 1" in found
 

@@ -30,7 +30,7 @@ def mix(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
 def mixed(folder: Path, name: str, *arguments: object) -> Path:
     result = mix(folder, *arguments, "-o", name)
     assert result.returncode == 0, result.stderr
-    assert result.stderr == result.stdout == ""
+    assert (result.stderr, result.stdout) == ("", f"{name}\n")
     return folder / name
 
 

@@ -57,12 +57,28 @@ void check_targets(const BakeOptions& options) {
   for (const fs::path& path : targets) check_writable(path);
 }
 
+// The extension that --format or --to ask for; empty: none.
+std::string extension_of(const BakeOptions& options) {
+  if (options.to == "uv") return ".exr";
+  if (options.to == "vertex-color") return ".ply";
+  if (options.to == "volume" && options.format.empty()) return ".vdb";
+  for (const Format& format : formats())
+    if (options.format == format.name) return format.extension;
+  return "";
+}
+
+bool makes_one_file(const BakeOptions& options) {
+  if (!options.mesh.empty()) return options.maps.empty() || options.output.extension() == ".glb";
+  if (is_store(options) || !*format_of(options.request()).extension) return false;
+  return companions(options.request()).empty();
+}
+
 // With --format alone: the model's name and the format's extension, in the current folder.
 void name_output(BakeOptions& options) {
-  if (!options.output.empty() || options.format.empty()) return;
-  for (const Format& format : formats())
-    if (options.format == format.name)
-      options.output = fs::path(options.model).stem().string() + format.extension;
+  const std::string name = fs::path(options.model).stem().string() + extension_of(options);
+  if (options.output.empty() && !options.format.empty()) options.output = name;
+  if (pipe_output(options.output, name) && !makes_one_file(options))
+    throw CLI::ValidationError("-o", "found - for several files, expected a file or folder");
 }
 
 void bake_volume(const Output& output, const BakeOptions& options, const Volume& volume,

@@ -275,8 +275,10 @@ void add_options(CLI::App& app, BakeOptions& options) {
       ->check(CLI::Range(1, 4096));
   app.add_option("--threads", options.threads, "Number of threads (default: all cores)")
       ->check(CLI::Range(1, 1024));
-  auto* output =
-      app.add_option("-o,--output", options.output, "File or folder to write")->type_name("OUT");
+  auto* output = app.add_option("-o,--output", options.output,
+                                "File or folder to write; - (with --format or --to) or -.npy: "
+                                "standard output")
+                     ->type_name("OUT");
   add_format_options(app, options, output);
   add_store_options(app, options);
   add_mesh_options(app, options, output);

@@ -47,12 +47,17 @@ void run(BenchOptions& options) {
   if (options.list) return print_list();
   options.measure.quick = options.cases.quick;
   install_interrupt_handler();
-  if (!options.json.empty()) {
+  const bool is_piped = options.json == "-";
+  if (!options.json.empty() && !is_piped) {
     refuse_overwrite(options.json, options.force);
     check_writable(options.json);
   }
   const bool compare = options.compare_targets || options.targets.size() > 1;
   const Report report = compare ? compare_targets(options) : measure_here(options);
+  if (is_piped) {
+    std::cout << report.json.dump(2) << '\n';
+    return say(report.text);
+  }
   if (!options.json.empty()) write_json(options.json, report.json);
   std::cout << report.text;
 }

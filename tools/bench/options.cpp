@@ -71,8 +71,10 @@ void add_options(CLI::App& app, BenchOptions& options) {
       ->capture_default_str();
   app.add_flag("--quick", options.cases.quick,
                "Run everything tiny and once: shows that it runs, not how fast");
-  app.add_option("--json", options.json,
-                 "Write the results to a file as well, in the JSON of Google Benchmark")
+  app.add_option(
+         "--json", options.json,
+         "Write the results to a file as well, in the JSON of Google Benchmark; -: to standard "
+         "output")
       ->type_name("FILE");
   app.add_flag("--force", options.force, "Replace the file if it exists");
 }

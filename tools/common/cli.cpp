@@ -1,23 +1,38 @@
 #include "tools/common/cli.h"
 
+#include <stdlib.h>
+
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <fstream>
 #include <iostream>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "tools/common/completion.h"
+#include "tools/common/output_file.h"
 
 namespace solidtex::tools {
 namespace {
 
+namespace fs = std::filesystem;
+
 volatile std::sig_atomic_t interrupt_flag = 0;
 
-// What the options of all tools say, and the files that were written.
+// What the options of all tools say, and the results of the run.
 struct Talk {
+  ~Talk() {
+    std::error_code ignored;
+    if (!piped.empty()) fs::remove_all(piped.parent_path(), ignored);
+  }
+
   bool quiet = false, verbose = false, json = false;
+  fs::path piped;  // file in a temporary folder of its own that goes to standard output
   std::vector<std::string> files;
+  nlohmann::ordered_json results = nlohmann::ordered_json::object();
 } talk;
 
 void add_talk(CLI::App& app) {
@@ -33,8 +48,9 @@ void add_talk(CLI::App& app) {
 
 void print_json(const CLI::App& app) {
   if (!talk.json) return;
-  const nlohmann::ordered_json document = {
-      {"program", app.get_name()}, {"version", solidtex::version()}, {"files", talk.files}};
+  nlohmann::ordered_json document = {{"program", app.get_name()}, {"version", solidtex::version()}};
+  document.update(talk.results);
+  document["files"] = talk.files;
   std::cout << document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
 }
 
@@ -59,9 +75,38 @@ void say(const std::string& text) {
   if (!is_quiet()) std::cerr << text << '\n';
 }
 
-void report_file(const std::filesystem::path& path) {
+std::FILE* results() { return talk.json || !talk.piped.empty() ? stderr : stdout; }
+
+void report(const std::string& name, const nlohmann::ordered_json& value) {
+  talk.results[name] = value;
+}
+
+void report_file(const fs::path& path, const std::string& about) {
   talk.files.push_back(path.string());
-  if (!is_json()) std::cout << path.string() << std::endl;
+  if (path == talk.piped) {
+    std::cout << std::ifstream(path, std::ios::binary).rdbuf();
+    if (!about.empty()) say("-" + about);
+  } else if (!is_json()) {
+    std::fprintf(results(), "%s%s\n", path.c_str(), about.c_str());
+    std::fflush(results());
+  }
+}
+
+bool pipe_output(fs::path& output, const std::string& name) {
+  const std::string given = output.string();
+  if (given != "-" && (!given.starts_with("-.") || output.has_parent_path())) return false;
+  if (is_json())
+    throw CLI::ValidationError("-o", "found " + given +
+                                         " with --json, expected one of them: both are for "
+                                         "standard output");
+  fs::path file = name;
+  if (given != "-") file.replace_extension(given.substr(1));
+  if (!file.has_extension())
+    throw CLI::ValidationError("-o", "found - without a format, expected one, such as -.npy");
+  std::string folder = (fs::temp_directory_path() / "solidtex-XXXXXX").string();
+  if (!mkdtemp(folder.data())) throw WriteError(folder, std::strerror(errno));
+  output = talk.piped = folder / file;
+  return true;
 }
 
 void install_interrupt_handler() {
@@ -96,13 +141,9 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
   add_completion(app);
   add_talk(app);
   app.set_version_flag("--version", app.get_name() + " " + solidtex::version());
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? exit_success : exit_usage;
-  }
   signal(SIGXFSZ, SIG_IGN);  // a file that reaches `ulimit -f` is a failed write, with its message
   try {
+    app.parse(argc, argv);
     if (is_verbose()) say(app.get_name() + " " + solidtex::version() + ", " + solidtex::target());
     work();
     print_json(app);
@@ -110,6 +151,8 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
     if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout))
       throw std::runtime_error("standard output: cannot write");
     return exit_success;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_success : exit_usage;
   } catch (const Interrupted& error) {
     return fail(app, error.what(), exit_interrupted);
   } catch (const std::bad_alloc&) {

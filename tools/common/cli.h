@@ -2,8 +2,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <solidtex/solidtex.hpp>
 #include <stdexcept>
 #include <string>
@@ -39,8 +41,19 @@ bool is_json();
 // Prints a remark to standard error unless --quiet.
 void say(const std::string& text);
 
-// Reports a written file: its path on a line, or with --json in the object that ends the run.
-void report_file(const std::filesystem::path& path);
+// Standard output for results in words; standard error where --json or `-o -` needs it.
+std::FILE* results();
+
+// Adds a result to the object that --json prints.
+void report(const std::string& name, const nlohmann::ordered_json& value);
+
+// Reports a written file: its path on a line, `about` behind it, or with --json in the object that
+// ends the run. The file of `-o -` is copied to standard output.
+void report_file(const std::filesystem::path& path, const std::string& about = "");
+
+// Turns `-o -` into a file in a temporary folder, for report_file(). `name` is that of the file;
+// `-o -.exr` has another extension. Returns whether the output goes to standard output.
+bool pipe_output(std::filesystem::path& output, const std::string& name);
 
 // Adds --version, parses, runs `work`. Prints errors to stderr and returns the exit code.
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work);

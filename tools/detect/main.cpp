@@ -1,9 +1,8 @@
 // solidtex-detect: finds where a photograph has the texture of one of its patches.
 #include <OpenImageIO/imageio.h>
 
-#include <cstdio>
 #include <filesystem>
-#include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "tools/common/cli.h"
 #include "tools/common/output_file.h"
@@ -45,7 +44,8 @@ void add_options(CLI::App& app, Options& options) {
       ->delimiter(',')
       ->expected(4)
       ->type_name("X,Y,W,H");
-  app.add_option("-o,--output", options.output, "Heat map: .png, .tif or .exr")
+  app.add_option("-o,--output", options.output,
+                 "Heat map: .png, .tif or .exr; - or -.exr for standard output")
       ->required()
       ->type_name("HEAT");
   app.add_option("--step", options.step, "Pixels between two windows (default: 16)")
@@ -93,14 +93,14 @@ void write_map(const fs::path& file, const std::vector<float>& heat, const Photo
     throw WriteError(file, output->geterror());
 }
 
-void run(const Options& options) {
+void run(Options& options) {
   install_interrupt_handler();
+  pipe_output(options.output, "heat.png");
   check_target(options);
   const solidtex::space space(options.space);
   const std::size_t side = space.patch_size();
   const Photograph photograph = read_photograph(options.photograph, kFullSize, side);
-  for (const std::string& note : photograph.notes)
-    std::cerr << options.photograph.string() << ": " << note << '\n';
+  for (const std::string& note : photograph.notes) say(options.photograph.string() + ": " + note);
   const Rectangle patch = checked_patch(options, photograph, side);
   const Code wanted = mean(encode_windows(space, photograph, patch, options.step).codes);
   const Rectangle whole{0, 0, photograph.width, photograph.height};
@@ -110,8 +110,11 @@ void run(const Options& options) {
                    photograph.height);
   write_completely(options.output,
                    [&](const fs::path& file) { write_map(file, heat, photograph); });
-  std::printf("%s: %zu windows of %zu x %zu pixels\n", options.output.c_str(), windows.codes.size(),
-              side, side);
+  report("windows", windows.codes.size());
+  report("window_size", side);
+  const std::string edge = std::to_string(side);
+  report_file(options.output, ": " + std::to_string(windows.codes.size()) + " windows of " + edge +
+                                  " x " + edge + " pixels");
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--space", options.space, "Texture space: path, or name of a shipped one")
       ->required()
       ->type_name("SPACE");
-  app.add_option("-o,--output", options.output, "Model to write")
+  app.add_option("-o,--output", options.output, "Model to write, or - for standard output")
       ->required()
       ->type_name("OUT.solidtex");
   app.add_option("--patches", options.patches,
@@ -74,17 +74,24 @@ std::string details(const Options& options) {
 }
 
 void print(const Nearest& nearest, const Options& options) {
-  std::printf("nearest material of the space: %s, distance %.3g (the space's own: median %.3g)\n",
-              nearest.name.c_str(), nearest.distance, nearest.own_median);
+  report("nearest", {{"name", nearest.name},
+                     {"distance", nearest.distance},
+                     {"own_median", nearest.own_median},
+                     {"is_far", nearest.is_far()}});
+  if (!is_json())
+    std::fprintf(
+        results(),
+        "nearest material of the space: %s, distance %.3g (the space's own: median %.3g)\n",
+        nearest.name.c_str(), nearest.distance, nearest.own_median);
   if (nearest.is_far())
-    std::printf(
-        "The space has seen nothing like it; the result resembles %s more than the photograph.\n"
-        "Better: solidtex-train %s --space %s --minutes 1\n",
-        nearest.name.c_str(), options.photograph.c_str(), options.space.c_str());
+    say("The space has seen nothing like it; the result resembles " + nearest.name +
+        " more than the photograph.\nBetter: solidtex-train " + options.photograph.string() +
+        " --space " + options.space + " --minutes 1");
 }
 
-void run(const Options& options) {
+void run(Options& options) {
   install_interrupt_handler();
+  pipe_output(options.output, options.photograph.stem().string() + ".solidtex");
   check_target(options);
   const solidtex::space space(options.space);
   const Photograph photograph =
@@ -100,7 +107,7 @@ void run(const Options& options) {
     space.write_model(material, document, file.string());
   });
   report_file(options.output);
-  if (!is_json()) print(find_nearest(space, material.code), options);
+  print(find_nearest(space, material.code), options);
 }
 
 }  // namespace

@@ -15,13 +15,15 @@ void write(const spaces::Mixture& mixture, const Frame& frame) {
   });
 }
 
-void mix(const MixOptions& options) {
+void mix(MixOptions& options) {
+  pipe_output(options.output, "mixture.solidtex");
   const std::vector<Frame> frames = frames_of(options);
   for (const Frame& frame : frames) refuse_overwrite(frame.output, options.force);
   const spaces::Mixture mixture(options.inputs, options.space);
   for (const Frame& frame : frames) {
     throw_if_interrupted();
     write(mixture, frame);
+    report_file(frame.output);
   }
 }
 

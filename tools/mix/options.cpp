@@ -106,7 +106,8 @@ void add_options(CLI::App& app, MixOptions& options) {
                  "Name or path of the space (default: the one that the first material names)")
       ->option_text("NAME|FILE");
   app.add_option("-o,--output", options.output,
-                 "Model to write; #### becomes the number of a walk's model")
+                 "Model to write, or - for standard output; #### becomes the number of a walk's "
+                 "model")
       ->required()
       ->option_text("FILE.solidtex");
   app.add_option("--animate", options.frames,

@@ -37,7 +37,8 @@ double processor_seconds() {
 }
 
 void print_part(const char* name, double part, double total) {
-  fmt::print("  {:<14}{:>9.2f} s {:>5.1f} %\n", name, part, total > 0 ? 100 * part / total : 0);
+  fmt::print(results(), "  {:<14}{:>9.2f} s {:>5.1f} %\n", name, part,
+             total > 0 ? 100 * part / total : 0);
 }
 
 double per_second(double count, double time) { return time > 0 ? count / time * 1e-6 : 0; }
@@ -61,24 +62,25 @@ void Profile::print(const pt::Scene& scene, const pt::RenderStatistics& statisti
   const double wall = wall_seconds() - wall_, processor = processor_seconds() - processor_;
   const double known =
       statistics.intersection_seconds + statistics.texture_seconds + statistics.shading_seconds;
-  fmt::print("rendering: {:.2f} s, {:.2f} s of processor time\n", wall, processor);
+  fmt::print(results(), "rendering: {:.2f} s, {:.2f} s of processor time\n", wall, processor);
   print_part("intersection", statistics.intersection_seconds, processor);
   print_part("textures", statistics.texture_seconds, processor);
   print_part("shading", statistics.shading_seconds, processor);
   print_part("other", processor - known, processor);  // threads of texture queries, previews
   fmt::print(
+      results(),
       "samples: {:.3f} million, {:.3f} million per second, {:.3f} million per processor second\n",
       samples_ * 1e-6, per_second(samples_, wall), per_second(samples_, processor));
   const auto rays = static_cast<double>(statistics.ray_count);
-  fmt::print("rays: {:.2f} million, {:.2f} million per second of intersection\n", rays * 1e-6,
-             per_second(rays, statistics.intersection_seconds));
+  fmt::print(results(), "rays: {:.2f} million, {:.2f} million per second of intersection\n",
+             rays * 1e-6, per_second(rays, statistics.intersection_seconds));
   const auto points = static_cast<double>(statistics.texture_point_count);
-  fmt::print("texture points: {:.2f} million, {:.3f} million per second of textures\n",
+  fmt::print(results(), "texture points: {:.2f} million, {:.3f} million per second of textures\n",
              points * 1e-6, per_second(points, statistics.texture_seconds));
   const pt::BrickStatistics bricks = pt::brick_statistics(scene);
-  fmt::print("bricks: {} computed, {} needed, {:.1f} MiB peak\n", bricks.computed, bricks.needed,
-             static_cast<double>(bricks.peak_bytes) / 0x1p20);
-  fmt::print("memory: {:.1f} MiB peak\n", static_cast<double>(usage().ru_maxrss) / 1024);
+  fmt::print(results(), "bricks: {} computed, {} needed, {:.1f} MiB peak\n", bricks.computed,
+             bricks.needed, static_cast<double>(bricks.peak_bytes) / 0x1p20);
+  fmt::print(results(), "memory: {:.1f} MiB peak\n", static_cast<double>(usage().ru_maxrss) / 1024);
 }
 
 // A periodic task.
@@ -129,12 +131,12 @@ class Job {
 
   void resume() {
     renderer_.resume(options_.checkpoint);
-    if (!options_.quiet) fmt::print("{}: resumed\n", options_.checkpoint.string());
+    say(options_.checkpoint.string() + ": resumed");
   }
 
   void render() {
     std::optional<Progress> progress;
-    if (!options_.quiet) progress.emplace("rendering", renderer_.remaining_samples());
+    if (!is_quiet()) progress.emplace("rendering", renderer_.remaining_samples());
     pt::Callbacks callbacks;
     callbacks.on_samples = [&](std::uint64_t count) {
       if (progress) progress->advance(count);
@@ -222,15 +224,14 @@ class Job {
                  statistics.invalid_sample_count);
     }
     if (options_.stats) profile_.print(scene_, statistics);
-    if (is_json()) return report_file(output_);
-    if (options_.quiet) return;
-    fmt::print(
-        "{}: {} x {} pixels, {}{} samples each, {:.1f} million rays, {:.1f} million texture "
-        "points\n",
-        output_.string(), settings_.width, settings_.height, settings_.noise > 0 ? "at most " : "",
-        settings_.samples, static_cast<double>(statistics.ray_count) * 1e-6,
+    if (is_quiet() && results() == stdout) return;
+    std::string about = fmt::format(
+        ": {} x {} pixels, {}{} samples each, {:.1f} million rays, {:.1f} million texture points",
+        settings_.width, settings_.height, settings_.noise > 0 ? "at most " : "", settings_.samples,
+        static_cast<double>(statistics.ray_count) * 1e-6,
         static_cast<double>(statistics.texture_point_count) * 1e-6);
-    if (!legend.empty()) fmt::print("{}\n", legend);
+    if (!legend.empty()) about += "\n" + legend;
+    report_file(output_, about);
   }
 
   const pt::Scene& scene_;

@@ -1,7 +1,4 @@
 // solidtex-render: renders a scene to EXR or PNG images.
-#include <fmt/format.h>
-
-#include <cstdio>
 #include <solidtex/denoise.hpp>
 #include <solidtex/pathtracer.hpp>
 
@@ -16,11 +13,11 @@ namespace pt = solidtex::pathtracer;
 namespace tools = solidtex::tools;
 
 void print_notes(const pt::Scene& scene) {
-  for (const std::string& note : pt::notes_of(scene)) fmt::print("{}\n", note);
-  std::fflush(stdout);
+  for (const std::string& note : pt::notes_of(scene)) tools::say(note);
 }
 
-void run(const tools::Options& options) {
+void run(tools::Options& options) {
+  tools::pipe_output(options.output, options.scene.stem().string() + ".png");
   tools::check_checkpoint(options);
   if (options.denoise) pt::check_denoiser();
   tools::install_interrupt_handler();
@@ -28,11 +25,11 @@ void run(const tools::Options& options) {
   if (options.turntable > 0) sequence.set_turntable(options.turntable);
   const auto frames = tools::frames_to_render(options, sequence.frame_count());
   for (const tools::Frame& frame : frames) tools::check_output(frame.output, options);
-  if (frames.empty() && !options.quiet) fmt::print("all images exist\n");
+  if (frames.empty()) tools::say("all images exist");
   for (const tools::Frame& frame : frames) {
     tools::throw_if_interrupted();
     const pt::Scene& scene = sequence.frame(frame.number);
-    if (!options.quiet && &frame == &frames.front()) print_notes(scene);
+    if (&frame == &frames.front()) print_notes(scene);
     tools::render_image(scene, options, frame.output);
   }
 }

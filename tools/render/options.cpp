@@ -187,7 +187,8 @@ void add_options(CLI::App& app, Options& options) {
       ->required()
       ->option_text("SCENE");
   app.add_option("-o,--output", options.output,
-                 "Image to write, .exr or .png; #### becomes the frame number")
+                 "Image to write, .exr or .png; #### becomes the frame number; - (PNG) or -.exr: "
+                 "standard output")
       ->required();
   add_mesh_options(app, options);
   add_image_options(app, options);
@@ -197,7 +198,6 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--threads", options.threads, "Threads (default: all)")
       ->check(CLI::Range(1, 1024));
   app.add_flag("--stats", options.stats, "Print times and counts of the render");
-  app.add_flag("--quiet", options.quiet, "Print errors and warnings only");
   app.footer(kExamples);
 }
 

@@ -41,7 +41,7 @@ struct Options {
   int turntable = 0;                  // frames; 0: none
   bool resume = false;
   bool denoise = false;
-  bool force = false, quiet = false, stats = false;
+  bool force = false, stats = false;
 };
 
 void add_options(CLI::App& app, Options& options);

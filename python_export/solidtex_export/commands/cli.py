@@ -51,6 +51,10 @@ class Parser(argparse.ArgumentParser):
             config = None  # reported below
         if config is not None:
             args = [*self._options_of(config), *args]
+        # argparse takes -.wgsl for an option of its own unless it is written behind -o.
+        for place in range(len(args) - 2, -1, -1):
+            if args[place] == "-o" and args[place + 1].startswith("-."):
+                args[place : place + 2] = [f"-o{args[place + 1]}"]
         return super().parse_known_args(args, namespace)
 
     def _options_of(self, config: Path) -> list[str]:
@@ -126,14 +130,11 @@ def add_model_argument(p: argparse.ArgumentParser, name: str = "model", **option
                    help="a .solidtex file, or the name of a shipped model", **options)  # fmt: skip
 
 
-def add_output_arguments(
-    p: argparse.ArgumentParser, name: str, suffix: str, can_pipe: bool = True
-) -> None:
-    """Add the options of a command that writes one file; can_pipe: -o - writes it to a pipe."""
-    pipe = ", or - for standard output" if can_pipe else ""
+def add_output_arguments(p: argparse.ArgumentParser, name: str, suffix: str) -> None:
+    """Add the options of a command that writes one file; -o - writes it to standard output."""
     p.add_argument("-o", dest="output", metavar=name, type=Path, required=True,
-                   help=f"the {suffix} file to write{pipe}")  # fmt: skip
-    p.set_defaults(piped_suffix=suffix if can_pipe else None)
+                   help=f"the {suffix} file to write, or - for standard output")  # fmt: skip
+    p.set_defaults(piped_suffix=suffix)
     p.add_argument("--force", action="store_true", help=f"replace {name} if it exists")
 
 
@@ -203,13 +204,20 @@ def print_document(program: str, document: Document) -> None:
     print(json.dumps({"program": program, "version": __version__} | document, indent=2))
 
 
+def is_pipe(args: argparse.Namespace) -> bool:
+    """Whether the file goes to standard output: `-o -`, or `-o -.wgsl`, which names its suffix."""
+    output = str(getattr(args, "output", ""))
+    return hasattr(args, "piped_suffix") and re.fullmatch(r"-(\.[\w-]+)?", output) is not None
+
+
 @contextmanager
 def _piped(args: argparse.Namespace) -> Iterator[None]:
     """With `-o -`, let the command write a temporary file, and copy it to standard output."""
-    suffix = getattr(args, "piped_suffix", None)
-    if suffix is None or args.output != Path("-"):
+    args.is_piped = is_pipe(args)
+    if not args.is_piped:
         yield
         return
+    suffix = str(args.output)[1:] or args.piped_suffix
     sources = (getattr(args, name, None) for name in ("result", "checkpoint", "model"))
     stem = next((Path(source).stem for source in sources if source), "output")
     with tempfile.TemporaryDirectory() as folder:
@@ -232,8 +240,11 @@ def run(
     """
     args = p.parse_args(arguments)
     as_json = getattr(args, "json", None) is True
-    if as_json and getattr(args, "output", None) == Path("-"):
-        p.error("-o: found - with --json, expected one of them: both are for standard output")
+    if as_json and is_pipe(args):
+        p.error(
+            f"-o: found {args.output} with --json, expected one of them: both are for standard"
+            " output"
+        )
     try:
         with without_remarks(args.quiet), _piped(args), ExitStack() as stack:
             if as_json:

@@ -38,8 +38,10 @@ def make_parser() -> argparse.ArgumentParser:
     )
     cli.add_model_argument(p)
     p.add_argument("-o", dest="output", metavar="SHADER", type=Path, required=True,
-                   help="the file to write; its suffix is that of a language:"
-                   f" {LANGUAGES}")  # fmt: skip
+                   help="the file to write, or for example -.glsl for standard output, with"
+                   f" --weights constant; its suffix is that of a language: {LANGUAGES}"
+                   )  # fmt: skip
+    p.set_defaults(piped_suffix=".wgsl")
     p.add_argument("--force", action="store_true", help="replace existing files")
     p.add_argument("--weights", choices=STORAGES,
                    help="where the shader finds its weights: constants in the source, a storage"
@@ -62,6 +64,11 @@ def export(args: argparse.Namespace) -> cli.Document:
     if not 0 <= args.seed <= MAX_SEED:
         raise OutputError(f"--seed: found {args.seed}, expected 0 to {MAX_SEED}")
     companions = [args.output.with_suffix(s) for s in _companions(storage)]
+    if companions and args.is_piped:
+        raise OutputError(
+            f"-o: found - with --weights {storage}, which are files of their own, expected a file"
+            " name (or --weights constant)"
+        )
     for path in companions:
         check_output(path, args.force, path.suffix)
     model = model_file.read(args.model)

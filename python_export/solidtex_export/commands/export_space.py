@@ -32,7 +32,7 @@ Then: solidtex-encode photo.jpg --space stones.solidtex-space -o mine.solidtex""
 def parser() -> argparse.ArgumentParser:
     p = cli.parser("solidtex-export-space", "Write a trained texture space as one file.", EXAMPLES)
     p.add_argument("result", metavar="RESULT", type=Path, help="folder of solidtex-train-space")
-    cli.add_output_arguments(p, "SPACE", SUFFIX, can_pipe=False)
+    cli.add_output_arguments(p, "SPACE", SUFFIX)
     p.add_argument("--name", help="name of the space (default: that of SPACE)")
     p.add_argument("--license", default="", help="licence of the space, an SPDX expression")
     p.add_argument("--material", metavar="NAME",
@@ -60,6 +60,8 @@ def export(args: argparse.Namespace) -> cli.Document:
 
     kind = read_config(args.result / "config.json")["kind"]
     suffix = {"space": SUFFIX, "start": START_SUFFIX, "alanov": MODEL_SUFFIX}[kind]
+    if args.is_piped:
+        args.output = args.output.with_suffix(suffix)
     if args.output.suffix != suffix:
         raise ResultError(f"-o: found {args.output}, expected a file named *{suffix}")
     if args.output.exists() and not args.force:

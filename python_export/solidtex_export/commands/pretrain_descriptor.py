@@ -28,7 +28,6 @@ def parser() -> argparse.ArgumentParser:
         "solidtex-pretrain-descriptor",
         "Train the descriptor network on procedural textures, without any photograph.",
         EXAMPLES,
-        has_json=False,
     )
     p.add_argument("-o", dest="result", metavar="RESULT", required=True, type=Path,
                    help="result folder, new or of the same training")  # fmt: skip
@@ -61,21 +60,38 @@ def main(arguments: list[str] | None = None) -> int:
     check(p, args)
     torch.set_num_threads(args.threads)
     try:
-        pretrainer = make_pretrainer(args)
-        if pretrainer.step:
-            cli.say(f"{args.result}: resuming at step {pretrainer.step}")
-        if pretrainer.progress < 1:
-            run_in_terminal(pretrainer)
+        with cli.without_remarks(args.quiet):
+            pretrainer = pretrain(args)
     except (ResultError, OSError) as error:
         print(f"{p.prog}: {error}", file=sys.stderr)
         return 1
+    finished = pretrainer.progress >= 1
+    accuracies = pretrainer.accuracies() if finished else {}
+    if args.json:
+        found = {"result": str(args.result), "step": pretrainer.step, "finished": finished}
+        cli.print_document(
+            p.prog,
+            found | {"accuracies": accuracies} | cli.files(args.result / "weights.safetensors"),
+        )
+    elif finished:
+        print(
+            f"{args.result}: done; held-out crops whose most similar crop shows the same texture:"
+        )
+        for name, share in accuracies.items():
+            print(f"  {name:8} {share:.1%}")
+    return 0 if finished else INTERRUPTED
+
+
+def pretrain(args: argparse.Namespace) -> Pretrainer:
+    """Train to the end or to Ctrl-C."""
+    pretrainer = make_pretrainer(args)
+    if pretrainer.step:
+        cli.say(f"{args.result}: resuming at step {pretrainer.step}")
+    if pretrainer.progress < 1:
+        run_in_terminal(pretrainer)
     if pretrainer.progress < 1:
         cli.say(f"{args.result}: stopped at step {pretrainer.step}; the same command resumes")
-        return INTERRUPTED
-    print(f"{args.result}: done; held-out crops whose most similar crop shows the same texture:")
-    for name, share in pretrainer.accuracies().items():
-        print(f"  {name:8} {share:.1%}")
-    return 0
+    return pretrainer
 
 
 if __name__ == "__main__":

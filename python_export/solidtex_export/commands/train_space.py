@@ -76,7 +76,6 @@ def parser() -> argparse.ArgumentParser:
         "solidtex-train-space",
         "Learn a texture space from many photographs.",
         EXAMPLES,
-        has_json=False,
     )
     p.add_argument("photos", metavar="PHOTOS", nargs="+", type=Path,
                    help="photographs (volumes with alanov-porous), folders of them, or CSV files"
@@ -192,26 +191,38 @@ def main(arguments: list[str] | None = None) -> int:
     if args.threads:
         torch.set_num_threads(args.threads)
     try:
-        trainer = make_trainer(args)
-        if trainer.step:
-            cli.say(f"{args.result}: resuming at step {trainer.step}")
-        if trainer.progress >= 1:
-            cli.say(f"{args.result}: already trained to the end")
-            return 0
-        cli.say(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops")
-        run_in_terminal(trainer)
+        with cli.without_remarks(args.quiet):
+            trainer = train(args)
     except FAILURES as error:
         print(f"solidtex-train-space: {error}", file=sys.stderr)
         return 1
     finally:
         ranks.leave()
+    finished = trainer.progress >= 1
+    if args.json:
+        found = {"result": str(args.result), "step": trainer.step, "finished": finished}
+        cli.print_document(p.prog, found | cli.files(trainer.folder.preview))
+    elif finished:
+        print(f"{args.result}: done; look at {trainer.folder.preview}")
+    return 0 if finished else INTERRUPTED
+
+
+def train(args: argparse.Namespace) -> Trainer:
+    """Train to the end or to Ctrl-C; what happens meanwhile is told on standard error."""
+    trainer = make_trainer(args)
+    if trainer.progress >= 1:
+        cli.say(f"{args.result}: already trained to the end")
+        return trainer
+    if trainer.step:
+        cli.say(f"{args.result}: resuming at step {trainer.step}")
+    cli.say(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops")
+    run_in_terminal(trainer)
     if trainer.progress < 1:
         cli.say(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
-        return INTERRUPTED
-    print(f"{args.result}: done; look at {trainer.folder.preview}")
-    suffix = "" if isinstance(trainer, AlanovTrainer) else "-space"
-    cli.say(f"next: solidtex-export-space {args.result} -o {args.result.name}.solidtex{suffix}")
-    return 0
+    else:
+        suffix = "" if isinstance(trainer, AlanovTrainer) else "-space"
+        cli.say(f"next: solidtex-export-space {args.result} -o {args.result.name}.solidtex{suffix}")
+    return trainer
 
 
 if __name__ == "__main__":
