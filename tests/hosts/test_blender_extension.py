@@ -5,6 +5,9 @@ panel is drawn in a window only, so no test sees it."""
 import json
 import os
 import shutil
+import subprocess
+import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -202,6 +205,33 @@ found |= {"ended": process.poll() is not None, "files": [p.name for p in folder.
     assert 0 < found.pop("progress") < 1
     assert found == {"runs": True, "poll": False, "ended": True, "files": [], "materials": 0}
     assert not list(folder.glob("solidtex-*"))
+
+
+def test_a_killed_blender_leaves_no_program_behind(tmp_path: Path) -> None:
+    """A process that runs a bake as the extension does, without bpy, and is killed."""
+    program = """
+import importlib.util, sys, time, types
+sys.modules["bpy"] = types.ModuleType("bpy")
+spec = importlib.util.spec_from_file_location("programs", sys.argv[1])
+programs = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(programs)
+job = programs.Job([sys.argv[2], "granite-grey", "--size", "512", "-o", "large.npy"])
+while job.is_running() and job.progress == 0:
+    time.sleep(0.02)
+print(job._process.pid, flush=True)
+time.sleep(600)
+"""
+    source = REPOSITORY / "plugins" / "blender" / "extension" / "programs.py"
+    command = [sys.executable, "-B", "-c", program, source, BUILD / "bin" / "solidtex-bake"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE) as blender:
+        assert blender.stdout
+        bake = Path("/proc", blender.stdout.readline().decode().strip())
+        assert (bake / "exe").resolve().name == "solidtex-bake"
+        blender.kill()
+    deadline = time.monotonic() + 120
+    while bake.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not bake.exists() and not list(tmp_path.iterdir())
 
 
 @needs_bpy

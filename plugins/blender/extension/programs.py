@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import pty
 import re
 import shutil
 import signal
 import subprocess
+import termios
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -47,8 +49,15 @@ def find(name: str) -> Path:
     return Path(found)
 
 
+def _hang_up_with_terminal() -> None:
+    """Let this process belong to the terminal on its standard output: when Blender ends, even by
+    force, the terminal closes, and the system tells the process (SIGHUP) to end as by Ctrl-C.
+    """
+    fcntl.ioctl(1, termios.TIOCSCTTY, 0)
+
+
 class Job:
-    """A program that runs beside Blender."""
+    """A program that runs beside Blender, and not longer."""
 
     def __init__(self, command: Sequence[str | Path]) -> None:
         # A program reports its progress to a terminal.
@@ -61,6 +70,7 @@ class Job:
             self._process = subprocess.Popen(
                 [str(word) for word in command],
                 stdin=subprocess.DEVNULL, stdout=end, stderr=end, start_new_session=True,
+                preexec_fn=_hang_up_with_terminal,
             )  # fmt: skip
         except OSError as error:
             os.close(self._terminal)
