@@ -21,13 +21,13 @@ from solidtex_export.generators.slices import LatticeSlices, SamplerSlices, Slic
 from solidtex_export.images.exemplar import random_symmetry
 from solidtex_export.images.sheet import sheet_of_rows
 from solidtex_export.losses.descriptor.weights import Trained
-from solidtex_export.spaces.loop import ResumableTraining
 from solidtex_export.spaces.photographs import Material
 from solidtex_export.spaces.settings import StartRecipe
 from solidtex_export.spaces.targets import DescriptorTargets, WaveletTargets
 from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.batch_norm import measure_statistics
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
+from solidtex_export.training.loop import ResumableTraining
 from solidtex_export.training.optimizer import GeneratorOptimizer, half_cosine
 from solidtex_export.training.ranks import Ranks
 from solidtex_export.training.recipe import InitialPhase

@@ -23,13 +23,13 @@ from solidtex_export.images.sheet import sheet_of_rows
 from solidtex_export.losses.descriptor.weights import Trained
 from solidtex_export.spaces.encoder import make_encoder
 from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
-from solidtex_export.spaces.loop import ResumableTraining
 from solidtex_export.spaces.noise import TiledNoise
 from solidtex_export.spaces.photographs import Material, patches
 from solidtex_export.spaces.settings import SpaceRecipe
 from solidtex_export.spaces.targets import DescriptorTargets, WaveletTargets
 from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
+from solidtex_export.training.loop import ResumableTraining
 from solidtex_export.training.optimizer import half_cosine
 from solidtex_export.training.ranks import Ranks
 from solidtex_export.training.reproducible import make_reproducible

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from typing import Any
 
 import torch
@@ -25,6 +24,7 @@ from solidtex_export.training.batch_norm import measure_statistics
 from solidtex_export.training.config import Config
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
 from solidtex_export.training.families import build
+from solidtex_export.training.loop import ResumableTraining
 from solidtex_export.training.objective import Objective
 from solidtex_export.training.optimizer import GeneratorOptimizer
 from solidtex_export.training.phases import PhaseTraining
@@ -34,13 +34,13 @@ from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
 from solidtex_export.training.start import Start, freeze
 
-CHECKPOINT_SECONDS = 60.0
-PREVIEW_SECONDS = 120.0
-LOG_STEPS = 20
 
+class Trainer(ResumableTraining):
+    """The training of a solid from one to three photographs."""
 
-class Trainer:
-    """A training; `run` may be interrupted between any two steps and resumed later."""
+    checkpoint_seconds = 60.0
+    preview_seconds = 120.0
+    log_steps = 20
 
     def __init__(
         self,
@@ -54,6 +54,9 @@ class Trainer:
     ) -> None:
         make_reproducible(config.seed, device)
         self.config = config
+        self.steps, self.minutes = config.steps, config.minutes
+        if config.clock == "processor":
+            self.clock = time.process_time
         self.recipe = config.recipe
         self.device = device
         self.folder = folder
@@ -103,48 +106,17 @@ class Trainer:
             lambda: fast_autocast(device),
         )
         self.watch = DivergenceWatch()
-        self.step = 0
-        self.seconds = 0.0
         self.finished = False
         self._settle_when_due()
         if not self.ranks.is_main:
             torch.manual_seed(self.ranks.seed(config.seed))
 
-    @property
-    def progress(self) -> float:
-        """Fraction of the training that is done."""
-        if self.config.steps is not None:
-            return self.step / self.config.steps
-        assert self.config.minutes is not None
-        return self.seconds / (60 * self.config.minutes)
-
-    def run(self, stop: Callable[[], bool], report: Callable[[Trainer], None]) -> None:
-        """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
-        clock = time.process_time if self.config.clock == "processor" else time.monotonic
-        saved = previewed = time.monotonic()
-        while True:
-            now = time.monotonic()
-            due = stop(), now - saved > CHECKPOINT_SECONDS, now - previewed > PREVIEW_SECONDS
-            self.seconds, stopping, saving, previewing = self.ranks.agree(self.seconds, *due)
-            if saving:
-                self.save()
-                saved = now
-            if previewing:
-                self._save_preview()
-                previewed = now
-            if self.progress >= 1 or stopping:
-                break
-            start = clock()
-            row = self._train_step()
-            self.seconds += clock() - start
-            if self.ranks.is_main and (self.step % LOG_STEPS == 0 or self.step == 1):
-                self.folder.log(row)
-            report(self)
-        if self.progress >= 1 and not self.finished:
-            self._finish()
-        self.save()
+    def _summary(self, rows: list[dict[str, float]]) -> dict[str, float]:
+        return rows[-1]
 
     def _finish(self) -> None:
+        if self.finished:
+            return
         if self.recipe.generator.statistics == "trained":
             self._measure_statistics()
         if self.phases is not None:
@@ -152,7 +124,6 @@ class Trainer:
                 self.config.directions, self.config.size
             )
         self.finished = True
-        self._save_preview()
 
     def _settle_when_due(self) -> None:
         """End the initial phase when it is due: fix measured statistics and reset the optimizer.
@@ -191,7 +162,7 @@ class Trainer:
             sums[name] = sum(losses) / len(losses) if losses else math.nan
         self.watch.check(self.step, sums)
         self.step += 1
-        return {"step": self.step, "seconds": round(self.seconds, 1), "rate": rate, **sums}
+        return {"rate": rate, **sums}
 
     def _passes(self) -> list[tuple[str, bool]]:
         """Direction of each pass through the generator in this step, and whether it is oblique."""
@@ -250,19 +221,13 @@ class Trainer:
         config = self.config
         measure_statistics(self.generator, self.slices, config.directions, config.size, self.ranks)
 
-    def _save_preview(self) -> None:
+    def save_preview(self) -> None:
         if not self.ranks.is_main:
             return
         with torch.random.fork_rng(devices=[self.device] if self._on_cuda else []):
             torch.manual_seed(0)  # so that previews of one training can be compared
             sheet = preview_sheet(self.generator, self.originals, self.config.size)
         self.folder.save_preview(sheet)
-
-    def save(self) -> None:
-        state = self.state()
-        if self.ranks.is_main:
-            self.folder.save_checkpoint(state)
-        self.ranks.wait()
 
     def state(self) -> dict[str, Any]:
         own = {

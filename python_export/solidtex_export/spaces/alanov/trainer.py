@@ -25,9 +25,9 @@ from solidtex_export.spaces.alanov.networks import (
     PatchDiscriminator,
 )
 from solidtex_export.spaces.alanov.settings import AlanovRecipe
-from solidtex_export.spaces.loop import ResumableTraining
 from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
+from solidtex_export.training.loop import ResumableTraining
 from solidtex_export.training.ranks import Ranks
 from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder

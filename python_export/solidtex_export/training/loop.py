@@ -9,16 +9,16 @@ from typing import Any, Self
 from solidtex_export.training.ranks import Ranks
 from solidtex_export.training.result import ResultFolder
 
-CHECKPOINT_SECONDS = 180.0
-PREVIEW_SECONDS = 600.0
-
 
 class ResumableTraining:
     """A training of `steps` or `minutes`; `run` may be interrupted between any two steps."""
 
     folder: ResultFolder
     ranks: Ranks
+    checkpoint_seconds = 180.0
+    preview_seconds = 600.0
     log_steps = 50
+    clock = staticmethod(time.monotonic)
     steps: int | None = None
     minutes: float | None = None
     step = 0
@@ -38,7 +38,8 @@ class ResumableTraining:
         recent: list[dict[str, float]] = []
         while True:
             now = time.monotonic()
-            due = stop(), now - saved > CHECKPOINT_SECONDS, now - previewed > PREVIEW_SECONDS
+            old = now - saved > self.checkpoint_seconds, now - previewed > self.preview_seconds
+            due = stop(), *old
             self.seconds, stopping, saving, previewing = self.ranks.agree(self.seconds, *due)
             if saving:
                 self.save()
@@ -48,21 +49,28 @@ class ResumableTraining:
                 previewed = now
             if self.progress >= 1 or stopping:
                 break
-            start = time.monotonic()
+            start = self.clock()
             recent.append(self._train_step())
-            self.seconds += time.monotonic() - start
-            if self.step % self.log_steps == 0:
-                self._log(recent)
+            self.seconds += self.clock() - start
+            if self.step == 1 or self.step % self.log_steps == 0:
+                row = self._summary(recent)
                 recent = []
+                if self.ranks.is_main:
+                    self.folder.log({"step": self.step, "seconds": round(self.seconds, 1)} | row)
             report(self)
+        if self.progress >= 1:
+            self._finish()
         self.save()
         self.save_preview()
 
-    def _log(self, rows: list[dict[str, float]]) -> None:
-        """Log the mean losses of recent steps: they differ more between materials than in time."""
-        if self.ranks.is_main:
-            means = {name: sum(row[name] for row in rows) / len(rows) for name in rows[0]}
-            self.folder.log({"step": self.step, "seconds": round(self.seconds, 1)} | means)
+    def _summary(self, rows: list[dict[str, float]]) -> dict[str, float]:
+        """What is logged of recent steps: mean losses, which differ more between materials than in
+        time.
+        """
+        return {name: sum(row[name] for row in rows) / len(rows) for name in rows[0]}
+
+    def _finish(self) -> None:
+        """Called at the end of a training that was not stopped before."""
 
     def save(self) -> None:
         state = self.state()
@@ -77,5 +85,5 @@ class ResumableTraining:
         raise NotImplementedError
 
     def _train_step(self) -> dict[str, float]:
-        """One step; its losses."""
+        """One step; its rate and losses."""
         raise NotImplementedError
