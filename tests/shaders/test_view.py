@@ -6,6 +6,7 @@ import http.server
 import io
 import json
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -21,6 +22,7 @@ from PIL import Image
 
 from solidtex import Texture
 from solidtex_export.commands import export_shader, view
+from solidtex_export.export.file_format import model_file
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BINARIES = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin"
@@ -97,7 +99,11 @@ def hits(side: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(
     ("seed", "place", "cut"),
-    [(0, (0, 0, 0), None), (2**63 + 9, (2**24 - 5, -(2**24), 77), None), (0, (0, 0, 0), 0.25)],
+    [
+        (0, (0, 0, 0), None),
+        (2**63 + 9, (2**24 - 5, -(2**24), 77), None),
+        (0, (0, 0, 0), 0.25),
+    ],
 )
 def test_pixels_are_those_of_the_engine(
     page: Any, seed: int, place: tuple[int, int, int], cut: float | None
@@ -217,6 +223,33 @@ def test_refused_values_are_named(page: Any) -> None:
     page.evaluate("solidtex.set({seed: '0'})")
 
 
+def test_gallery_shows_all_shipped_models(browser: Any, tmp_path: Path) -> None:
+    """The page of docs/gallery.md: each model has its own colors."""
+    text = (REPOSITORY / "docs/gallery.md").read_text()
+    command = re.search(r"^\.venv/bin/solidtex-view ((?:.*\\\n)*.*)$", text, re.MULTILINE)
+    assert command
+    patterns = command[1].replace("\\\n", " ").split(" -o ")[0].split()
+    models = sorted(path for pattern in patterns for path in REPOSITORY.glob(pattern))
+    families = {
+        path: model_file.read(path).document["family"] for path in MODELS.glob("*.solidtex")
+    }
+    assert models == sorted(path for path, family in families.items() if family == "sampler")
+    file = tmp_path / "materials.html"
+    assert view.main([*map(str, models), "-o", str(file)]) == 0
+    megabytes = file.stat().st_size / 1e6
+    assert f"have {megabytes:.1f} MB" in text
+    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    page.set_default_timeout(300_000)
+    page.goto(f"file://{file}")
+    page.evaluate("solidtex.ready")
+    points, is_hit = hits()
+    for index, model in enumerate(models):
+        found = picture(page, model=index, **FLAT)[is_hit]
+        with Texture(model) as texture:
+            expected = texture.eval_points(TEXELS / 2 * points[is_hit]).clip(0, 1)
+        assert np.abs(found - expected).mean() < 2 * BOUND, model.stem
+
+
 def test_a_browser_without_graphics(file: Path, browser: Any) -> None:
     page = browser.new_page()
     page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null;"
@@ -242,7 +275,10 @@ def test_exemplar_and_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "data:image/png;base64," in page.read_text()
     for wrong, message in (
         ([MODELS / "marble.solidtex"], "found a model of the lattice family"),
-        ([stone, "--exemplar", "a.png", "b.png"], "--exemplar: found 2 images, expected at most 1"),
+        (
+            [stone, "--exemplar", "a.png", "b.png"],
+            "--exemplar: found 2 images, expected at most 1",
+        ),
         ([stone, "--exemplar", "a.gif"], "found '.gif', expected .jpg or .png"),
         ([stone, "--exemplar", "a.png"], "No such file"),
     ):
