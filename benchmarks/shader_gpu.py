@@ -1,4 +1,9 @@
-"""Runs exported shaders on Mesa's software GPU: Vulkan through wgpu, OpenGL through moderngl."""
+"""Runs exported shaders: through wgpu, and in OpenGL through moderngl.
+
+The tests run them on Mesa's software GPU, benchmarks/gpu.py on the adapter that is there.
+"""
+
+from __future__ import annotations
 
 import functools
 import os
@@ -6,16 +11,19 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import moderngl
 import numpy as np
 import wgpu
 
-from solidtex import Texture
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.shader.emitter import Precision, Storage
 from solidtex_export.export.shader.shader import shader
+from solidtex_export.export.verification import engine
+
+if TYPE_CHECKING:
+    import moderngl
 
 os.environ.setdefault("XDG_RUNTIME_DIR", tempfile.gettempdir())
 
@@ -52,48 +60,84 @@ void main() {
 @functools.cache
 def device() -> wgpu.GPUDevice:
     adapters = wgpu.gpu.enumerate_adapters_sync()
-    vulkan = [a for a in adapters if a.info["backend_type"] == "Vulkan"]
-    assert vulkan, "found no Vulkan adapter, expected Mesa's: apt-get install mesa-vulkan-drivers"
-    return vulkan[0].request_device_sync()
+    able = [a for a in adapters if a.info["backend_type"] in ("Vulkan", "Metal", "D3D12")]
+    assert able, "found no Vulkan adapter, expected Mesa's: apt-get install mesa-vulkan-drivers"
+    # A GPU before a software adapter.
+    best = min(able, key=lambda a: a.info["adapter_type"] == "CPU")
+    sizes = ("max-buffer-size", "max-storage-buffer-binding-size")
+    return best.request_device_sync(required_limits={size: best.limits[size] for size in sizes})
 
 
 @functools.cache
 def context() -> moderngl.Context:
+    import moderngl
+
     return moderngl.create_standalone_context(backend="egl")
+
+
+class WgpuWork:
+    """`main` of WGSL or SPIR-V, prepared to run once per point.
+
+    Group 0 has the shader's own data, group 1 the inputs and then the results.
+    """
+
+    def __init__(
+        self, code: str | bytes, data: np.ndarray | None, inputs: Sequence[np.ndarray], count: int
+    ) -> None:
+        module = device().create_shader_module(code=code)
+        self._pipeline = device().create_compute_pipeline(
+            layout="auto", compute={"module": module, "entry_point": "main"}
+        )
+        usage = wgpu.BufferUsage
+        buffers = [
+            device().create_buffer_with_data(data=np.ascontiguousarray(i), usage=usage.STORAGE)
+            for i in inputs
+        ]
+        self._count = count
+        self._results = device().create_buffer(
+            size=16 * count, usage=usage.STORAGE | usage.COPY_SRC
+        )
+        self._bound: dict[int, wgpu.GPUBindGroup] = {}
+        groups = [[{"buffer": b} for b in (*buffers, self._results)]]
+        groups.insert(0, [] if data is None else [_resource(data)])
+        for group, resources in enumerate(groups):
+            if resources:
+                entries = [{"binding": i, "resource": r} for i, r in enumerate(resources)]
+                layout = self._pipeline.get_bind_group_layout(group)
+                self._bound[group] = device().create_bind_group(layout=layout, entries=entries)
+
+    def submit(self) -> None:
+        """Start a run. It is done when the device has no more work."""
+        encoder = device().create_command_encoder()
+        work = encoder.begin_compute_pass()
+        work.set_pipeline(self._pipeline)
+        for group, bound in self._bound.items():
+            work.set_bind_group(group, bound)
+        work.dispatch_workgroups(-(-self._count // GROUP))
+        work.end()
+        device().queue.submit([encoder.finish()])
+
+    def read(self) -> np.ndarray:
+        """Results of the last run: float32 [count, 4]."""
+        return np.frombuffer(device().queue.read_buffer(self._results), np.float32).reshape(-1, 4)
+
+
+def wait() -> None:
+    """Until the device has no more work: reading a buffer waits for it."""
+    device().queue.read_buffer(_small_buffer())
+
+
+@functools.cache
+def _small_buffer() -> wgpu.GPUBuffer:
+    return device().create_buffer(size=16, usage=wgpu.BufferUsage.COPY_SRC)
 
 
 def run_wgpu(
     code: str | bytes, data: np.ndarray | None, inputs: Sequence[np.ndarray], count: int
 ) -> np.ndarray:
-    """Run `main` of WGSL or SPIR-V once per point; float32 [count, 4].
-
-    Group 0 has the shader's own data, group 1 the inputs and then the results.
-    """
-    module = device().create_shader_module(code=code)
-    pipeline = device().create_compute_pipeline(
-        layout="auto", compute={"module": module, "entry_point": "main"}
-    )
-    usage = wgpu.BufferUsage
-    buffers = [
-        device().create_buffer_with_data(data=np.ascontiguousarray(i), usage=usage.STORAGE)
-        for i in inputs
-    ]
-    results = device().create_buffer(size=16 * count, usage=usage.STORAGE | usage.COPY_SRC)
-    encoder = device().create_command_encoder()
-    work = encoder.begin_compute_pass()
-    work.set_pipeline(pipeline)
-    groups = [[{"buffer": b} for b in (*buffers, results)]]
-    groups.insert(0, [] if data is None else [_resource(data)])
-    for group, resources in enumerate(groups):
-        if resources:
-            entries = [{"binding": i, "resource": r} for i, r in enumerate(resources)]
-            layout = pipeline.get_bind_group_layout(group)
-            bound = device().create_bind_group(layout=layout, entries=entries)
-            work.set_bind_group(group, bound)
-    work.dispatch_workgroups(-(-count // GROUP))
-    work.end()
-    device().queue.submit([encoder.finish()])
-    return np.frombuffer(device().queue.read_buffer(results), np.float32).reshape(-1, 4)
+    work = WgpuWork(code, data, inputs, count)
+    work.submit()
+    return work.read()
 
 
 def _resource(data: np.ndarray) -> object:
@@ -144,7 +188,7 @@ class Points:
         self.points[-8:, 3] = np.inf
         self.origins = np.zeros((count, 4), np.int32)
         self.origins[::2] = random.integers(-FAR, FAR, (count // 2, 4))
-        with Texture.from_bytes(model_file.serialize(model), seed) as texture:
+        with engine.open_bytes(model_file.serialize(model), seed) as texture:
             self.values = np.array([
                 texture.eval_points(point[:3], origin.astype(float), radii=point[3])
                 for point, origin in zip(self.points, self.origins[:, :3], strict=True)

@@ -17,11 +17,21 @@ Attributes = dict[str, Any]
 class TorchGraph:
     """Callable with the inputs by name."""
 
-    def __init__(self, model: ModelProto, layout: torch.memory_format) -> None:
+    def __init__(
+        self,
+        model: ModelProto,
+        layout: torch.memory_format,
+        to: Callable[[Tensor], Tensor] = lambda tensor: tensor,
+    ) -> None:
+        """`to` moves weights to a device or a precision."""
         self._nodes = [(node, _attributes(node)) for node in model.graph.node]
         self._constants = {
             constant.name: in_layout(numpy_helper.to_array(constant), layout)
             for constant in model.graph.initializer
+        }
+        self._constants = {
+            name: to(tensor) if tensor.is_floating_point() else tensor
+            for name, tensor in self._constants.items()
         }
         self._output = model.graph.output[0].name
         self._last_use = {
@@ -80,6 +90,7 @@ _OPERATIONS: dict[str, Callable[..., tuple[Tensor, ...]]] = {
     "Resize": _one(lambda _, x, __, scales: F.interpolate(x, scale_factor=scales[2:].tolist())),
     "Sigmoid": _one(lambda _, x: torch.sigmoid(x)),
     "Slice": _one(_slice),
+    "Softmax": _one(lambda a, x: torch.softmax(x, a["axis"])),
     "Split": lambda a, x, sizes: torch.split(x, sizes.tolist(), a["axis"]),
     "Tanh": _one(lambda _, x: torch.tanh(x)),
 }

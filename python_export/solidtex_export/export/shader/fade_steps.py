@@ -20,8 +20,7 @@ def fade_steps(model: ModelFile, seed: int) -> np.ndarray:
     A mean over a cube is offset + gain * value, in linear light, where value has faded octaves.
     The engine measures gains and offsets of each material (engine/filter/sampler_fade.cpp).
     """
-    channels = model.document["channels"]
-    steps = [np.stack([np.ones(len(channels)), np.zeros(len(channels))])]
+    steps = [_plain_step(model)]
     positions = np.random.default_rng(0).uniform(-4000, 4000, (POINTS, 3)).astype(np.float32)
     noise = reference.sampler_octaves(model, positions.astype(np.float64), seed)
     with engine.open_bytes(model_file.serialize(model), seed) as texture:
@@ -32,6 +31,16 @@ def fade_steps(model: ModelFile, seed: int) -> np.ndarray:
             values = reference.sampler_network(model, noise / divisors)
             steps.append(_fitted(values, means, light_channels(model)))
     return np.stack(steps).astype(np.float32)
+
+
+def plain_steps(model: ModelFile) -> np.ndarray:
+    """Steps that change nothing."""
+    return np.stack([_plain_step(model)] * (COARSEST + 2)).astype(np.float32)
+
+
+def _plain_step(model: ModelFile) -> np.ndarray:
+    channels = len(model.document["channels"])
+    return np.stack([np.ones(channels), np.zeros(channels)])
 
 
 def light_channels(model: ModelFile) -> list[bool]:

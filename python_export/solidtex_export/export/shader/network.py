@@ -6,7 +6,12 @@ from dataclasses import dataclass
 
 from solidtex_export.export.file_format.checks import ModelFileError
 from solidtex_export.export.file_format.model_file import ModelFile
-from solidtex_export.export.shader.fade_steps import COARSEST, fade_steps, light_channels
+from solidtex_export.export.shader.fade_steps import (
+    COARSEST,
+    fade_steps,
+    light_channels,
+    plain_steps,
+)
 from solidtex_export.export.shader.program import (
     AnyType,
     Array,
@@ -42,10 +47,10 @@ WORDS, FLOATS, FADE = "words", "floats", "fade"
 AXES = range(3)
 
 
-def sampler_program(model: ModelFile, name: str, seed: int) -> Program:
+def sampler_program(model: ModelFile, name: str, seed: int, corrects_means: bool) -> Program:
     """Program whose functions begin with `name`; the last two are for the caller."""
     _check(model)
-    steps = fade_steps(model, seed)
+    steps = fade_steps(model, seed) if corrects_means else plain_steps(model)
     functions = _functions(_Network.of(model), name)
     document = model.document
     tables = [
@@ -75,6 +80,13 @@ def _check(model: ModelFile) -> None:
     check_transforms(model)
 
 
+def color_channels(model: ModelFile) -> list[int]:
+    """Red, green and blue; three times the first channel of a model without color."""
+    names = model.document["channels"]
+    albedo = [f"albedo.{part}" for part in "rgb"]
+    return [names.index(a) for a in albedo] if set(albedo) <= set(names) else [0, 0, 0]
+
+
 @dataclass(frozen=True)
 class _Network:
     """Sizes of the network, and which channels are its color."""
@@ -90,10 +102,7 @@ class _Network:
     def of(model: ModelFile) -> _Network:
         sizes = {key: model.document["sampler"][key]
                  for key in ("octaves", "hidden_layers", "width", "slope")}  # fmt: skip
-        names = model.document["channels"]
-        albedo = [f"albedo.{part}" for part in "rgb"]
-        color = [names.index(a) for a in albedo] if set(albedo) <= set(names) else [0, 0, 0]
-        return _Network(**sizes, light=light_channels(model), color=color)
+        return _Network(**sizes, light=light_channels(model), color=color_channels(model))
 
     @property
     def octaves_per_layer(self) -> int:
@@ -101,14 +110,18 @@ class _Network:
 
 
 def _functions(network: _Network, name: str) -> list[Function]:
-    bits = _bits(f"{name}_bits")
-    deviate = _normal(f"{name}_normal")
+    bits, deviate = noise_functions(name)
     add = _add_product(f"{name}_add_product")
     place = _place(f"{name}_place", add)
     octave = _octave(f"{name}_octave", bits, deviate, place)
     channels = _channels(f"{name}_channels", network, octave)
     at = _color_at(f"{name}_at", network, channels)
     return [bits, deviate, add, place, octave, channels, at, _color(name, at)]
+
+
+def noise_functions(name: str) -> tuple[Function, Function]:
+    """32 random bits of a lattice point, and a normal number of them."""
+    return _bits(f"{name}_bits"), _normal(f"{name}_deviate")
 
 
 def _bits(name: str) -> Function:

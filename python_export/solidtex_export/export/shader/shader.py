@@ -31,9 +31,13 @@ def shader(
     storage: Storage,
     precision: Precision,
     seed: int = 0,
+    corrects_means: bool = True,
 ) -> Shader:
-    """Functions `name` and `name`_at in the language of files with this suffix."""
-    program = sampler_program(model, name, seed)
+    """Functions `name` and `name`_at in the language of files with this suffix.
+
+    Without the engine, which measures the material, means over footprints cannot be corrected.
+    """
+    program = sampler_program(model, name, seed, corrects_means)
     emitter = BY_SUFFIX[suffix](program, storage, precision)
     if storage == "constant":
         return Shader(emitter.text(), None)
