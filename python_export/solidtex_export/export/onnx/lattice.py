@@ -123,18 +123,21 @@ def _kernel(node: Node) -> dict[str, Sequence[int]]:
 
 
 def _upsample(exporter: _Exporter, node: Node) -> str:
-    """out[i] = in[floor(i / 2)]; both indices start at an even voxel here."""
-    box = exporter.regions[node["name"]]
-    scales = exporter.builder.constant("scales", np.array([1, 1, 2, 2, 2], np.float32))
-    value = exporter.builder.apply(
-        "Resize",
-        [*exporter.sources(node), "", scales],
-        node["name"],
-        mode="nearest",
-        coordinate_transformation_mode="asymmetric",
-        nearest_mode="floor",
-    )
+    """out[i] = in[floor(i / 2)]; both indices start at an even voxel here.
+
+    Reshape and Expand: some execution providers cannot Resize volumes.
+    """
+    box, name = exporter.regions[node["name"]], node["name"]
     source = needed(node, box)
+    x, y, z = source.size
+    value = exporter.sources(node)[0]
+    for operation, shape, made in (
+        ("Reshape", (-1, x, 1, y, 1, z, 1), f"{name}.apart"),
+        ("Expand", (1, 1, 2, 1, 2, 1, 2), f"{name}.twice"),
+        ("Reshape", (1, -1, 2 * x, 2 * y, 2 * z), name),
+    ):
+        constant = exporter.builder.constant(f"{made}.shape", np.array(shape, np.int64))
+        value = exporter.builder.apply(operation, [value, constant], made)
     whole = Box(tuple(2 * l for l in source.lo), tuple(2 * h for h in source.hi))
     return exporter.cropped(value, whole, box)
 
