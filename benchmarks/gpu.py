@@ -78,23 +78,27 @@ class Measured:
     """Values of the first CHECKED_EDGE^3 voxels of the cube, or CHECKED_POINTS points."""
 
 
-class Skipped(Exception):
-    """Its message is the sentence that is printed."""
+Found = Iterator[Measured | str]
+"""What runtimes prepared, and sentences about what is skipped."""
 
 
 def main() -> None:
     args = parse()
     rows: list[Row] = []
     for path in args.models:
-        model = model_file.read(path)
+        # The engine checks files; without it these are trusted.
+        model = model_file.read(path) if has_engine() else model_file.loaded(path.read_bytes())
         expected = expected_values(model)
         for runtime in (shaders, onnx_runtime, pytorch):
-            try:
-                for measured in runtime(model, args):
-                    rows.append(row(model, measured, expected, args.seconds))
+            for found in runtime(model, args):
+                if isinstance(found, str):
+                    print(f"{model.document['name']}: {found}")
+                    continue
+                try:
+                    rows.append(row(model, found, expected, args.seconds))
                     print_row(rows[-1], is_first=len(rows) == 1)
-            except Skipped as reason:
-                print(f"{model.document['name']}: {reason}")
+                except Exception as error:  # of a driver: the others are still measured
+                    print(f"{model.document['name']}: {found.runtime} fails: {error}")
     if args.json:
         machine = {"processor": platform.processor() or platform.machine(), "values": source()}
         document = machine | {"rows": [asdict(r) | {"rate": r.rate} for r in rows]}
@@ -192,21 +196,23 @@ def expected_values(model: ModelFile) -> np.ndarray:
 # Shaders
 
 
-def shaders(model: ModelFile, args: argparse.Namespace) -> Iterator[Measured]:
+def shaders(model: ModelFile, args: argparse.Namespace) -> Found:
     try:
         from shader_gpu import device
     except ImportError as error:
-        raise Skipped(f"shaders are skipped: {error} (pip install wgpu)") from error
+        yield f"shaders are skipped: {error} (pip install wgpu)"
+        return
     try:
         info = device().adapter.info
     except (AssertionError, RuntimeError) as error:
-        raise Skipped(f"shaders are skipped: {error}") from error
+        yield f"shaders are skipped: {error}"
+        return
     size = sizes(args, info["adapter_type"] != "CPU")
     name = f"shader, {info['device']}"
     yield from (sampler_shaders if is_sampler(model) else lattice_shader)(model, size, name)
 
 
-def sampler_shaders(model: ModelFile, size: Sizes, name: str) -> Iterator[Measured]:
+def sampler_shaders(model: ModelFile, size: Sizes, name: str) -> Found:
     from shader_gpu import MAINS, WgpuWork, wait
 
     from solidtex_export.export.shader.emitter import PRECISIONS
@@ -231,7 +237,7 @@ def sampler_shaders(model: ModelFile, size: Sizes, name: str) -> Iterator[Measur
         yield Measured(name, stored, call, size.points, checked)
 
 
-def lattice_shader(model: ModelFile, size: Sizes, name: str) -> Iterator[Measured]:
+def lattice_shader(model: ModelFile, size: Sizes, name: str) -> Found:
     from shader_gpu import device, wait
 
     from solidtex_export.export.shader.lattice_gpu import LatticeGpu
@@ -254,12 +260,13 @@ def lattice_shader(model: ModelFile, size: Sizes, name: str) -> Iterator[Measure
 # ONNX graphs
 
 
-def onnx_runtime(model: ModelFile, args: argparse.Namespace) -> Iterator[Measured]:
+def onnx_runtime(model: ModelFile, args: argparse.Namespace) -> Found:
     try:
         import onnx  # noqa: F401
         import onnxruntime
     except ImportError as error:
-        raise Skipped(f"ONNX Runtime is skipped: {error} (pip install onnx onnxruntime)") from error
+        yield f"ONNX Runtime is skipped: {error} (pip install onnx onnxruntime)"
+        return
     if hasattr(onnxruntime, "preload_dlls"):
         onnxruntime.preload_dlls()  # CUDA of a PyTorch that is installed
     onnxruntime.set_default_logger_severity(3)
@@ -268,14 +275,17 @@ def onnx_runtime(model: ModelFile, args: argparse.Namespace) -> Iterator[Measure
             yield onnx_session(model, args, provider)
 
 
-def onnx_session(model: ModelFile, args: argparse.Namespace, provider: str) -> Measured:
+def onnx_session(model: ModelFile, args: argparse.Namespace, provider: str) -> Measured | str:
     import onnxruntime
 
     is_gpu = provider != "CPUExecutionProvider"
     made, inputs, count = graph(model, sizes(args, is_gpu))
-    session = onnxruntime.InferenceSession(made.SerializeToString(), providers=[provider])
+    try:
+        session = onnxruntime.InferenceSession(made.SerializeToString(), providers=[provider])
+    except Exception as error:  # each provider has its own
+        return f"ONNX Runtime, {provider} is skipped: {error}"
     if provider not in session.get_providers():
-        raise Skipped(f"ONNX Runtime: {provider} is skipped: it does not start here")
+        return f"ONNX Runtime, {provider} is skipped: it does not start here"
     memory = "cuda" if provider in ("CUDAExecutionProvider", "TensorrtExecutionProvider") else "cpu"
     binding = session.io_binding()
     for name, values in inputs.items():
@@ -318,14 +328,16 @@ def first_values(model: ModelFile, values: np.ndarray) -> np.ndarray:
     return np.moveaxis(values[0, :, :e, :e, :e], 0, -1)
 
 
-def pytorch(model: ModelFile, args: argparse.Namespace) -> Iterator[Measured]:
+def pytorch(model: ModelFile, args: argparse.Namespace) -> Found:
     try:
         import onnx  # noqa: F401
         import torch
     except ImportError as error:
-        raise Skipped(f"PyTorch is skipped: {error} (pip install onnx torch)") from error
+        yield f"PyTorch is skipped: {error} (pip install onnx torch)"
+        return
     if not torch.cuda.is_available():
-        raise Skipped("PyTorch is skipped: it finds no CUDA device")
+        yield "PyTorch is skipped: it finds no CUDA device"
+        return
     for precision in ("float", "TF32", "half"):
         yield torch_graph(model, args, precision)
 

@@ -16,7 +16,16 @@ from solidtex_export.export.file_format.checks import ModelFileError, fail, show
 from solidtex_export.export.verification import engine
 from solidtex_export.whole_file import write_whole
 
-__all__ = ["ModelFile", "ModelFileError", "parse", "read", "serialize", "validate", "write"]
+__all__ = [
+    "ModelFile",
+    "ModelFileError",
+    "loaded",
+    "parse",
+    "read",
+    "serialize",
+    "validate",
+    "write",
+]
 
 VERSION = 1
 METADATA_KEY = "solidtex"
@@ -42,7 +51,7 @@ def read(path: str | os.PathLike[str]) -> ModelFile:
     model = path if is_name else given.absolute()
     with engine.checking(ModelFileError), engine.open_model(model) as texture:
         found = Path(texture.path)
-    return _loaded(found.read_bytes())
+    return loaded(found.read_bytes())
 
 
 def parse(data: bytes, label: str) -> ModelFile:
@@ -52,11 +61,11 @@ def parse(data: bytes, label: str) -> ModelFile:
             engine.open_bytes(data).close()
     except ModelFileError as error:
         raise ModelFileError(f"{label}: {str(error).removeprefix(IN_MEMORY)}") from error
-    return _loaded(data)
+    return loaded(data)
 
 
-def _loaded(data: bytes) -> ModelFile:
-    """Document and tensors of a checked file."""
+def loaded(data: bytes) -> ModelFile:
+    """Document and tensors of a file, without a check."""
     header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
     document = json.loads(header["__metadata__"][METADATA_KEY])
     return ModelFile(document, safetensors.numpy.load(data))
