@@ -1,13 +1,18 @@
 """Lattice models in WGSL compute passes: Mesa's software GPU computes what the engine computes."""
 
+import base64
+import json
+import struct
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import wgpu
 from shader_gpu import device, run_wgpu
 
 from solidtex import Texture
+from solidtex_export.commands import export_shader
 from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.checks import ModelFileError
@@ -97,6 +102,54 @@ def test_all_32_bits_of_the_noise() -> None:
     words = run_wgpu(code, program.weights, [points], len(points)).view(np.uint32)[:, 0]
     expected = noise.solidtex_1_bits(SEED, 0, 0, *points[:, :3].T.astype(np.uint32))
     np.testing.assert_array_equal(words, expected)
+
+
+def test_exported_files_are_enough(tmp_path: Path) -> None:
+    """A program with the three files alone fills the brick three bricks further along z."""
+    source = tmp_path / "small.solidtex"
+    source.write_bytes(model_file.serialize(CASES["small"]))
+    output, size, brick = tmp_path / "small.wgsl", 8, (0, 0, -3)
+    arguments = [source, "-o", output, "--size", size, "--seed", SEED]
+    assert export_shader.main([str(a) for a in arguments]) == 0
+    listed = json.loads(output.with_suffix(".passes.json").read_text())
+    module = device().create_shader_module(code=output.read_text())
+    storage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
+    weights = device().create_buffer_with_data(
+        data=output.with_suffix(".weights.bin").read_bytes(), usage=storage
+    )
+    tensors = {
+        p["tensor"]: device().create_buffer(size=16 * p["elements"], usage=storage)
+        for p in listed["passes"]
+    }
+    for p in listed["passes"]:
+        uniform = bytearray(base64.b64decode(p["uniform"]))
+        if noise_ := p.get("noise"):
+            lo = [l + b * (size >> noise_["level"])
+                  for l, b in zip(noise_["lo"], brick, strict=True)]  # fmt: skip
+            struct.pack_into("<3i", uniform, 16, *lo)
+        data = device().create_buffer_with_data(data=uniform, usage=wgpu.BufferUsage.UNIFORM)
+        bound = {0: data, 4: tensors[p["tensor"]]}
+        bound |= {1: weights} if p["reads_weights"] else {}
+        bound |= {2 + i: tensors[name] for i, name in enumerate(p["sources"])}
+        pipeline = device().create_compute_pipeline(
+            layout="auto", compute={"module": module, "entry_point": p["entry"]}
+        )
+        entries = [{"binding": b, "resource": {"buffer": buffer}} for b, buffer in bound.items()]
+        encoder = device().create_command_encoder()
+        work = encoder.begin_compute_pass()
+        work.set_pipeline(pipeline)
+        group = device().create_bind_group(
+            layout=pipeline.get_bind_group_layout(0), entries=entries
+        )
+        work.set_bind_group(0, group)
+        work.dispatch_workgroups(*p["workgroups"])
+        work.end()
+        device().queue.submit([encoder.finish()])
+    values = np.frombuffer(device().queue.read_buffer(tensors[listed["output"]]), np.float32)
+    with Texture(source, SEED) as texture:
+        expected = texture.eval_box([size * b for b in brick], [size] * 3)
+    found = values.reshape(size, size, size, 4)[..., : len(listed["channels"])]
+    np.testing.assert_allclose(found, expected, atol=BOUND)
 
 
 def test_refusals() -> None:

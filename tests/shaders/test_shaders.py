@@ -135,7 +135,13 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("marble.solidtex", "-o", "m.wgsl"), "found a model of the lattice family"),
+        (("marble.solidtex", "-o", "m.glsl"), "found a model of the lattice family"),
+        (
+            ("marble.solidtex", "-o", "m.wgsl", "--precision", "half"),
+            "expected float for a lattice",
+        ),
+        (("marble.solidtex", "-o", "m.wgsl", "--size", "48"), "expected a multiple of 32"),
+        (("stone-grey.solidtex", "-o", "m.wgsl", "--size", "32"), "--size: found it with"),
         (
             ("stone-grey.solidtex", "-o", "m.cg"),
             "found the suffix '.cg', expected one of .wgsl",

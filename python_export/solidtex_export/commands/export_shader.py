@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
 
@@ -11,17 +12,22 @@ import OpenImageIO as oiio
 
 from solidtex_export.commands import cli
 from solidtex_export.export.file_format import model_file
+from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.shader.emitter import PRECISIONS, STORAGES, Storage
+from solidtex_export.export.shader.lattice import lattice_program
 from solidtex_export.export.shader.shader import BY_SUFFIX, Shader, function_name, shader
 from solidtex_export.export.verification.model_output import OutputError, check_output
+from solidtex_export.generators.regions import Box, alignment
 from solidtex_export.whole_file import replacing, write_whole
 
 PROGRAM = "solidtex-export-shader"
+BRICK, MAX_BRICK = 32, 256
+PASSES_VERSION = 1
 MAX_SEED = 2**64 - 1
 LANGUAGES = ", ".join(f"{suffix} {emitter.language}" for suffix, emitter in BY_SUFFIX.items())
 
 EXAMPLES = f"""  {PROGRAM} granite.solidtex -o granite.wgsl
-  {PROGRAM} granite.solidtex -o granite.glsl --weights texture --precision half
+  {PROGRAM} wood.solidtex -o wood.glsl --weights texture --precision half
 docs/shader-export.md shows how programs call the function."""
 
 
@@ -32,8 +38,9 @@ def main(arguments: list[str] | None = None) -> int:
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
-        "Export a model of the sampler family as a function in a shading language, for use without"
-        " the library. Weights that are not constants in the source are written beside it.",
+        "Export a model for GPUs, for use without the library. A sampler becomes a function in a"
+        " shading language, a lattice becomes compute passes in WGSL that fill a brick of voxels."
+        " Weights that are not constants in the source are written beside it.",
         EXAMPLES,
     )
     cli.add_model_argument(p)
@@ -49,6 +56,9 @@ def make_parser() -> argparse.ArgumentParser:
                    " the first that the language has of buffer, texture, constant")  # fmt: skip
     p.add_argument("--precision", choices=PRECISIONS, default="float",
                    help="stored weights; arithmetic is in float32 (default float)")  # fmt: skip
+    p.add_argument("--size", type=int, metavar="N",
+                   help="lattice family: voxels along each axis of the brick, a multiple of the"
+                   f" model's coarsest voxel (default {BRICK})")  # fmt: skip
     p.add_argument("--seed", type=int, default=0, help="random seed of the solid (default 0)")
     return p
 
@@ -60,9 +70,16 @@ def export(args: argparse.Namespace) -> cli.Document:
             f"{args.output}: found the suffix {suffix!r}, expected one of {', '.join(BY_SUFFIX)}"
         )
     check_output(args.output, args.force, suffix)
-    storage = _storage(args)
     if not 0 <= args.seed <= MAX_SEED:
         raise OutputError(f"--seed: found {args.seed}, expected 0 to {MAX_SEED}")
+    model = model_file.read(args.model)
+    if model.document["family"] == "field":
+        return _export_lattice(args, model)
+    if args.size is not None:
+        raise OutputError(
+            f"--size: found it with {args.model}, expected a model of the lattice family"
+        )
+    storage = _storage(args)
     companions = [args.output.with_suffix(s) for s in _companions(storage)]
     if companions and args.is_piped:
         raise OutputError(
@@ -71,7 +88,6 @@ def export(args: argparse.Namespace) -> cli.Document:
         )
     for path in companions:
         check_output(path, args.force, path.suffix)
-    model = model_file.read(args.model)
     name = function_name(args.output)
     made = shader(model, suffix, name, storage, args.precision, args.seed)
     write_whole(args.output, made.text.encode())
@@ -79,6 +95,42 @@ def export(args: argparse.Namespace) -> cli.Document:
     for path in companions:
         _write_data(path, made)
     return cli.files(args.output, *companions)
+
+
+def _export_lattice(args: argparse.Namespace, model: ModelFile) -> cli.Document:
+    if args.output.suffix != ".wgsl" or args.weights not in (None, "buffer"):
+        raise OutputError(
+            f"{args.output}: found a model of the lattice family, {args.output.suffix} and"
+            f" --weights {args.weights or 'buffer'}, expected .wgsl and buffer: a lattice is"
+            " exported as compute passes in WGSL"
+        )
+    if args.precision != "float":
+        raise OutputError(f"--precision: found {args.precision}, expected float for a lattice")
+    nodes, size = model.document["field"]["nodes"], args.size or BRICK
+    if size % alignment(nodes) or not 0 < size <= MAX_BRICK:
+        raise OutputError(
+            f"--size: found {size}, expected a multiple of {alignment(nodes)}, the coarsest voxel,"
+            f" up to {MAX_BRICK}"
+        )
+    weights, listed = (args.output.with_suffix(s) for s in (".weights.bin", ".passes.json"))
+    for path in (weights, listed):
+        check_output(path, args.force, path.suffix)
+    program = lattice_program(model, args.seed)
+    passes = program.passes(Box((0, 0, 0), (size, size, size)))
+    document = {
+        "version": PASSES_VERSION,
+        "name": model.document["name"],
+        "channels": model.document["channels"],
+        "color_space": model.document["color_space"],
+        "size": size,
+        "output": program.output,
+        "passes": [p.document() for p in passes],
+    }
+    write_whole(args.output, program.source.encode())
+    write_whole(weights, program.weights.tobytes())
+    write_whole(listed, (json.dumps(document, indent=1) + "\n").encode())
+    print(f"{args.output}: {len(passes)} compute passes for {size}^3 voxels, {weights}, {listed}")
+    return cli.files(args.output, weights, listed)
 
 
 def _storage(args: argparse.Namespace) -> Storage:

@@ -1,1 +1,1 @@
-"""Models of the sampler family as functions in shading languages."""
+"""Models on the GPU: samplers as functions in shading languages, lattices as compute passes."""

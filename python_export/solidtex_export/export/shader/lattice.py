@@ -6,6 +6,7 @@ weights and the steps. `LatticeProgram.passes` states sizes and shifts for one b
 
 from __future__ import annotations
 
+import base64
 import math
 import struct
 from collections.abc import Callable, Sequence
@@ -69,6 +70,24 @@ class Pass:
     """Of four channels, in the tensor that it fills."""
     uniform: bytes
     workgroups: tuple[int, int, int]
+
+    def document(self) -> dict[str, object]:
+        """For programs without this package: docs/shader-export.md."""
+        step = self.step
+        found: dict[str, object] = {
+            "entry": step.entry,
+            "tensor": step.name,
+            "sources": step.sources,
+            "reads_weights": step.reads_weights,
+            "elements": self.elements,
+            "workgroups": self.workgroups,
+            "uniform": base64.b64encode(self.uniform).decode(),
+        }
+        if not step.sources:
+            keys = step.channels if step.node["op"] == "noise" else 0
+            numbers = {"level": step.node["level"], "lo": self.box.lo}
+            found["noise"] = numbers | {"weights": step.weights, "keys": keys}
+        return found
 
 
 @dataclass(frozen=True)
