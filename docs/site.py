@@ -18,8 +18,7 @@ MATERIALS = "materials.html"
 
 def on_files(files: Files, config: Any, **_: Any) -> Files:
     paths = sorted(Path(config.docs_dir).parent.glob("models/*.solidtex"))
-    models = [model_file.read(path) for path in paths]
-    text = view_page([Material(m) for m in models if m.document["family"] == "sampler"])
+    text = view_page([Material(model_file.read(path)) for path in paths])
     included = InclusionLevel.INCLUDED
     files.append(File.generated(config, MATERIALS, content=text, inclusion=included))
     return files

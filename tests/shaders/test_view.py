@@ -4,9 +4,9 @@ import base64
 import functools
 import http.server
 import io
+import itertools
 import json
 import os
-import re
 import shutil
 import struct
 import subprocess
@@ -22,6 +22,7 @@ from PIL import Image
 
 from solidtex import Texture
 from solidtex_export.commands import export_shader, view
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -35,6 +36,8 @@ EYE, FIELD_OF_VIEW = np.array([2.5, 2.0, 3.0]), 0.7
 TEXELS = 24  # across: 0.4 a pixel
 CAMERA = {"eye": EYE.tolist(), "target": [0, 0, 0], "fieldOfView": FIELD_OF_VIEW}
 FLAT = {"camera": CAMERA, "lit": False, "filter": False, "texels": TEXELS}
+DEEP = random_models.lattice_model(levels=7, noise=1, step=1)
+LARGE = random_models.sampler_model(octaves=4, hidden=3, width=2100)
 # A byte, and the halves of the weights.
 BOUND = 1 / 255 + 2e-3
 
@@ -211,9 +214,13 @@ def test_a_mesh_of_ones_own(page: Any) -> None:
     found = picture(page, cut="", **FLAT)
     background = np.abs(found - 0.86).max(axis=-1) < 0.01
     assert 0.1 < 1 - background.mean() < 0.9
-    assert "own.glb: found no binary glTF, expected a .glb file" in drop(
-        page, "own.glb", b"solid x"
-    )
+    whole = glb(with_normals=True)
+    for damaged, message in (
+        (b"solid x", "own.glb: found no binary glTF, expected a .glb file"),
+        (whole[:-16], "own.glb: found a file that ends before its vertices"),
+        (whole.replace(b'"POSITION"', b'"POSITIVE"'), "own.glb: found a damaged file"),
+    ):
+        assert message in drop(page, "own.glb", damaged)
 
 
 def test_refused_values_are_named(page: Any) -> None:
@@ -223,30 +230,127 @@ def test_refused_values_are_named(page: Any) -> None:
     page.evaluate("solidtex.set({seed: '0'})")
 
 
+def between_voxels(texture: Texture, points: np.ndarray, place: tuple[int, int, int]) -> np.ndarray:
+    """The engine's voxels, linearly interpolated: what a page shows of a lattice."""
+    lo = np.floor(points.min(axis=0)).astype(int) - 1
+    size = np.ceil(points.max(axis=0)).astype(int) + 1 - lo
+    voxels = texture.eval_box((lo + place).tolist(), size.tolist())
+    cells = np.floor(points - lo - 0.5).astype(int)
+    t = points - lo - 0.5 - cells
+    corners = list(itertools.product((0, 1), repeat=3))
+    weights = [np.prod(np.where(corner, t, 1 - t), axis=1, keepdims=True) for corner in corners]
+    values = [voxels[tuple((cells + corner).T)] for corner in corners]
+    return np.sum([w * v for w, v in zip(weights, values, strict=True)], axis=0)
+
+
+PLACE = (16, 16, 16)
+LATTICE = {"shape": "cube", "cut": "", **FLAT}
+
+# The first picture shows one brick.
+START = f"""document.addEventListener("readystatechange", () =>
+    Object.assign(state, {{ texels: {TEXELS}, place: {list(PLACE)} }}))"""
+
+
+@pytest.fixture(scope="module")
+def lattice_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("view") / "lattice.html"
+    assert view.main([str(MODELS / "granite-grey.solidtex"), "-o", str(path)]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def lattice_page(lattice_file: Path, browser: Any) -> Any:
+    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    page.set_default_timeout(300_000)
+    page.add_init_script(START)
+    page.goto(f"file://{lattice_file}?backend=webgpu")
+    page.evaluate("solidtex.ready")
+    return page
+
+
+@pytest.mark.parametrize(
+    ("seed", "place", "texels"),
+    [
+        (0, PLACE, TEXELS),
+        (2**63 + 9, (2**24 - 16, -(2**30) + 16, 80), TEXELS),
+        (2**63 + 9, (2**24, -(2**30) + 16, 80), 6),  # at the border of two bricks
+    ],
+)
+def test_lattice_pixels_are_those_of_the_engine(
+    lattice_page: Any, seed: int, place: tuple[int, int, int], texels: int
+) -> None:
+    changes = LATTICE | {"texels": texels}
+    found = picture(lattice_page, seed=str(seed), place=place, **changes)
+    points, is_hit = hits()
+    with Texture(MODELS / "granite-grey.solidtex", seed) as texture:
+        positions = texels / 2 * points[is_hit]
+        expected = between_voxels(texture, positions, place).clip(0, 1)
+        cubic = texture.eval_points(positions, place).clip(0, 1)
+    errors = np.abs(found[is_hit] - expected).max(axis=1)
+    print(f"mean {errors.mean():.2g}, max {errors.max():.2g};"
+          f" cubic: mean {np.abs(found[is_hit] - cubic).mean():.2g}")  # fmt: skip
+    assert expected.std() > 0.02
+    # The texture has bytes, the canvas too, and a rasterizer moves corners.
+    assert errors.mean() <= 2 / 255
+    assert errors.max() <= 10 * BOUND
+
+
+def test_a_lattice_picture_without_new_bricks_computes_none(lattice_page: Any) -> None:
+    before = picture(lattice_page, seed="0", place=PLACE, **LATTICE)
+    refuse = "() => { view.material.compute = () => { throw new Error('computed'); }; }"
+    lattice_page.evaluate(refuse)
+    turned = CAMERA | {"eye": [2.0, 2.5, 3.0]}
+    after = picture(lattice_page, **LATTICE | {"camera": turned})
+    assert np.abs(before - after).max() > 0.1
+    lattice_page.evaluate("delete view.material.compute")
+
+
+def test_a_lattice_without_webgpu(lattice_file: Path, browser: Any) -> None:
+    page = browser.new_page()
+    page.goto(f"file://{lattice_file}?backend=webgl")
+    page.evaluate("solidtex.ready")
+    message = page.evaluate("document.getElementById('message').textContent")
+    assert message.startswith("granite-grey: a model of the lattice family needs WebGPU")
+
+
+def test_a_lost_device(file: Path, browser: Any) -> None:
+    """The message stays when the view changes."""
+    losses = {"webgl": "view.gl.getExtension('WEBGL_lose_context').loseContext()",
+              "webgpu": "view.device.destroy()"}  # fmt: skip
+    for backend, loss in losses.items():
+        page = browser.new_page(viewport={"width": 32, "height": 24})
+        page.set_default_timeout(300_000)
+        page.goto(f"file://{file}?backend={backend}")
+        page.evaluate("solidtex.ready")
+        page.evaluate(loss)
+        page.wait_for_function("!document.getElementById('message').hidden")
+        page.evaluate("solidtex.set({texels: 64})")
+        message = page.evaluate("document.getElementById('message').textContent")
+        assert " was lost" in message and message.endswith("reload the page")
+
+
 def test_gallery_shows_all_shipped_models(browser: Any, tmp_path: Path) -> None:
     """The page of docs/gallery.md: each model has its own colors."""
     text = (REPOSITORY / "docs/gallery.md").read_text()
-    command = re.search(r"^\.venv/bin/solidtex-view ((?:.*\\\n)*.*)$", text, re.MULTILINE)
-    assert command
-    patterns = command[1].replace("\\\n", " ").split(" -o ")[0].split()
-    models = sorted(path for pattern in patterns for path in REPOSITORY.glob(pattern))
-    families = {
-        path: model_file.read(path).document["family"] for path in MODELS.glob("*.solidtex")
-    }
-    assert models == sorted(path for path, family in families.items() if family == "sampler")
+    assert "solidtex-view models/*.solidtex -o materials.html" in text
+    models = sorted(MODELS.glob("*.solidtex"))
     file = tmp_path / "materials.html"
     assert view.main([*map(str, models), "-o", str(file)]) == 0
     megabytes = file.stat().st_size / 1e6
-    assert f"have {megabytes:.1f} MB" in text
+    assert f"{len(models)} models and the page have {megabytes:.1f} MB" in text
     page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     page.set_default_timeout(300_000)
+    page.add_init_script(START)
     page.goto(f"file://{file}")
     page.evaluate("solidtex.ready")
     points, is_hit = hits()
     for index, model in enumerate(models):
-        found = picture(page, model=index, **FLAT)[is_hit]
+        found = picture(page, model=index, **LATTICE)[is_hit]
         with Texture(model) as texture:
-            expected = texture.eval_points(TEXELS / 2 * points[is_hit]).clip(0, 1)
+            evaluate = texture.eval_points
+            if model_file.read(model).document["family"] == "field":
+                evaluate = functools.partial(between_voxels, texture)
+            expected = evaluate(TEXELS / 2 * points[is_hit], PLACE)[:, :3].clip(0, 1)
         assert np.abs(found - expected).mean() < 2 * BOUND, model.stem
 
 
@@ -269,12 +373,16 @@ def test_page_is_small_and_needs_no_network(file: Path) -> None:
 def test_exemplar_and_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     stone = MODELS / "stone-grey.solidtex"
     Image.new("RGB", (4, 4)).save(tmp_path / "photo.png")
+    deep, large = tmp_path / "deep.solidtex", tmp_path / "large.solidtex"
+    deep.write_bytes(model_file.serialize(DEEP))
+    large.write_bytes(model_file.serialize(LARGE))
     page = tmp_path / "page.html"
     arguments = [stone, "--exemplar", tmp_path / "photo.png", "-o", page]
     assert view.main([str(a) for a in arguments]) == 0
     assert "data:image/png;base64," in page.read_text()
     for wrong, message in (
-        ([MODELS / "marble.solidtex"], "found a model of the lattice family"),
+        ([large], "weights, expected at most 4194304"),
+        ([deep], "found voxels of 64 texels, expected at most 32"),
         (
             [stone, "--exemplar", "a.png", "b.png"],
             "--exemplar: found 2 images, expected at most 1",

@@ -25,7 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
 def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
-        "Write one self-contained page that evaluates models of the sampler family in the browser,"
+        "Write one self-contained page that evaluates models in the browser,"
         " with WebGPU or WebGL 2, on a cube, a sphere, a knot and meshes of the viewer's own.",
         EXAMPLES,
     )

@@ -125,21 +125,26 @@ def _kernel(node: Node) -> dict[str, Sequence[int]]:
 def _upsample(exporter: _Exporter, node: Node) -> str:
     """out[i] = in[floor(i / 2)]; both indices start at an even voxel here.
 
-    Reshape and Expand: some execution providers cannot Resize volumes.
+    Reshape and Expand, axis by axis: some execution providers cannot Resize volumes.
     """
     box, name = exporter.regions[node["name"]], node["name"]
     source = needed(node, box)
-    x, y, z = source.size
     value = exporter.sources(node)[0]
-    for operation, shape, made in (
-        ("Reshape", (-1, x, 1, y, 1, z, 1), f"{name}.apart"),
-        ("Expand", (1, 1, 2, 1, 2, 1, 2), f"{name}.twice"),
-        ("Reshape", (1, -1, 2 * x, 2 * y, 2 * z), name),
-    ):
-        constant = exporter.builder.constant(f"{made}.shape", np.array(shape, np.int64))
-        value = exporter.builder.apply(operation, [value, constant], made)
+    inner = 1
+    for axis, size in reversed(list(zip("xyz", source.size, strict=True))):
+        value = _shaped(exporter, "Reshape", value, (-1, size, 1, inner), f"{name}.{axis}")
+        value = _shaped(exporter, "Expand", value, (1, 1, 2, 1), f"{name}.{axis}.twice")
+        inner *= 2 * size
+    value = _shaped(exporter, "Reshape", value, (1, -1, *(2 * s for s in source.size)), name)
     whole = Box(tuple(2 * l for l in source.lo), tuple(2 * h for h in source.hi))
     return exporter.cropped(value, whole, box)
+
+
+def _shaped(
+    exporter: _Exporter, operation: str, value: str, shape: Sequence[int], name: str
+) -> str:
+    constant = exporter.builder.constant(f"{name}.shape", np.array(shape, np.int64))
+    return exporter.builder.apply(operation, [value, constant], name)
 
 
 def _concat(exporter: _Exporter, node: Node) -> str:

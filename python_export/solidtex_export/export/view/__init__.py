@@ -1,1 +1,1 @@
-"""A page that evaluates models of the sampler family in the browser."""
+"""A page that evaluates models in the browser."""

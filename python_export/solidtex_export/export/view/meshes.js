@@ -86,6 +86,8 @@ function readGlb(buffer, name) {
     const width = accessor.type === "VEC3" ? 3 : 1, bytes = Kind.BYTES_PER_ELEMENT;
     const pitch = part.byteStride ?? width * bytes;
     const first = start + (part.byteOffset ?? 0) + (accessor.byteOffset ?? 0);
+    if (first + (accessor.count - 1) * pitch + width * bytes > buffer.byteLength)
+      fail("found a file that ends before its vertices, expected a whole .glb file");
     const values = new Kind(width * accessor.count);
     for (let i = 0; i < accessor.count; ++i)
       values.set(new Kind(buffer.slice(first + i * pitch, first + i * pitch + width * bytes)),

@@ -6,7 +6,7 @@ const state = { model: 0, shape: "cube", texels: 512, cut: "", at: 0, place: [0,
                 lit: true, filter: true, yaw: 0.6, pitch: 0.45, distance: 4.2, camera: null };
 const FIELD_OF_VIEW = Math.PI / 5, COARSE = 4;
 const GOLDEN = 0x9e3779b97f4a7c15n, MASK = (1n << 64n) - 1n;
-let view = null, mesh = null, loaded = {}, generation = 0, moving = false;
+let view = null, mesh = null, loaded = {}, generation = 0, moving = false, isLost = false;
 
 function say(message) {
   control("message").textContent = message;
@@ -20,8 +20,8 @@ function mix64(value) {
   z = ((z ^ (z >> 27n)) * 0x94d049bb133111ebn) & MASK;
   return z ^ (z >> 31n);
 }
-function keyOf(seed, octave) {
-  const h = mix64(mix64(seed + GOLDEN) + (BigInt(octave) << 32n) + GOLDEN);
+function keyOf(seed, level, channel = 0) {
+  const h = mix64(mix64(seed + GOLDEN) + (BigInt(level) << 32n | BigInt(channel)) + GOLDEN);
   const pairs = [mix64(h + GOLDEN), mix64(h + 2n * GOLDEN)];
   return pairs.flatMap((pair) => [Number(pair & 0xffffffffn), Number(pair >> 32n)]);
 }
@@ -32,6 +32,7 @@ function halfOf(value) {
   return ((exponent + 15) << 10) | ((value << (10 - exponent)) & 0x3ff);
 }
 function seeded(model, seed) {
+  model.halves ??= new Uint16Array(bytesOf(model.data));
   const halves = model.halves.slice();
   for (let octave = 0; octave < model.octaves; ++octave)
     keyOf(seed, octave).forEach((word, k) => {
@@ -57,14 +58,16 @@ function readSeed(text) {
 async function load() {
   const model = MODELS[state.model];
   const seed = readSeed(state.seed);
-  model.halves ??= new Uint16Array(bytesOf(model.data));
   if (loaded.model !== state.model) {
+    loaded = { ...loaded, model: null };
     await view.setModel(model);
+    control("texels").max = model.lattice ? MAX_TEXELS : 2048;
+    state.texels = Math.min(state.texels, control("texels").max);
     control("exemplar").hidden = !model.exemplar;
     if (model.exemplar) control("exemplar").src = model.exemplar;
   }
   if (loaded.model !== state.model || loaded.seed !== state.seed)
-    view.setWeights(seeded(model, seed), model.width);
+    view.setSeed(seed);
   if (loaded.shape !== state.shape) {
     mesh = state.shape in SHAPES ? SHAPES[state.shape]() : mesh;
     view.setMesh(mesh);
@@ -89,31 +92,43 @@ function settingsOf(width, height) {
 // Draws the state. Returns when it is on the canvas, or a newer drawing has begun.
 async function render() {
   const mine = ++generation;
+  if (isLost) return;
   try {
     await load();
     if (mine !== generation) return;
     say("");
-    const shrink = moving ? COARSE : 1, ratio = (state.camera ? 1 : devicePixelRatio) / shrink;
+    const isCoarse = moving && !MODELS[state.model].lattice;
+    const shrink = isCoarse ? COARSE : 1, ratio = (state.camera ? 1 : devicePixelRatio) / shrink;
     const size = [canvas.clientWidth, canvas.clientHeight].map((s) => Math.max(1, Math.round(s * ratio)));
     if (canvas.width !== size[0]) canvas.width = size[0];
     if (canvas.height !== size[1]) canvas.height = size[1];
-    const { width, height } = canvas, settings = settingsOf(width, height);
-    view.begin(width, height);
-    let edge = 64;
-    for (let y = 0, rows; y < height; y += rows) {
-      rows = Math.min(edge, height - y);
-      const started = performance.now();
-      await view.draw(settings, new Int32Array(state.place), [0, y, width, rows]);
-      if (mine !== generation) return;
-      const time = performance.now() - started;
-      edge = Math.round(Math.min(1024, Math.max(8, edge * Math.min(2, 30 / Math.max(time, 1)))));
-      if (!moving) await new Promise((done) => setTimeout(done));
-      if (mine !== generation) return;
-    }
-    await view.end();
+    const settings = settingsOf(canvas.width, canvas.height);
+    view.setPlace(state.place, state.texels);
+    do {
+      if (!await drawn(settings, () => mine === generation)) return;
+    } while (await view.refine(() => mine === generation));
   } catch (error) {
-    say(error.message);
+    if (!isLost) say(error.message);
   }
+}
+
+// Draws once, in parts. Returns whether it came to an end, which a newer drawing prevents.
+async function drawn(settings, isCurrent) {
+  const { width, height } = canvas;
+  view.begin(width, height);
+  let edge = 64;
+  for (let y = 0, rows; y < height; y += rows) {
+    rows = Math.min(edge, height - y);
+    const started = performance.now();
+    await view.draw(settings, new Int32Array(state.place), [0, y, width, rows]);
+    if (!isCurrent()) return false;
+    const time = performance.now() - started;
+    edge = Math.round(Math.min(1024, Math.max(8, edge * Math.min(2, 30 / Math.max(time, 1)))));
+    if (!moving) await new Promise((done) => setTimeout(done));
+    if (!isCurrent()) return false;
+  }
+  await view.end();
+  return isCurrent();
 }
 
 async function set(changes) {
@@ -142,7 +157,8 @@ async function showFile(file) {
     loaded.shape = null;
     await set({ shape: file.name });
   } catch (error) {
-    say(error.message);
+    const isDamaged = error instanceof TypeError || error instanceof RangeError;
+    say(isDamaged ? `${file.name}: found a damaged file, expected a .glb file` : error.message);
   }
 }
 
@@ -187,7 +203,10 @@ function listen() {
 
 async function start() {
   const only = new URLSearchParams(location.search).get("backend");
-  const lost = (message) => say(`${message}; reload the page`);
+  const lost = (message) => {
+    isLost = true;
+    say(`${message}; reload the page`);
+  };
   if (only !== "webgl") view = await WebGpuView.create(canvas, lost).catch(() => null);
   if (!view && only !== "webgpu") view = WebGlView.create(canvas, lost);
   if (!view) return say("This page needs WebGPU or WebGL 2; this browser offers neither.");

@@ -66,6 +66,10 @@ class WebGlView {
   }
 
   async setModel(model) {
+    if (model.lattice)
+      throw new Error(`${model.name}: a model of the lattice family needs WebGPU, which this page`
+                      + " does not use here; open it in a browser with WebGPU");
+    this.model = model;
     const { gl } = this;
     const program = gl.createProgram();
     const sources = [GL_VERTEX, `#version 300 es\n${model.glsl}${GL_FRAGMENT}`];
@@ -83,8 +87,8 @@ class WebGlView {
     this.origin = gl.getUniformLocation(program, "origin");
   }
 
-  setWeights(halves, width) {
-    const { gl } = this;
+  setSeed(seed) {
+    const { gl, model: { width } } = this, halves = seeded(this.model, seed);
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
@@ -113,4 +117,6 @@ class WebGlView {
   }
 
   async end() {}
+  setPlace() {}
+  async refine() { return false; }
 }

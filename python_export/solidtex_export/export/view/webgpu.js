@@ -4,6 +4,8 @@
 const GPU_MAIN = `
 struct View { settings: array<vec4<f32>, 8>, origin: vec4<i32> }
 @group(1) @binding(0) var<uniform> view: View;
+var<private> missing: u32 = 0u;  // brick of a lattice that a pixel lacks, and 1
+struct Pixel { @location(0) color: vec4<f32>, @location(1) missing: u32 }
 struct Vertex {
   @builtin(position) clip: vec4<f32>, @location(0) at: vec3<f32>, @location(1) facing: vec3<f32>
 }
@@ -16,7 +18,7 @@ struct Vertex {
 
 @fragment fn fragment(
   vertex: Vertex, @builtin(front_facing) front: bool
-) -> @location(0) vec4<f32> {
+) -> Pixel {
   let eye = view.settings[4].xyz;
   var p = vertex.at;
   var n = normalize(vertex.facing);
@@ -39,8 +41,30 @@ struct Vertex {
     let linear = pow(max(albedo, vec3<f32>(0.0)), vec3<f32>(2.2));
     albedo = pow(light * linear, vec3<f32>(1.0 / 2.2));
   }
-  return vec4<f32>(albedo, 1.0);
+  return Pixel(vec4<f32>(albedo, 1.0), missing);
 }`;
+
+class SamplerMaterial {
+  static async create(device, model) {
+    return Object.assign(new SamplerMaterial(), { device, model, wgsl: model.wgsl });
+  }
+
+  destroy() { this.weights?.destroy(); }
+
+  setSeed(seed) {
+    const halves = seeded(this.model, seed), { width } = this.model;
+    const size = [width, halves.length / 4 / width];
+    const usage = GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST;
+    this.weights?.destroy();
+    this.weights = this.device.createTexture({ size, format: "rgba16float", usage });
+    this.device.queue.writeTexture(
+      { texture: this.weights }, halves, { bytesPerRow: 8 * width }, size);
+  }
+
+  setPlace() {}
+  resources() { return [this.weights.createView()]; }
+  async refine() { return false; }
+}
 
 class WebGpuView {
   static near = 0;
@@ -50,6 +74,7 @@ class WebGpuView {
     const device = await adapter?.requestDevice();
     if (!device) return null;
     const context = canvas.getContext("2d");
+    device.addEventListener("uncapturederror", ({ error }) => say(error.message));
     device.lost.then(({ message }) => onLost(`the graphics device was lost: ${message}`));
     return new WebGpuView(device, context);
   }
@@ -71,32 +96,33 @@ class WebGpuView {
   }
 
   async setModel(model) {
-    const module = this.device.createShaderModule({ code: model.wgsl + GPU_MAIN });
+    this.material?.destroy();
+    this.material = await (model.lattice ? LatticeMaterial : SamplerMaterial).create(
+      this.device, model);
+    const module = this.device.createShaderModule({ code: this.material.wgsl + GPU_MAIN });
     const buffers = [0, 1].map((shaderLocation) => (
       { arrayStride: 12, attributes: [{ shaderLocation, offset: 0, format: "float32x3" }] }));
     this.pipeline = await this.device.createRenderPipelineAsync({
       layout: "auto",
       vertex: { module, entryPoint: "vertex", buffers },
-      fragment: { module, entryPoint: "fragment", targets: [{ format: this.format }] },
+      fragment: { module, entryPoint: "fragment",
+                  targets: [{ format: this.format }, { format: "r32uint" }] },
       depthStencil: { format: "depth32float", depthCompare: "less", depthWriteEnabled: true },
     });
   }
 
-  setWeights(halves, width) {
-    const size = [width, halves.length / 4 / width];
-    const usage = GPUTextureUsage.TEXTURE_BINDING | GPUTextureUsage.COPY_DST;
-    this.weights?.destroy();
-    this.weights = this.device.createTexture({ size, format: "rgba16float", usage });
-    this.device.queue.writeTexture(
-      { texture: this.weights }, halves, { bytesPerRow: 8 * width }, size);
-  }
+  setSeed(seed) { this.material.setSeed(seed); }
+  setPlace(place, texels) { this.material.setPlace(place, texels); }
+  refine(isCurrent) { return this.material.refine(this.missing, isCurrent); }
 
   begin(width, height) {
     if (this.target?.width !== width || this.target?.height !== height) {
-      const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_SRC;
+      const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_SRC
+        | GPUTextureUsage.TEXTURE_BINDING;
       const texture = (format) => this.device.createTexture({ size: [width, height], format, usage });
       this.target = texture(this.format);
       this.depth = texture("depth32float");
+      this.missing = texture("r32uint");
     }
     this.load = "clear";
   }
@@ -108,16 +134,18 @@ class WebGpuView {
     const encoder = device.createCommandEncoder();
     const pass = encoder.beginRenderPass({
       colorAttachments: [{ view: this.target.createView(), loadOp: this.load, storeOp: "store",
-                           clearValue: [0.86, 0.86, 0.86, 1] }],
+                           clearValue: [0.86, 0.86, 0.86, 1] },
+                         { view: this.missing.createView(), loadOp: this.load, storeOp: "store" }],
       depthStencilAttachment: { view: this.depth.createView(), depthLoadOp: this.load,
                                 depthStoreOp: "store", depthClearValue: 1 },
     });
     this.load = "load";
-    const bound = (group, resource) => pass.setBindGroup(group, device.createBindGroup(
-      { layout: pipeline.getBindGroupLayout(group), entries: [{ binding: 0, resource }] }));
+    const bound = (group, resources) => pass.setBindGroup(group, device.createBindGroup({
+      layout: pipeline.getBindGroupLayout(group),
+      entries: resources.map((resource, binding) => ({ binding, resource })) }));
     pass.setPipeline(pipeline);
-    bound(0, this.weights.createView());
-    bound(1, { buffer: this.uniforms });
+    bound(0, this.material.resources());
+    bound(1, [{ buffer: this.uniforms }]);
     this.vertices.forEach((buffer, i) => pass.setVertexBuffer(i, buffer));
     pass.setScissorRect(x, y, width, height);
     pass.draw(this.count);
