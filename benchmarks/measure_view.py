@@ -50,7 +50,7 @@ def main() -> None:
         page.set_default_timeout(3_600_000)
         page.add_init_script(
             f"document.addEventListener('readystatechange', () => {{ state.texels = {args.texels};"
-            " state.cut = 'x'; state.at = 0.2; })"
+            " state.place = [16, 16, 16]; state.cut = 'x'; state.at = 0.2; })"
         )
         page.goto(f"file://{file}")
         page.evaluate("solidtex.ready")
