@@ -34,7 +34,7 @@ if [ "$quick" != --quick ]; then
   check "setup/sbom.py writes the bill of materials" \
     .venv/bin/python setup/sbom.py build -o build/solidtex.cdx.json --force
   check "cpack writes packages" sh -c "cd build && cpack"
-  check "pip wheel writes a wheel" .venv/bin/pip wheel --no-deps -q -w build/wheels .
+  check "setup/wheel.sh writes a wheel with all programs" setup/wheel.sh build/wheels
 fi
 
 cat <<END

@@ -31,8 +31,8 @@ def run(*command: object, **options: object) -> str:
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Without isolation, so that nothing is downloaded; objects are kept for the next time.
 
-    For the oldest instruction set alone and hardly optimized: the same bits, and much less to
-    compile.
+    For the oldest instruction set alone, hardly optimized and without the programs: the same bits,
+    and much less to compile.
     """
     pytest.importorskip("scikit_build_core", reason="scikit-build-core is not installed")
     folder = tmp_path_factory.mktemp("wheel")
@@ -40,6 +40,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     kept = ["--config-settings", f"build-dir={BUILD / 'wheel'}"]
     quick = ["--config-settings", "cmake.define.CMAKE_CXX_FLAGS=-DHWY_COMPILE_ONLY_STATIC"]
     quick += ["--config-settings", "cmake.define.CMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG"]
+    for part in ("TOOLS", "RENDERER"):
+        quick += ["--config-settings", f"cmake.define.SOLIDTEX_BUILD_{part}=OFF"]
     run(sys.executable, "-m", "pip", "wheel", REPOSITORY, "-w", folder, *options, *kept, *quick)
     (file,) = folder.iterdir()
     return file
@@ -73,3 +75,28 @@ def test_installed_it_gives_the_values_of_the_build(wheel: Path, tmp_path: Path)
     found = run(sys.executable, "-B", "-c", program, env=environment, cwd=tmp_path)
     texture = solidtex.Texture("granite-grey", seed=2)
     assert found.strip() == texture.eval_box((5, -6, 7), (2, 3, 4)).tobytes().hex()
+    command = [site / "bin" / "solidtex-info", "granite-grey"]
+    lacking = subprocess.run(command, capture_output=True, text=True, env=environment)
+    assert lacking.returncode == 1 and "solidtex-info: found no such program" in lacking.stderr
+
+
+@pytest.mark.skipif(not os.environ.get("SOLIDTEX_LONG_TESTS"), reason="compiles everything")
+def test_a_wheel_with_all_programs_runs_in_a_new_environment(tmp_path: Path) -> None:
+    """With the libraries of this system in it, as setup/wheel.sh makes it."""
+    pytest.importorskip("auditwheel", reason="auditwheel is not installed")
+    run(REPOSITORY / "setup" / "wheel.sh", tmp_path / "wheels", sys.executable)
+    (wheel,) = (tmp_path / "wheels").iterdir()
+    assert "manylinux" in wheel.name
+    run(sys.executable, "-m", "venv", tmp_path / "new")
+    bin = tmp_path / "new" / "bin"
+    run(bin / "pip", "install", wheel)
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(("SOLIDTEX", "PYTHON"))}
+    shown = run(bin / "python", "-c", "import solidtex; print(solidtex.models())", env=environment)
+    assert "granite-grey" in shown
+    for name in ("render", "bake", "info", "bench", "encode", "mix", "detect"):
+        run(bin / f"solidtex-{name}", "--version", env=environment, cwd=tmp_path)
+    run(bin / "solidtex-bake", "marble", "--size", 8, "-o", "a.npy", env=environment, cwd=tmp_path)
+    mesh = REPOSITORY / "scenes" / "meshes" / "ball-cut.ply"
+    options = ["--model", "marble", "--size", "8,6", "--spp", 1, "-o", "a.png"]
+    run(bin / "solidtex-render", mesh, *options, env=environment, cwd=tmp_path)
+    assert (tmp_path / "a.npy").is_file() and (tmp_path / "a.png").is_file()
