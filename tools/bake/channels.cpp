@@ -68,7 +68,8 @@ ChannelGroup channel_group(const solidtex::texture& texture, const std::string& 
     names += (names.empty() ? "" : ", ") + group.name;
   }
   if (name.empty()) return groups[0];
-  throw std::runtime_error(option + " " + name + ": " + texture.path() + " has " + names);
+  throw std::runtime_error(option + " " + name + ": " + texture.path() + " has " + names +
+                           "; solidtex-train --map or --estimate adds channels");
 }
 
 std::vector<Encoding> channel_encodings(const solidtex::texture& texture) {
