@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -46,7 +47,8 @@ def run_in_terminal(training: Training) -> None:
         interrupted = True
 
     previous = signal.signal(signal.SIGINT, interrupt)
-    console = Console(stderr=True)
+    # A notebook asks for colors (FORCE_COLOR), but its output is no terminal to draw a bar in.
+    console = Console(stderr=True, force_terminal=sys.stderr.isatty())
     try:
         with _progress_bar(console) if console.is_terminal else _progress_lines() as report:
             training.run(lambda: interrupted, report)
