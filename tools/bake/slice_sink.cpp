@@ -42,6 +42,7 @@ class SliceSink : public Sink {
       for (const ChannelGroup& group : output.groups)
         encoders_.emplace_back(output, group.channels);
     }
+    images_.resize(encoders_.size());
     std::filesystem::create_directory(folder_);
   }
 
@@ -49,7 +50,9 @@ class SliceSink : public Sink {
 
   void take(const Piece& piece) override {
     if (missing_ == 0) begin_slab(piece);
-    copy(piece);
+    tbb::parallel_for(std::int64_t{0}, piece.size[1], [&](std::int64_t y) {
+      for (std::size_t i = 0; i < encoders_.size(); ++i) encode_rows(piece, y, i);
+    });
     missing_ -= voxel_count(piece.size);
     if (missing_ == 0) write_slab();
   }
@@ -57,37 +60,46 @@ class SliceSink : public Sink {
   void finish() override {}
 
  private:
-  // Neighboring slices, written when their last piece has come.
-  struct Slab {
-    Index3 offset, size;
-    std::vector<float> values;  // [x][y][z][channel]
-  };
-
   void begin_slab(const Piece& piece) {
-    slab_.offset = {0, 0, piece.offset[2]};
-    slab_.size = {size_[0], size_[1], piece.size[2]};
-    missing_ = voxel_count(slab_.size);
-    slab_.values.resize(missing_ * channels_);
+    slab_z_ = piece.offset[2];
+    slab_depth_ = piece.size[2];
+    missing_ = voxel_count({size_[0], size_[1], slab_depth_});
+    for (std::size_t i = 0; i < encoders_.size(); ++i)
+      images_[i].resize(missing_ * encoders_[i].bytes_per_voxel());
   }
 
-  void copy(const Piece& piece) {
-    const std::size_t row = static_cast<std::size_t>(piece.size[2]) * channels_;
-    const float* from = piece.values.data();
-    for (std::int64_t x = 0; x < piece.size[0]; ++x) {
-      const std::int64_t first = (piece.offset[0] + x) * size_[1] + piece.offset[1];
-      std::copy_n(from, static_cast<std::size_t>(piece.size[1]) * row,
-                  &slab_.values[static_cast<std::size_t>(first) * row]);
-      from += static_cast<std::size_t>(piece.size[1]) * row;
+  // Encodes one row of each image. Voxels are neighbors along z in the piece, and along x in an
+  // image.
+  void encode_rows(const Piece& piece, std::int64_t y, std::size_t index) {
+    const auto width = static_cast<std::size_t>(piece.size[0]);
+    const auto depth = static_cast<std::size_t>(piece.size[2]);
+    const VoxelEncoder& encoder = encoders_[index];
+    const std::size_t pixel = encoder.bytes_per_voxel();
+    std::vector<std::byte> encoded(width * depth * pixel);  // [x][z]
+    for (std::size_t x = 0; x < width; ++x) {
+      const Index3 first{static_cast<std::int64_t>(x), y, 0};
+      encoder.encode(&piece.values[voxel_index(piece.size, first) * channels_], channels_, depth,
+                     &encoded[x * depth * pixel]);
+    }
+    for (std::size_t z = 0; z < depth; ++z) {
+      const Index3 first{static_cast<std::int64_t>(z), piece.offset[1] + y, piece.offset[0]};
+      std::byte* to =
+          &images_[index][voxel_index({slab_depth_, size_[1], size_[0]}, first) * pixel];
+      for (std::size_t x = 0; x < width; ++x, to += pixel)
+        std::copy_n(&encoded[(x * depth + z) * pixel], pixel, to);
     }
   }
 
   void write_slab() const {
-    tbb::parallel_for(std::int64_t{0}, slab_.size[2], [this](std::int64_t z) {
+    tbb::parallel_for(std::int64_t{0}, slab_depth_, [this](std::int64_t z) {
       throw_if_interrupted();
       for (std::size_t i = 0; i < encoders_.size(); ++i) {
         const bool has_prefix = !is_exr_ && output_.groups.size() > 1;
         const std::string prefix = has_prefix ? output_.groups[i].name + "-" : "";
-        write_image(path(prefix, slab_.offset[2] + z), pixels(z, encoders_[i]), i);
+        const std::span<const std::byte> images = images_[i];
+        const std::size_t image = images.size() / static_cast<std::size_t>(slab_depth_);
+        write_image(path(prefix, slab_z_ + z),
+                    images.subspan(static_cast<std::size_t>(z) * image, image), i);
       }
     });
   }
@@ -98,20 +110,7 @@ class SliceSink : public Sink {
     return folder_ / (prefix + number + (is_exr_ ? ".exr" : ".png"));
   }
 
-  // The pixels of a slice, row by row.
-  std::vector<std::byte> pixels(std::int64_t z, const VoxelEncoder& encoder) const {
-    const auto [width, height, depth] = slab_.size;
-    const std::size_t row = static_cast<std::size_t>(width) * encoder.bytes_per_voxel();
-    std::vector<std::byte> bytes(static_cast<std::size_t>(height) * row);
-    for (std::int64_t y = 0; y < height; ++y) {
-      encoder.encode(&slab_.values[static_cast<std::size_t>(y * depth + z) * channels_],
-                     static_cast<std::size_t>(height * depth) * channels_,
-                     static_cast<std::size_t>(width), &bytes[static_cast<std::size_t>(y) * row]);
-    }
-    return bytes;
-  }
-
-  void write_image(const std::filesystem::path& path, const std::vector<std::byte>& pixels,
+  void write_image(const std::filesystem::path& path, std::span<const std::byte> pixels,
                    std::size_t index) const {
     const auto width = static_cast<int>(size_[0]), height = static_cast<int>(size_[1]);
     if (is_exr_) {
@@ -136,8 +135,10 @@ class SliceSink : public Sink {
   int digits_;
   std::vector<VoxelEncoder> encoders_;  // one for each image of a slice
   std::vector<std::string> exr_names_;
-  Slab slab_;
-  std::size_t missing_ = 0;  // voxels of the slab that have not come yet
+  // Neighboring slices, written when their last piece has come.
+  std::int64_t slab_z_ = 0, slab_depth_ = 0;
+  std::vector<std::vector<std::byte>> images_;  // [encoder][z][y][x]
+  std::size_t missing_ = 0;                     // voxels of the slab that have not come yet
 };
 
 }  // namespace

@@ -22,4 +22,9 @@ inline std::size_t voxel_count(const Index3& size) {
          static_cast<std::size_t>(size[2]);
 }
 
+// The voxel's number in [x][y][z].
+inline std::size_t voxel_index(const Index3& size, const Index3& voxel) {
+  return static_cast<std::size_t>((voxel[0] * size[1] + voxel[1]) * size[2] + voxel[2]);
+}
+
 }  // namespace solidtex::tools
