@@ -360,6 +360,22 @@ def test_ktx2_in_the_parser_of_three_js(tmp_path: Path, depth: str) -> None:
     )
 
 
+@pytest.mark.parametrize("color_space", ["srgb", "linear"])
+@pytest.mark.parametrize("depth", ["8", "16", "half", "float", "bc7"])
+def test_ktx2_in_the_validator_of_khronos(tmp_path: Path, depth: str, color_space: str) -> None:
+    """ktx2check, built by setup/ktx2check.sh. It finds no byte wrong, and a byte that is."""
+    program = BUILD / "ktx" / "tools" / "ktx2check" / "ktx2check"
+    if not program.exists():
+        pytest.skip("no ktx2check")
+    path = bake(tmp_path / "a.ktx2", "--depth", depth, "--color-space", color_space)
+    checked = subprocess.run([program, path], capture_output=True, text=True)
+    assert checked.returncode == 0 and not checked.stdout, checked.stdout
+    file = bytearray(path.read_bytes())
+    file[12] = 200  # of the format of a texel
+    path.write_bytes(file)
+    assert subprocess.run([program, path], capture_output=True).returncode != 0
+
+
 def test_bc7_is_as_good_as_another_encoder(tmp_path: Path) -> None:
     box = ["--size", "64,64,4"]
     dds = tmp_path / "a.dds"
