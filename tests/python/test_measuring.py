@@ -191,6 +191,15 @@ def test_the_report_has_diagrams_and_the_reason(tmp_path: Path) -> None:
     assert "Beside the picture" in text
 
 
+def test_a_report_needs_no_picture_beside_it(tmp_path: Path) -> None:
+    np.save(tmp_path / "ball.npy", ball(10, 32).astype(np.uint8))
+    report = tmp_path / "report.html"
+    options = ["--voxel-size", "1um", "-o", str(report), *QUICK]
+    assert main([str(tmp_path / "ball.npy"), *options]) == 0
+    text = report.read_text()
+    assert "Beside the picture" not in text and text.count("data:image/png;base64,") == 2
+
+
 def test_tortuosity_and_pore_sizes_are_those_of_taufactor_and_porespy() -> None:
     taufactor = pytest.importorskip("taufactor")
     porespy = pytest.importorskip("porespy")
