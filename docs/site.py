@@ -1,4 +1,5 @@
-"""Hook of MkDocs: links to sources, which are no part of the site, become text.
+"""Hooks of MkDocs: links to sources, which are no part of the site, become text, and links of
+notebooks lead to pages of the site.
 
 The page of the shipped models, which `solidtex-view` writes, becomes a part of the site.
 """
@@ -41,3 +42,10 @@ def on_page_markdown(markdown: str, page: Any, config: Any, **_: Any) -> str:
     if page.file.src_uri == "gallery.md":
         markdown = markdown.replace(f"`{MATERIALS}`", f"[`{MATERIALS}`]({MATERIALS})")
     return re.sub(r"(?<!!)\[([^]]*)\]\(([^)\s]+)\)", replaced, markdown)
+
+
+def on_page_content(html: str, page: Any, **_: Any) -> str:
+    if not page.file.src_uri.endswith(".ipynb"):
+        return html
+    html = re.sub(r'href="([^":]*)README\.md', r'href="\1index.html', html)
+    return re.sub(r'href="([^":]*)\.md', r'href="\1.html', html)
