@@ -3,7 +3,6 @@
 #include <Imath/half.h>
 #include <blosc.h>
 #include <isa-l/crc.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
@@ -17,32 +16,44 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the codec `bytes` of a store says so");
 
-using Values = std::vector<float>;  // [z][y][x]
+using Values = std::vector<float>;
 
-// Goes through the voxels of one y in small squares of x and z: neither side's rows stay in the
-// cache for long.
-void gather(const Piece& piece, const Index3& offset, std::int64_t edge, std::size_t channel,
-            std::int64_t y, Values& values) {
-  constexpr std::int64_t square = 16;
-  const auto [width, height, depth] = piece.size;
-  const std::size_t channel_count = piece.values.size() / voxel_count(piece.size);
-  const std::int64_t x_end = std::min(edge, width - offset[0]);
-  const std::int64_t z_end = std::min(edge, depth - offset[2]);
-  const auto row = [&](std::int64_t x) {
-    const std::int64_t first = ((offset[0] + x) * height + offset[1] + y) * depth + offset[2];
-    return piece.values.data() + static_cast<std::size_t>(first) * channel_count + channel;
-  };
-  for (std::int64_t x_begin = 0; x_begin < x_end; x_begin += square) {
-    const std::int64_t x_stop = std::min(x_begin + square, x_end);
-    for (std::int64_t z_begin = 0; z_begin < z_end; z_begin += square) {
-      const std::int64_t z_stop = std::min(z_begin + square, z_end);
-      for (std::int64_t x = x_begin; x < x_stop; ++x) {
-        const float* from = row(x);
-        float* to = &values[static_cast<std::size_t>(y * edge + x)];
-        for (std::int64_t z = z_begin; z < z_stop; ++z)
-          to[z * edge * edge] = from[static_cast<std::size_t>(z) * channel_count];
-      }
+// Memory that a thread keeps: fresh memory costs a page fault for each 4 KiB.
+struct Scratch {
+  std::vector<Values> chunks;  // a chunk of each channel, [z][y][x]
+  Values plane;                // [channel][z][x]
+  ChunkBytes compressed;
+};
+
+// Gathers the voxels of one y. In the piece neighbors along x are far apart, and in the chunk
+// neighbors along z, so the plane is made in memory that stays in the cache. A row of the piece is
+// asked for some rows ahead.
+void gather(const Piece& piece, const Index3& offset, const Index3& end, std::int64_t edge,
+            std::int64_t y, std::span<const StoredChannel> channels, Scratch& scratch) {
+  constexpr std::int64_t rows_ahead = 4, floats_in_line = 16;
+  const auto piece_channels =
+      static_cast<std::int64_t>(piece.values.size() / voxel_count(piece.size));
+  const std::int64_t row_pitch = piece.size[1] * piece.size[2] * piece_channels;
+  const std::size_t first = voxel_index(piece.size, {offset[0], offset[1] + y, offset[2]});
+  const float* row = piece.values.data() + first * static_cast<std::size_t>(piece_channels);
+  const std::int64_t plane_size = edge * edge;
+  scratch.plane.resize(channels.size() * static_cast<std::size_t>(plane_size));
+  for (std::int64_t x = 0; x < end[0]; ++x, row += row_pitch) {
+    if (x + rows_ahead < end[0])
+      for (std::int64_t i = 0; i < end[2] * piece_channels; i += floats_in_line)
+        __builtin_prefetch(row + rows_ahead * row_pitch + i);
+    float* to = scratch.plane.data() + x;
+    for (const StoredChannel& channel : channels) {
+      const float* from = row + channel.source;
+      for (std::int64_t z = 0; z < end[2]; ++z) to[z * edge] = from[z * piece_channels];
+      to += plane_size;
     }
+  }
+  const float* from = scratch.plane.data();
+  for (Values& chunk : scratch.chunks) {
+    for (std::int64_t z = 0; z < end[2]; ++z)
+      std::copy_n(from + z * edge, end[0], chunk.data() + z * plane_size + y * edge);
+    from += plane_size;
   }
 }
 
@@ -53,39 +64,42 @@ void apply(Curve curve, Values& values) {
     for (float& value : values) value = srgb_tables.decode(value);
 }
 
-ChunkBytes compress(const void* values, std::size_t size, std::size_t value_size) {
-  ChunkBytes bytes(size + BLOSC_MAX_OVERHEAD + sizeof(std::uint32_t));
+// Returns the bytes of `size` bytes at `values` in a store.
+ChunkBytes compress(const void* values, std::size_t size, std::size_t value_size,
+                    ChunkBytes& buffer) {
+  const std::size_t capacity = size + BLOSC_MAX_OVERHEAD;
+  buffer.resize(capacity + sizeof(std::uint32_t));
   const int used = blosc_compress_ctx(blosc_level, BLOSC_BITSHUFFLE, value_size, size, values,
-                                      bytes.data(), size + BLOSC_MAX_OVERHEAD, blosc_compressor,
+                                      buffer.data(), capacity, blosc_compressor,
                                       /*blocksize=*/0, /*threads=*/1);
   if (used <= 0) throw std::runtime_error("Blosc: cannot compress " + std::to_string(size));
-  bytes.resize(static_cast<std::size_t>(used));
-  const std::uint32_t checksum = crc32c(bytes);
-  const auto* tail = reinterpret_cast<const unsigned char*>(&checksum);
-  bytes.insert(bytes.end(), tail, tail + sizeof checksum);
-  return bytes;
+  unsigned char* const end = buffer.data() + used;
+  const std::uint32_t checksum = crc32c({buffer.data(), end});
+  std::memcpy(end, &checksum, sizeof checksum);
+  return {buffer.data(), end + sizeof checksum};
 }
 
 template <class Convert>
-ChunkBytes compress_as(const Values& values, const Convert& convert) {
+ChunkBytes compress_as(const Values& values, const Convert& convert, ChunkBytes& buffer) {
   using Value = decltype(convert(0.0f));
   std::vector<Value> converted(values.size());
   std::ranges::transform(values, converted.begin(), convert);
-  return compress(converted.data(), converted.size() * sizeof(Value), sizeof(Value));
+  return compress(converted.data(), converted.size() * sizeof(Value), sizeof(Value), buffer);
 }
 
-ChunkBytes compress_at(Depth depth, const Values& values) {
+ChunkBytes compress_at(Depth depth, const Values& values, ChunkBytes& buffer) {
   switch (depth) {
     case Depth::uint8:
-      return compress_as(values, quantize<std::uint8_t>);
+      return compress_as(values, quantize<std::uint8_t>, buffer);
     case Depth::uint16:
-      return compress_as(values, quantize<std::uint16_t>);
+      return compress_as(values, quantize<std::uint16_t>, buffer);
     case Depth::half:
-      return compress_as(values, [](float value) { return Imath::half(value).bits(); });
+      return compress_as(
+          values, [](float value) { return Imath::half(value).bits(); }, buffer);
     case Depth::float32:
       break;
   }
-  return compress(values.data(), values.size() * sizeof(float), sizeof(float));
+  return compress(values.data(), values.size() * sizeof(float), sizeof(float), buffer);
 }
 
 }  // namespace
@@ -97,17 +111,23 @@ std::uint32_t crc32c(std::span<const unsigned char> bytes) {
 
 std::vector<ChunkBytes> encode_chunk(const Piece& piece, const Index3& offset, std::int64_t edge,
                                      std::span<const StoredChannel> channels, Depth depth) {
+  static thread_local Scratch scratch;
+  Index3 end{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    end[axis] = std::min(edge, piece.size[axis] - offset[axis]);
   const auto size = static_cast<std::size_t>(edge * edge * edge);
-  std::vector<Values> values(channels.size(), Values(size));
-  const std::int64_t y_end = std::min(edge, piece.size[1] - offset[1]);
-  for (std::int64_t y = 0; y < y_end; ++y)
-    for (std::size_t i = 0; i < channels.size(); ++i)
-      gather(piece, offset, edge, channels[i].source, y, values[i]);
-  std::vector<ChunkBytes> chunks(channels.size());
-  tbb::parallel_for(std::size_t{0}, channels.size(), [&](std::size_t i) {
-    apply(channels[i].stored, values[i]);
-    chunks[i] = compress_at(depth, values[i]);
-  });
+  const bool is_whole = voxel_count(end) == size;
+  scratch.chunks.resize(channels.size());
+  for (Values& chunk : scratch.chunks) {
+    chunk.resize(size);
+    if (!is_whole) std::ranges::fill(chunk, 0.0f);
+  }
+  for (std::int64_t y = 0; y < end[1]; ++y) gather(piece, offset, end, edge, y, channels, scratch);
+  std::vector<ChunkBytes> chunks;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    apply(channels[i].stored, scratch.chunks[i]);
+    chunks.push_back(compress_at(depth, scratch.chunks[i], scratch.compressed));
+  }
   return chunks;
 }
 

@@ -51,10 +51,6 @@ Index3 halves(const Index3& size) {
   return {(size[0] + 1) / 2, (size[1] + 1) / 2, (size[2] + 1) / 2};
 }
 
-std::size_t index_of(const Index3& size, std::int64_t x, std::int64_t y, std::int64_t z) {
-  return static_cast<std::size_t>((x * size[1] + y) * size[2] + z);
-}
-
 }  // namespace
 
 ShardLevels::ShardLevels(const std::filesystem::path& folder, const StoreLayout& layout,
@@ -101,18 +97,7 @@ Index3 ShardLevels::piece_size() const {
   return {planes, std::min(rows * first.edge, first.size[1]), first.size[2]};
 }
 
-void ShardLevels::take(const Piece& piece) {
-  const std::int64_t edge = levels_.front().edge;
-  const std::size_t plane = piece.values.size() / static_cast<std::size_t>(piece.size[0]);
-  Piece layer = piece;
-  for (std::int64_t x = 0; x < piece.size[0]; x += edge) {
-    layer.offset[0] = piece.offset[0] + x;
-    layer.size[0] = std::min(edge, piece.size[0] - x);
-    layer.values = piece.values.subspan(static_cast<std::size_t>(x) * plane,
-                                        static_cast<std::size_t>(layer.size[0]) * plane);
-    process(0, layer);
-  }
-}
+void ShardLevels::take(const Piece& piece) { process(0, piece); }
 
 void ShardLevels::process(std::size_t level, const Piece& piece) {
   store(level, piece);
@@ -130,8 +115,9 @@ void ShardLevels::store(std::size_t index, const Piece& piece) {
   const Level& level = levels_[index];
   const std::span<const StoredChannel> channels = index == 0 ? model_ : light_;
   std::vector<Index3> offsets;  // in the order of the file
-  for (std::int64_t z = 0; z < piece.size[2]; z += level.edge)
-    for (std::int64_t y = 0; y < piece.size[1]; y += level.edge) offsets.push_back({0, y, z});
+  for (std::int64_t x = 0; x < piece.size[0]; x += level.edge)
+    for (std::int64_t z = 0; z < piece.size[2]; z += level.edge)
+      for (std::int64_t y = 0; y < piece.size[1]; y += level.edge) offsets.push_back({x, y, z});
   std::vector<std::vector<ChunkBytes>> chunks(offsets.size());
   tbb::parallel_for(std::size_t{0}, offsets.size(), [&](std::size_t i) {
     chunks[i] = encode_chunk(piece, offsets[i], level.edge, channels, depth_);
@@ -164,12 +150,12 @@ void ShardLevels::average(std::size_t index, const Piece& piece) {
       std::size_t rows = 0;
       for (std::int64_t i = 2 * x; i < std::min(2 * x + 2, piece.size[0]); ++i) {
         for (std::int64_t j = 2 * y; j < std::min(2 * y + 2, piece.size[1]); ++j, ++rows)
-          add_row(&piece.values[index_of(piece.size, i, j, 0) * piece_channels], piece_channels,
-                  depth, read, sums);
+          add_row(&piece.values[voxel_index(piece.size, {i, j, 0}) * piece_channels],
+                  piece_channels, depth, read, sums);
       }
       const std::size_t to =
-          index_of(next.layer_size, piece.offset[0] / 2 + x - next.layer_offset[0],
-                   piece.offset[1] / 2 + y, piece.offset[2] / 2);
+          voxel_index(next.layer_size, {piece.offset[0] / 2 + x - next.layer_offset[0],
+                                        piece.offset[1] / 2 + y, piece.offset[2] / 2});
       write_means(sums, depth, channels, rows, &next.layer[to * channels]);
     }
   });
