@@ -129,8 +129,9 @@ def test_slices_are_drawn_until_the_fractions_are_sure(tmp_path: Path, monkeypat
     phases = PhaseTraining(generator, [exemplar], mean, basis)
     with monkeypatch.context() as patch:
         patch.setattr(f"{module}.MOST_SLICES", 96)
-        assert phases.hold_fractions("xyz", 16) > 0.012
-    assert phases.hold_fractions("xyz", 16) <= 0.012
+        assert phases.hold_fractions("xyz", 16, 1000) > 0.012
+    assert phases.hold_fractions("xyz", 16, 1) > 0.012
+    assert phases.hold_fractions("xyz", 16, 1000) <= 0.012
     source = LatticeSlices(generator)
     with torch.no_grad():
         drawn = [generator.colors(source.draw("xyz"[i % 3], 16, 1)) for i in range(400)]
@@ -172,7 +173,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("phases")
     photos = [str(save(folder / f"{i}.png", section([0, 7, 255], i, 64))) for i in (1, 2)]
     small = ["--set", "generator.sizes.levels=3", "--preset", "lattice"]
-    arguments = [*photos, "--phases", "--phase-names", "pore,clay,grain", "--steps", "6"]
+    arguments = [*photos, "--phases", "--phase-names", "pore,clay,grain", "--steps", "60"]
     assert train.main([*arguments, "--size", "48", *small, "-o", str(folder / "result")]) == 0
     assert export.main([str(folder / "result"), "-o", str(folder / "rock.solidtex")]) == 0
     return folder / "rock.solidtex"

@@ -26,6 +26,7 @@ from solidtex_export.images.exemplar import Exemplar
 LEAK = 0.03  # of logits into what losses see
 FEWEST_SLICES = 96  # whose fractions are counted at the end
 MOST_SLICES = 4096
+SLICES_PER_STEP = 16  # at most, so that a trial of a few steps does not wait for its fractions
 STANDARD_ERROR = 3e-3  # of the fractions, relative to them, at which no more slices are drawn
 RARE = 0.02  # fraction below which the error of a phase does not ask for more slices
 STRIDE = 2  # between counted pixels: those between add next to nothing to the mean
@@ -51,12 +52,13 @@ class PhaseTraining:
         return PhaseSlices(logits, self)
 
     @torch.no_grad()
-    def hold_fractions(self, directions: str, size: int) -> float:
+    def hold_fractions(self, directions: str, size: int, steps: int) -> float:
         """Shift the logits until the most probable phases of random slices have the fractions.
 
         Returns the standard error of the fractions, relative to them. It is above STANDARD_ERROR
-        if MOST_SLICES are too few.
+        if MOST_SLICES, or SLICES_PER_STEP for each of the training's `steps`, are too few.
         """
+        most = min(MOST_SLICES, max(FEWEST_SLICES, SLICES_PER_STEP * steps))
         source = LatticeSlices(self.generator)
         drawn: list[Tensor] = []
         needed = FEWEST_SLICES
@@ -67,7 +69,7 @@ class PhaseTraining:
             logits = torch.stack(drawn, 1).flatten(2)  # [phase, slice, pixel]
             shift = fitting_shift(logits.flatten(1), self.fractions)
             error = standard_error((logits + shift[:, None, None]).argmax(0), self.fractions)
-            needed = min(MOST_SLICES, math.ceil(len(drawn) * (error / STANDARD_ERROR) ** 2))
+            needed = min(most, math.ceil(len(drawn) * (error / STANDARD_ERROR) ** 2))
         self.generator.color_mean += shift.to(self.generator.color_mean)
         return error
 

@@ -121,7 +121,7 @@ class Trainer(ResumableTraining):
             self._measure_statistics()
         if self.phases is not None:
             self.fraction_error = self.phases.hold_fractions(
-                self.config.directions, self.config.size
+                self.config.directions, self.config.size, self.step
             )
         self.finished = True
 
