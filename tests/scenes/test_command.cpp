@@ -179,7 +179,7 @@ TEST_CASE("Ctrl-C ends solidtex-render with exit code 130 and leaves no files") 
   const TemporaryFolder folder;
   write_scene(folder);
   // The mesh report is printed right before rendering.
-  CHECK(interrupt_render({"scene.json", "--spp", "1000000", "-o", "a.png"}, folder, "out.txt") ==
+  CHECK(interrupt_render({"scene.json", "--spp", "1000000", "-o", "a.png"}, folder, "err.txt") ==
         130);
   CHECK(file_count(folder) == 4);
 }
