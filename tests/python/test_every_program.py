@@ -205,10 +205,11 @@ def test_the_file_goes_to_standard_output(program: str, execute: Execute, make_r
 
 
 def test_several_files_do_not_go_to_standard_output(execute: Execute) -> None:
-    for program, words in {
-        "solidtex-bake": "granite-grey --size 8 -o -.nhdr",
-        "solidtex-export-shader": "model.solidtex -o -.glsl --weights texture",
-    }.items():
+    for program, words in (
+        ("solidtex-bake", "granite-grey --size 8 -o -.nhdr"),
+        ("solidtex-export-shader", "model.solidtex -o -.glsl --weights texture"),
+        ("solidtex-export-shader", "granite-grey -o -.wgsl"),
+    ):
         refused = execute(program, *words.split())
         assert refused.code in (1, 2) and refused.out == b""
         assert b"found -" in refused.err and b"expected a file" in refused.err

@@ -80,14 +80,8 @@ def export(args: argparse.Namespace) -> cli.Document:
             f"--size: found it with {args.model}, expected a model of the lattice family"
         )
     storage = _storage(args)
-    companions = [args.output.with_suffix(s) for s in _companions(storage)]
-    if companions and args.is_piped:
-        raise OutputError(
-            f"-o: found - with --weights {storage}, which are files of their own, expected a file"
-            " name (or --weights constant)"
-        )
-    for path in companions:
-        check_output(path, args.force, path.suffix)
+    why = f"--weights {storage}, which are files of their own, expected a file name"
+    companions = _beside(args, _companions(storage), f"{why} (or --weights constant)")
     name = function_name(args.output)
     made = shader(model, suffix, name, storage, args.precision, args.seed)
     write_whole(args.output, made.text.encode())
@@ -112,9 +106,8 @@ def _export_lattice(args: argparse.Namespace, model: ModelFile) -> cli.Document:
             f"--size: found {size}, expected a multiple of {alignment(nodes)}, the coarsest voxel,"
             f" up to {MAX_BRICK}"
         )
-    weights, listed = (args.output.with_suffix(s) for s in (".weights.bin", ".passes.json"))
-    for path in (weights, listed):
-        check_output(path, args.force, path.suffix)
+    why = "a lattice, whose weights and passes are files of their own, expected a file name"
+    weights, listed = _beside(args, [".weights.bin", ".passes.json"], why)
     program = lattice_program(model, args.seed)
     passes = program.passes(Box((0, 0, 0), (size, size, size)))
     document = {
@@ -131,6 +124,16 @@ def _export_lattice(args: argparse.Namespace, model: ModelFile) -> cli.Document:
     write_whole(listed, (json.dumps(document, indent=1) + "\n").encode())
     print(f"{args.output}: {len(passes)} compute passes for {size}^3 voxels, {weights}, {listed}")
     return cli.files(args.output, weights, listed)
+
+
+def _beside(args: argparse.Namespace, suffixes: list[str], why: str) -> list[Path]:
+    """Files beside the shader; there are none on standard output."""
+    if suffixes and args.is_piped:
+        raise OutputError(f"-o: found - with {why}")
+    paths = [args.output.with_suffix(suffix) for suffix in suffixes]
+    for path in paths:
+        check_output(path, args.force, path.suffix)
+    return paths
 
 
 def _storage(args: argparse.Namespace) -> Storage:
