@@ -182,7 +182,7 @@ def test_vgg_sees_colors(weights: dict[str, Tensor], tmp_path: Path) -> None:
     torch.save(weights, path)
     colors = maps(1, 3, 32, 32).mul(0.1).add(0.5)
     plain = pretrained.PretrainedDescriptor(load_network(path), torch.zeros(3), torch.eye(3))
-    whitened = DescriptorSource(MEAN, BASIS, PretrainedWeights(path)).make("features")
+    whitened = DescriptorSource(MEAN, BASIS, PretrainedWeights(load_network(path))).make("features")
     y = (colors - MEAN.view(1, 3, 1, 1)) / BASIS.diag().view(1, 3, 1, 1)
     features = whitened.features(y, y)
     for name, (fakes, _) in plain.features(colors, colors).items():
@@ -220,7 +220,7 @@ def test_vgg_takes_the_first_three_of_five_channels(
 def test_squeezenet_is_recognized_and_compares_textures(tmp_path: Path) -> None:
     torch.manual_seed(0)
     save_file(SqueezeNet().state_dict(), tmp_path / "squeezenet.safetensors")
-    weights = PretrainedWeights(tmp_path / "squeezenet.safetensors")
+    weights = PretrainedWeights(load_network(tmp_path / "squeezenet.safetensors"))
     descriptor = DescriptorSource(MEAN, BASIS, weights).make("features")
     images = maps(2, 3, 64, 64)
     features = descriptor.features(images, images)

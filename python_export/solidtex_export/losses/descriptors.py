@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Protocol
 
 from torch import Tensor
@@ -13,7 +12,7 @@ from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.pretrained import PretrainedDescriptor
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.losses.statistics import Features
-from solidtex_export.networks import load_network
+from solidtex_export.networks import SqueezeNet, Vgg19
 
 
 class Descriptor(Protocol):
@@ -34,8 +33,7 @@ class Descriptor(Protocol):
 class PretrainedWeights:
     """Pretrained weights that the user provides."""
 
-    features: Path | None = None
-    """Of VGG-19 or SqueezeNet."""
+    features: Vgg19 | SqueezeNet | None = None
     learned: Trained | None = None
 
 
@@ -54,7 +52,7 @@ class DescriptorSource:
         if name == "random":
             return RandomDescriptor(groups) if groups else RandomDescriptor()
         if name == "features" and self.weights.features is not None:
-            network = load_network(self.weights.features)
+            network = self.weights.features
             return PretrainedDescriptor(network, self.color_mean, self.color_basis, self.linear)
         return LearnedDescriptor(self.learned(f'descriptor "{name}"'))
 

@@ -11,18 +11,16 @@ Slices are whitened values; the networks receive the first three channels of the
 from __future__ import annotations
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
 from solidtex_export.images.srgb import srgb_encoded
 from solidtex_export.losses.learned import Moments, moments_distance
 from solidtex_export.losses.statistics import Features, gram
-from solidtex_export.networks.squeezenet import SqueezeNet, pooled
+from solidtex_export.networks.squeezenet import SqueezeNet
 from solidtex_export.networks.vgg import Vgg19
 from solidtex_export.networks.weights import WeightsError
 
 VGG_LAYERS = tuple(f"relu{group}_1" for group in range(1, 6))
-SQUEEZENET_GROUPS = (("conv1",), ("fire2", "fire3", "fire4"), ("fire5", "fire6", "fire7"))
 SILENT_SHARE = 0.3  # of a layer's mean deviation, added to the deviation of each feature
 FLAT = 1e-6  # added to it too: features of an exemplar without any pattern
 
@@ -48,15 +46,11 @@ class PretrainedDescriptor:
 
     def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
         """Distance of Gram matrices of two batches of whitened images [batch, channel, y, x]."""
-        with torch.no_grad():
-            targets = self._activations(reals)
-        found = self._activations(fakes)
+        features = self.features(fakes, reals)
         if isinstance(self._network, Vgg19):
-            pairs = [(gram(found[name]), gram(targets[name])) for name in VGG_LAYERS]
-            return torch.stack([(f - r).square().mean() for f, r in pairs]).sum()
-        distances = [
-            _normalized_distance(found[name], targets[name]) for name in found if "relu" in name
-        ]
+            pairs = [features[name] for name in VGG_LAYERS]
+            return torch.stack([(gram(f) - gram(r)).square().mean() for f, r in pairs]).sum()
+        distances = [_normalized_distance(*features[name]) for name in features if "relu" in name]
         return torch.stack(distances).mean()
 
     def features(self, fakes: Tensor, reals: Tensor) -> Features:
@@ -74,24 +68,7 @@ class PretrainedDescriptor:
         device = images.device
         rgb = torch.einsum("ij,bjrc->birc", self._basis.to(device), images.float())
         rgb = rgb + self._mean.to(device).view(1, 3, 1, 1)
-        rgb = srgb_encoded(rgb) if self._linear else rgb
-        if isinstance(self._network, Vgg19):
-            return self._network.features(rgb)
-        network = self._network.to(device)
-        half = _squeezenet_features(network, F.avg_pool2d(rgb, 2))
-        found = _squeezenet_features(network, rgb)
-        return found | {f"half_{name}": values for name, values in half.items()}
-
-
-def _squeezenet_features(network: SqueezeNet, rgb: Tensor) -> dict[str, Tensor]:
-    """Features by names like VGG's: groups are the modules between two poolings."""
-    by_module = network.features(rgb, SQUEEZENET_GROUPS[-1][-1])
-    found: dict[str, Tensor] = {}
-    for group, modules in enumerate(SQUEEZENET_GROUPS, 1):
-        found |= {f"relu{group}_{i}": by_module[name] for i, name in enumerate(modules, 1)}
-        if group < len(SQUEEZENET_GROUPS):
-            found[f"pool{group}"] = pooled(by_module[modules[-1]])
-    return found
+        return self._network.named_features(srgb_encoded(rgb) if self._linear else rgb)
 
 
 def _normalized_distance(fakes: Tensor, reals: Tensor) -> Tensor:

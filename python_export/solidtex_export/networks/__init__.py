@@ -16,7 +16,7 @@ EXPECTED = f"{vgg.EXPECTED}, or {squeezenet.EXPECTED}"
 def load_network(path: Path) -> Vgg19 | SqueezeNet:
     """The network whose weights are in a file, recognized by the names of its tensors."""
     state = read_state(path, EXPECTED, WeightsError)
-    if Vgg19.recognizes(state):
+    if vgg.recognizes(state):
         return Vgg19(state, path)
     if squeezenet.recognizes(state):
         return squeezenet_of(state, path)

@@ -18,6 +18,7 @@ CLASSES = 1000
 WIDTHS = (16, 16, 32, 32, 48, 48, 64, 64)  # squeezed channels of fire2 ... fire9
 FIRES = tuple(f"fire{i}" for i in range(2, 2 + len(WIDTHS)))
 POOLED = ("conv1", "fire4", "fire8")  # layers that pooling follows
+GROUPS = (("conv1",), ("fire2", "fire3", "fire4"), ("fire5", "fire6", "fire7"))
 EXPECTED = "weights of SqueezeNet v1.0 (safetensors or a state dict)"
 
 
@@ -35,7 +36,7 @@ class Fire(nn.Module):
         return F.relu(torch.cat([self.expand1x1(x), self.expand3x3(x)], 1))
 
 
-def pooled(features: Tensor) -> Tensor:
+def _pooled(features: Tensor) -> Tensor:
     """Largest values of 3 x 3 neighborhoods, at half the size."""
     return F.max_pool2d(features, 3, 2, ceil_mode=True)
 
@@ -64,7 +65,24 @@ class SqueezeNet(nn.Module):
             x = found[name] = F.relu(x) if name == "conv1" else x
             if name == last:
                 break
-            x = pooled(x) if name in POOLED else x
+            x = _pooled(x) if name in POOLED else x
+        return found
+
+    def named_features(self, images: Tensor) -> dict[str, Tensor]:
+        """Outputs of conv1 to fire7 at full and at half size, by names like VGG's: groups are the
+        modules between two poolings.
+        """
+        self.to(images.device)
+        half = self._grouped(F.avg_pool2d(images, 2))
+        return self._grouped(images) | {f"half_{name}": f for name, f in half.items()}
+
+    def _grouped(self, images: Tensor) -> dict[str, Tensor]:
+        by_module = self.features(images, GROUPS[-1][-1])
+        found: dict[str, Tensor] = {}
+        for group, modules in enumerate(GROUPS, 1):
+            found |= {f"relu{group}_{i}": by_module[name] for i, name in enumerate(modules, 1)}
+            if group < len(GROUPS):
+                found[f"pool{group}"] = _pooled(by_module[modules[-1]])
         return found
 
     def forward(self, images: Tensor) -> Tensor:

@@ -56,7 +56,7 @@ class Vgg19:
     def __init__(self, state: Mapping[str, Any], path: Path) -> None:
         names = [f"conv{g}_{i}" for g, n in enumerate(CONVOLUTIONS, 1) for i in range(1, n + 1)]
         self.preprocessing = GATYS
-        if not Vgg19.named_by_gatys(state):
+        if not _is_named_by_gatys(state):
             names = [f"features.{index}" for index in TORCHVISION_INDICES]
             self.preprocessing = TORCHVISION
         self.layers: list[tuple[Tensor, Tensor]] = []
@@ -70,16 +70,7 @@ class Vgg19:
             )
             channels = width
 
-    @staticmethod
-    def named_by_gatys(state: Mapping[str, Any]) -> bool:
-        return "conv1_1.weight" in state
-
-    @staticmethod
-    def recognizes(state: Mapping[str, Any]) -> bool:
-        """Whether the names of the tensors are VGG-19's."""
-        return Vgg19.named_by_gatys(state) or any(str(k).startswith("features.") for k in state)
-
-    def features(self, images: Tensor) -> dict[str, Tensor]:
+    def named_features(self, images: Tensor) -> dict[str, Tensor]:
         """Outputs by layer; images are [image, channel, row, column], sRGB, 0 ... 1."""
         x = self.preprocessing(images)
         found = {}
@@ -93,3 +84,12 @@ class Vgg19:
                 x = F.avg_pool2d(x, 2)
                 found[f"pool{group}"] = x
         return found
+
+
+def recognizes(state: Mapping[str, Any]) -> bool:
+    """Whether the names of the tensors are VGG-19's."""
+    return _is_named_by_gatys(state) or any(str(key).startswith("features.") for key in state)
+
+
+def _is_named_by_gatys(state: Mapping[str, Any]) -> bool:
+    return "conv1_1.weight" in state

@@ -22,7 +22,7 @@ from solidtex_export.images.photographs import read_picture
 from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.learned import LearnedDescriptor
-from solidtex_export.networks import load_network
+from solidtex_export.networks import SqueezeNet, Vgg19, load_network
 from solidtex_export.training.config import Config, FileRecord, exemplar_records
 from solidtex_export.training.presets import PresetError, load_recipe
 from solidtex_export.training.recipe import FineTuning, Grain, Init, InitialPhase, Recipe
@@ -151,11 +151,11 @@ def resolve(request: Request) -> Resolved:
         space=start.record if start else None,
         fine_tuned=(recipe.fine_tuning or FineTuning()) if start else None,
     )
-    check_features(request, config)
+    features = load_features(request, config)
     learned = None
     if descriptor is not None:
         learned = shipped() if descriptor == SHIPPED else load_weights(descriptor)
-    return Resolved(config, exemplars, PretrainedWeights(request.features, learned), choices, start)
+    return Resolved(config, exemplars, PretrainedWeights(features, learned), choices, start)
 
 
 def load_exemplars(request: Request, resolution: int, size: int) -> list[Exemplar]:
@@ -318,17 +318,17 @@ def check_critic(preset: str, recipe: Recipe, source: StartSource, start: Start)
         ) from error
 
 
-def check_features(request: Request, config: Config) -> None:
-    """Refuse bad weights before a result folder is made."""
+def load_features(request: Request, config: Config) -> Vgg19 | SqueezeNet | None:
+    """The network of --features; bad weights are refused before a result folder is made."""
     if request.features is None:
-        return
+        return None
     channels = config.channels
     if config.recipe.only_features and len(channels) > 3:
         raise PresetError(
             f"--features: found {len(channels)} channels ({', '.join(channels)}), expected at most"
             f" 3: the network sees no more, and preset {config.preset} has no other loss"
         )
-    load_network(request.features)
+    return load_network(request.features)
 
 
 def _record(path: Path | None) -> FileRecord | None:
