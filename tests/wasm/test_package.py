@@ -1,10 +1,14 @@
 """The npm package under Node: exact has the bits of the desktop engine, fast is within 1/1024."""
 
+import functools
+import http.server
 import json
 import os
 import re
 import shutil
 import subprocess
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +25,7 @@ FAST_BOUND = 1 / 1024
 LATTICE, SAMPLER = MODELS / "marble.solidtex", MODELS / "granite-beige-sampler.solidtex"
 NODE = shutil.which("node")
 TSC = shutil.which("tsc")
+CHROMIUM = shutil.which("chromium-headless-shell") or shutil.which("chromium")
 
 if not (PACKAGE / "index.mjs").exists():
     pytest.skip("the target solidtex_wasm is not built", allow_module_level=True)
@@ -86,6 +91,18 @@ def test_values(model: Path, precision: str, tmp_path: Path) -> None:
             assert np.abs(found - wanted).max() <= FAST_BOUND
 
 
+@pytest.mark.parametrize("model", [LATTICE, SAMPLER], ids=["lattice", "sampler"])
+def test_workers_share_a_query(model: Path, tmp_path: Path) -> None:
+    """More workers than voxels or points in some queries; every axis is the longest of a box."""
+    few = {"box": [[3, 3, 3], [1, 2, 1]]}, {"points": [0.5] * 3}, {"points": []}
+    boxes = {"box": [[-2, 0, 9], [9, 2, 3]]}, {"box": [[7, -7, 0], [2, 5, 4]]}
+    job = {"model": str(model), "options": {"precision": "fast", "seed": 3},
+           "queries": [*queries(), *few, *boxes]}  # fmt: skip
+    lines = run([job, {**job, "workers": 3}], tmp_path)
+    assert lines[: len(lines) // 2] == lines[len(lines) // 2 :]
+    assert len(set(lines)) > len(lines) // 2 - 3
+
+
 def test_fast_is_another_module(tmp_path: Path) -> None:
     """Fast rounds products: were it the exact module, test_values could not tell."""
     jobs = [
@@ -100,6 +117,7 @@ def test_fast_is_another_module(tmp_path: Path) -> None:
     ("query", "message"),
     [
         ({"points": [0, "NaN", 0]}, "1: point 0: y is nan (origin 0 + point nan), expected a"),
+        ({"points": [0] * 9 + [0, "NaN", 0]}, "1: point 3: y is nan (origin 0 + point nan), expec"),
         ({"points": [0, 0]}, "1: points: found 2 numbers, expected x, y, z of every point"),
         ({"points": 7}, "1: points: found 7, expected an array of x, y, z of every point"),
         ({"points": [0] * 3, "options": {"radii": [-1]}}, "1: radius of point 0 is -1, expected 0"),
@@ -110,10 +128,16 @@ def test_fast_is_another_module(tmp_path: Path) -> None:
         ({"box": [[0.5, 0, 0], [1, 1, 1]]}, "1: origin: found [0.5,0,0], expected three whole"),
     ],
 )
-def test_refused_queries(query: dict[str, Any], message: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("workers", [{}, {"workers": 2}], ids=["here", "in workers"])
+def test_refused_queries(
+    query: dict[str, Any], message: str, workers: dict[str, int], tmp_path: Path
+) -> None:
     """The texture stays usable."""
+    if workers and "4096 x 4096" in message:
+        message = "4: a box of 2048 x 4096 x 64 voxels needs 6442450944 bytes"
     wanted = {"box": BOXES[0]}
-    job = {"model": str(SAMPLER), "queries": [query, wanted], "options": {"precision": "fast"}}
+    job = {"model": str(SAMPLER), "queries": [query, wanted], "options": {"precision": "fast"},
+           **workers}  # fmt: skip
     _, refusal, values = run([job], tmp_path)
     assert refusal.startswith("SolidtexError " + message)
     assert len(values) == 2 * 4 * 3 * 5 * 3 * 7
@@ -131,6 +155,9 @@ def test_refused_queries(query: dict[str, Any], message: str, tmp_path: Path) ->
         ({"options": {"seed": -1}}, "1: seed: found -1, expected a whole number from 0 to 1844674"),
         ({"options": {"period": 64}}, '1: parameter "period" is 64, expected 0 for a model of the'),
         ({"model": 5}, "1: model: found 5, expected bytes, a URL or a path"),
+        ({"model": 5, "workers": 2}, "1: model: found 5, expected bytes, a URL or a path"),
+        ({"workers": 0}, "1: workers: found 0, expected a whole number from 1 to 256"),
+        ({"workers": 2, "bytes": 1000}, "3: model in memory: header length: found "),
     ],
 )
 def test_refused_models(changes: dict[str, Any], message: str, tmp_path: Path) -> None:
@@ -164,6 +191,43 @@ def test_snippet_of_the_page(tmp_path: Path) -> None:
     output = re.search(r"```text\n(.*?)```", page, re.DOTALL)
     assert output
     assert shown.stdout == output[1]
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Iterator[str]:
+    """The address of a server with the package, a model and an empty page."""
+    (tmp_path / "package").symlink_to(PACKAGE)
+    shutil.copy(SAMPLER, tmp_path)
+    (tmp_path / "index.html").write_text("<!doctype html>")
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=tmp_path)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+@pytest.mark.skipif(not CHROMIUM, reason="Chromium is not installed")
+def test_a_page_evaluates_in_workers(site: str) -> None:
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    script = f"""async () => {{
+        const {{ loadInWorkers }} = await import("/package/index.mjs");
+        const texture = await loadInWorkers("/{SAMPLER.name}", {{ workers: 2 }});
+        const values = await texture.evalBox([1, 2, 3], [5, 4, 3]);
+        texture.close();
+        const lost = await loadInWorkers("/{SAMPLER.name}", {{ baseUrl: "{site}/none/" }})
+            .catch((error) => error.message);
+        return [Array.from(values), lost];
+    }}"""
+    with playwright.sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page()
+        page.goto(site)
+        found, lost = page.evaluate(script)
+        browser.close()
+    with Texture(SAMPLER) as texture:
+        wanted = texture.eval_box((1, 2, 3), (5, 4, 3)).ravel()
+    np.testing.assert_array_equal(np.array(found, np.float32), wanted)
+    assert lost == "a worker failed: cannot load it"
 
 
 @pytest.mark.skipif(not TSC, reason="tsc is not installed")

@@ -55,3 +55,22 @@ export function load(
   model: ArrayBuffer | Uint8Array | string | URL,
   options?: LoadOptions,
 ): Promise<Texture>;
+
+export interface WorkersOptions extends LoadOptions {
+  /** Workers, each with a copy of the model and a cache. Default: one for each processor. */
+  workers?: number;
+}
+
+/** A texture that evaluates in workers: the caller is free meanwhile. Values are the same bits. */
+export interface WorkersTexture extends Omit<Texture, "evalPoints" | "evalBox"> {
+  evalPoints(points: ArrayLike<number>, options?: EvalOptions): Promise<Float32Array>;
+  evalBox(origin: Vector, size: Vector): Promise<Float32Array>;
+  /** Ends the workers. Queries that wait are refused. */
+  close(): void;
+}
+
+/** Loads a model in workers, which share each query's points or voxels. */
+export function loadInWorkers(
+  model: ArrayBuffer | Uint8Array | string | URL,
+  options?: WorkersOptions,
+): Promise<WorkersTexture>;

@@ -3,7 +3,8 @@
 const isNode = typeof process === "object" && Boolean(process.versions?.node);
 const MAX_MEMORY = 2 ** 31; // that of the modules
 const PAGE = 65536;
-const INVALID_ARGUMENT = 1, OUT_OF_MEMORY = 4; // solidtex_status
+const INVALID_ARGUMENT = 1, OUT_OF_MEMORY = 4, INTERNAL_ERROR = 5; // solidtex_status
+const MAX_WORKERS = 256;
 const modules = new Map(); // by precision and folder: promises
 
 export class SolidtexError extends Error {
@@ -215,4 +216,155 @@ export async function load(model, options = {}) {
     throw error;
   }
   return texture;
+}
+
+// A worker: call() evaluates there. Under Node it keeps the process alive during calls alone.
+class Remote {
+  #calls = new Map(); // by id: resolve and reject
+  #count = 0;
+
+  static async start(folder) {
+    const remote = new Remote();
+    const NodeWorker = isNode && (await import("node:worker_threads")).Worker;
+    const url = folder && new URL("worker.mjs", folder);
+    // Bundlers look for this form.
+    remote.worker = isNode ? new NodeWorker(url ?? new URL("./worker.mjs", import.meta.url))
+      : url ? new Worker(url, { type: "module" })
+      : new Worker(new URL("./worker.mjs", import.meta.url), { type: "module" });
+    const ready = new Promise((resolve, reject) => remote.#calls.set(undefined, [resolve, reject]));
+    const fail = (event) => remote.#fail(`a worker failed: ${event.message ?? "cannot load it"}`);
+    if (isNode) remote.worker.on("message", (data) => remote.#take(data)).on("error", fail);
+    else {
+      remote.worker.onmessage = (event) => remote.#take(event.data);
+      remote.worker.onerror = fail;
+    }
+    await ready;
+    return remote;
+  }
+
+  #take([id, result, refusal]) {
+    const waiting = this.#calls.get(id);
+    if (!waiting) return; // the worker failed or was closed
+    const [resolve, reject] = waiting;
+    this.#calls.delete(id);
+    if (this.#calls.size === 0) this.worker.unref?.();
+    if (refusal) reject(new SolidtexError(...refusal));
+    else resolve(result);
+  }
+
+  #fail(message) {
+    this.failure = message;
+    for (const [, reject] of this.#calls.values())
+      reject(new SolidtexError(message, INTERNAL_ERROR));
+    this.#calls.clear();
+  }
+
+  call(method, ...given) {
+    if (this.failure) return Promise.reject(new SolidtexError(this.failure, INTERNAL_ERROR));
+    this.worker.ref?.();
+    const id = this.#count++;
+    return new Promise((resolve, reject) => {
+      this.#calls.set(id, [resolve, reject]);
+      this.worker.postMessage([id, method, given]);
+    });
+  }
+
+  close() {
+    this.worker.terminate();
+    this.#fail("texture is closed");
+  }
+}
+
+// [begin, end) of `count` nearly equal parts of [0, length), without empty ones.
+function split(length, count) {
+  const ends = Array.from({ length: count + 1 }, (_, i) => Math.floor((i * length) / count));
+  return ends.slice(1).map((end, i) => [ends[i], end]).filter(([begin, end]) => begin < end);
+}
+
+const replaced = (vector, axis, value) => vector.map((x, i) => (i === axis ? value : x));
+
+class WorkersTexture {
+  #remotes;
+
+  constructor(remotes, facts) {
+    this.#remotes = remotes;
+    Object.assign(this, facts);
+  }
+
+  // Evaluates parts of [0, length) by evaluate(remote, begin, end). A refusal numbers what it names
+  // from the first of its part, so all together, refused for the same reason, give its message.
+  #share(length, evaluate) {
+    const parts = split(length, this.#remotes.length);
+    return Promise.all(parts.map(([begin, end], i) => evaluate(this.#remotes[i], begin, end)))
+      .catch((error) => {
+        if (error.status !== INVALID_ARGUMENT) throw error;
+        return evaluate(this.#remotes[0], 0, length);
+      });
+  }
+
+  async evalPoints(points, { origin, radii } = {}) {
+    const given = floats("points", points, (n) => n % 3 === 0, "x, y, z of every point");
+    const count = given.length / 3;
+    const edges =
+      radii && floats("radii", radii, (n) => n === count, `one radius for each of ${count} points`);
+    const evaluate = (remote, begin, end) => remote.call(
+      "evalPoints", given.slice(3 * begin, 3 * end),
+      { origin, radii: edges && edges.slice(begin, end) });
+    const parts = await this.#share(count, evaluate);
+    const values = new Float32Array(count * this.channels.length);
+    let at = 0;
+    for (const part of parts) {
+      values.set(part, at);
+      at += part.length;
+    }
+    return values;
+  }
+
+  async evalBox(origin, size) {
+    const [first] = this.#remotes;
+    const isWhole = (v) => v?.length === 3 && v.every((x) => Number.isSafeInteger(x));
+    if (!isWhole(origin) || !isWhole(size) || size.some((edge) => edge < 1))
+      return first.call("evalBox", origin, size); // which refuses it, or has nothing to do
+    const axis = size.indexOf(Math.max(...size));
+    const parts = await this.#share(size[axis], (remote, begin, end) => remote.call(
+      "evalBox", replaced(origin, axis, origin[axis] + begin), replaced(size, axis, end - begin)));
+    const product = (edges) => edges.reduce((a, b) => a * b, 1);
+    const blocks = product(size.slice(0, axis));
+    const row = product(size.slice(axis + 1)) * this.channels.length; // values of one step
+    const values = new Float32Array(product(size) * this.channels.length);
+    split(size[axis], this.#remotes.length).forEach(([begin, end], i) => {
+      const length = (end - begin) * row;
+      for (let block = 0; block < blocks; ++block)
+        values.set(parts[i].subarray(block * length, (block + 1) * length),
+                   (block * size[axis] + begin) * row);
+    });
+    return values;
+  }
+
+  close() {
+    for (const remote of this.#remotes) remote.close();
+  }
+}
+
+async function processors() {
+  if (globalThis.navigator?.hardwareConcurrency) return navigator.hardwareConcurrency;
+  return isNode ? (await import("node:os")).cpus().length : 1;
+}
+
+export async function loadInWorkers(model, { workers, ...options } = {}) {
+  const count = Number(wholeNumber("workers", workers ?? (await processors()), MAX_WORKERS));
+  if (count === 0) refuse("workers", workers, `a whole number from 1 to ${MAX_WORKERS}`);
+  const { baseUrl } = options;
+  const folder = baseUrl === undefined ? undefined : String(baseUrl).replace(/\/?$/, "/");
+  const bytes = await read(model);
+  const remotes = [];
+  try {
+    for (let i = 0; i < count; ++i) remotes.push(await Remote.start(folder));
+    const facts = await Promise.all(
+      remotes.map((remote) => remote.call("load", bytes, { ...options, baseUrl: folder })));
+    return new WorkersTexture(remotes, facts[0]);
+  } catch (error) {
+    for (const remote of remotes) remote.close();
+    throw error;
+  }
 }
