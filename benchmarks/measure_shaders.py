@@ -1,4 +1,4 @@
-"""Prints the tables of docs/shader-export.md: sizes, and differences from the engine.
+"""Prints the figures of docs/shader-export.md: sizes, and differences from the engine.
 
     python benchmarks/measure_shaders.py models/stone-grey.solidtex models/wood-oak.solidtex
 
