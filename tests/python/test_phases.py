@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 from pathlib import Path
 
@@ -127,17 +128,53 @@ def test_slices_are_drawn_until_the_fractions_are_sure(tmp_path: Path, monkeypat
     mean, basis = channel_axes([exemplar])
     generator = LatticeGenerator(levels=3, noise_channels=1, out_channels=3, softmax=True).eval()
     phases = PhaseTraining(generator, [exemplar], mean, basis)
+
+    def goes_on(drawn: int, needed: int) -> bool:
+        return drawn < needed
+
     with monkeypatch.context() as patch:
         patch.setattr(f"{module}.MOST_SLICES", 96)
-        assert phases.hold_fractions("xyz", 16, 1000) > 0.012
-    assert phases.hold_fractions("xyz", 16, 1) > 0.012
-    assert phases.hold_fractions("xyz", 16, 1000) <= 0.012
+        assert phases.hold_fractions("xyz", 16, 1000, goes_on) > 0.012
+    assert phases.hold_fractions("xyz", 16, 1, goes_on) > 0.012
+    assert phases.hold_fractions("xyz", 16, 1000, goes_on) <= 0.012
     source = LatticeSlices(generator)
     with torch.no_grad():
         drawn = [generator.colors(source.draw("xyz"[i % 3], 16, 1)) for i in range(400)]
     found = torch.bincount(torch.cat(drawn).argmax(1).flatten(), minlength=3) / (400 * 16**2)
     # Both means have a standard error of about 1 %.
     assert found.tolist() == pytest.approx(phases.fractions.tolist(), rel=0.04)
+
+
+def test_ctrl_c_stops_while_fractions_are_held(tmp_path: Path, monkeypatch, capfd) -> None:
+    photo = save(tmp_path / "a.png", section([0, 255]))
+    options = ["--phases", "--steps", "2", "--size", "32", "--set", "generator.sizes.levels=3"]
+
+    def run(name: str) -> tuple[int, dict]:
+        code = train.main([str(photo), *options, "-o", str(tmp_path / name)])
+        return code, torch.load(tmp_path / name / "checkpoint.pt", weights_only=True)
+
+    _, whole = run("whole")
+    hold = PhaseTraining.hold_fractions
+
+    def interrupted(self, directions, size, steps, goes_on) -> float | None:
+        def press_ctrl_c(drawn: int, needed: int) -> bool:
+            if drawn == 5:
+                signal.raise_signal(signal.SIGINT)
+            assert drawn <= 5
+            return goes_on(drawn, needed)
+
+        return hold(self, directions, size, steps, press_ctrl_c)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(PhaseTraining, "hold_fractions", interrupted)
+        code, stopped = run("stopped")
+    assert code == 130 and not stopped["finished"]
+    error = capfd.readouterr().err
+    assert "stopped at step 2, before its fractions were held; the same command resumes" in error
+    code, resumed = run("stopped")
+    assert code == 0 and resumed["finished"]
+    assert torch.equal(resumed["generator"]["color_mean"], whole["generator"]["color_mean"])
+    assert not torch.equal(stopped["generator"]["color_mean"], whole["generator"]["color_mean"])
 
 
 class SureSlices:

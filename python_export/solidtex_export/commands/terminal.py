@@ -23,6 +23,8 @@ class Training(Protocol):
 
     step: int
     seconds: float
+    activity: str
+    """What is done instead of steps; empty during the steps."""
 
     @property
     def progress(self) -> float:
@@ -72,11 +74,14 @@ def _progress_lines() -> Iterator[Report]:
         nonlocal said
         if time.monotonic() - said >= LOG_SECONDS:
             said = time.monotonic()
-            say(f"{_describe(training)}, {training.progress:.0%}")
+            done = "" if training.activity else f", {training.progress:.0%}"
+            say(_describe(training) + done)
 
     yield report
 
 
 def _describe(training: Training) -> str:
+    if training.activity:
+        return training.activity
     left = max(0.0, training.seconds * (1 / max(training.progress, 1e-9) - 1))
     return f"step {training.step}, {left / 60:.1f} min left"

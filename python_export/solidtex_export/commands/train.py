@@ -106,7 +106,8 @@ def train(request: Request, args: argparse.Namespace) -> Trainer:
             say(f"{args.result}: fractions held, standard error {trainer.fraction_error:.1%}")
         say(f"next: solidtex-export {args.result} -o {args.result.name}.solidtex")
     else:
-        say(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
+        before = ", before its fractions were held" if trainer.progress >= 1 else ""
+        say(f"{args.result}: stopped at step {trainer.step}{before}; the same command resumes")
     return trainer
 
 

@@ -23,6 +23,8 @@ class ResumableTraining:
     minutes: float | None = None
     step = 0
     seconds = 0.0
+    activity = ""
+    """What is done instead of steps; empty during the steps."""
 
     @property
     def progress(self) -> float:
@@ -59,7 +61,7 @@ class ResumableTraining:
                     self.folder.log({"step": self.step, "seconds": round(self.seconds, 1)} | row)
             report(self)
         if self.progress >= 1:
-            self._finish()
+            self._finish(stop, report)
         self.save()
         self.save_preview()
 
@@ -69,8 +71,11 @@ class ResumableTraining:
         """
         return {name: sum(row[name] for row in rows) / len(rows) for name in rows[0]}
 
-    def _finish(self) -> None:
-        """Called at the end of a training that was not stopped before."""
+    def _finish(self, stop: Callable[[], bool], report: Callable[[Self], None]) -> None:
+        """Called at the end of a training that was not stopped before.
+
+        If `stop` returns true, it changes nothing, and is called again when the training resumes.
+        """
 
     def save(self) -> None:
         state = self.state()

@@ -14,7 +14,7 @@ until the standard error of their mean is small.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import torch
 from torch import Tensor
@@ -52,11 +52,15 @@ class PhaseTraining:
         return PhaseSlices(logits, self)
 
     @torch.no_grad()
-    def hold_fractions(self, directions: str, size: int, steps: int) -> float:
+    def hold_fractions(
+        self, directions: str, size: int, steps: int, goes_on: Callable[[int, int], bool]
+    ) -> float | None:
         """Shift the logits until the most probable phases of random slices have the fractions.
 
         Returns the standard error of the fractions, relative to them. It is above STANDARD_ERROR
         if MOST_SLICES, or SLICES_PER_STEP for each of the training's `steps`, are too few.
+        Before each slice goes_on(drawn slices, needed ones) is called; where it returns false, no
+        logit is shifted, and None returned.
         """
         most = min(MOST_SLICES, max(FEWEST_SLICES, SLICES_PER_STEP * steps))
         source = LatticeSlices(self.generator)
@@ -64,6 +68,8 @@ class PhaseTraining:
         needed = FEWEST_SLICES
         while len(drawn) < needed:
             for i in range(len(drawn), needed):
+                if not goes_on(i, needed):
+                    return None
                 y = source.draw(directions[i % len(directions)], size, 1)
                 drawn.append(self.generator.linear_colors(y)[0, :, ::STRIDE, ::STRIDE].cpu())
             logits = torch.stack(drawn, 1).flatten(2)  # [phase, slice, pixel]

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Self
 
 import torch
 from torch import Tensor
@@ -114,16 +115,35 @@ class Trainer(ResumableTraining):
     def _summary(self, rows: list[dict[str, float]]) -> dict[str, float]:
         return rows[-1]
 
-    def _finish(self) -> None:
+    def _finish(self, stop: Callable[[], bool], report: Callable[[Self], None]) -> None:
         if self.finished:
             return
+        random = self._random_state()
         if self.recipe.generator.statistics == "trained":
             self._measure_statistics()
-        if self.phases is not None:
-            self.fraction_error = self.phases.hold_fractions(
-                self.config.directions, self.config.size, self.step
-            )
-        self.finished = True
+        held = self.phases is None or self._hold_fractions(self.phases, stop, report)
+        self.finished = bool(self.ranks.agree(held)[0])
+        if not self.finished:
+            self._set_random_state(random)  # so that a resumed training draws the same slices
+
+    def _hold_fractions(
+        self, phases: PhaseTraining, stop: Callable[[], bool], report: Callable[[Self], None]
+    ) -> bool:
+        """Returns whether it came to its end. Rank 0 does it alone: it saves the result."""
+        if not self.ranks.is_main:
+            return True
+
+        def goes_on(drawn: int, needed: int) -> bool:
+            self.activity = f"holding the fractions of phases: slice {drawn} of {needed}"
+            report(self)
+            return not stop()
+
+        config = self.config
+        self.fraction_error = phases.hold_fractions(
+            config.directions, config.size, self.step, goes_on
+        )
+        self.activity = ""
+        return self.fraction_error is not None
 
     def _settle_when_due(self) -> None:
         """End the initial phase when it is due: fix measured statistics and reset the optimizer.
@@ -230,9 +250,7 @@ class Trainer(ResumableTraining):
         self.folder.save_preview(sheet)
 
     def state(self) -> dict[str, Any]:
-        own = {
-            "rng": torch.get_rng_state(),
-            "cuda_rng": torch.cuda.get_rng_state(self.device) if self._on_cuda else None,
+        own = self._random_state() | {
             "replay_buffers": [
                 {name: on_cpu(d.replay_buffer) for name, d in discriminators.items()}
                 for discriminators in self.discriminators
@@ -272,11 +290,20 @@ class Trainer(ResumableTraining):
         self.finished = state["finished"] and self.progress >= 1  # not if it is lengthened
         if self.settled and self.recipe.generator.statistics == "measured":
             self.generator.eval()
-        torch.set_rng_state(own["rng"])
-        if self._on_cuda and own["cuda_rng"] is not None:
-            torch.cuda.set_rng_state(own["cuda_rng"], self.device)
+        self._set_random_state(own)
         if self.ranks.is_main:
             self.folder.trim_log(self.step)
+
+    def _random_state(self) -> dict[str, Any]:
+        return {
+            "rng": torch.get_rng_state(),
+            "cuda_rng": torch.cuda.get_rng_state(self.device) if self._on_cuda else None,
+        }
+
+    def _set_random_state(self, state: dict[str, Any]) -> None:
+        torch.set_rng_state(state["rng"])
+        if self._on_cuda and state["cuda_rng"] is not None:
+            torch.cuda.set_rng_state(state["cuda_rng"], self.device)
 
     @property
     def _on_cuda(self) -> bool:

@@ -62,6 +62,7 @@ class Pretrainer:
         self.pool = Pool(config.seed)
         self.step = 0
         self.seconds = 0.0
+        self.activity = ""
         self._held_out: Tensor | None = None
 
     @property
