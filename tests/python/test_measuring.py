@@ -87,6 +87,27 @@ def test_chords_are_runs_that_no_border_cuts() -> None:
     assert mean == pytest.approx(4 / 3 * RADIUS, rel=0.02)  # Cauchy
 
 
+def grains(edge: int, cubes: int, seed: int) -> np.ndarray:
+    """Cubes of an edge, each of the phase by a chance of 0.3, cut at random."""
+    rng = np.random.default_rng(seed)
+    whole = (rng.random((cubes + 1,) * 3) < 0.3).repeat(edge, 0).repeat(edge, 1).repeat(edge, 2)
+    at = [slice(s, s + cubes * edge) for s in rng.integers(0, edge, 3)]
+    return whole[tuple(at)]
+
+
+def test_the_integral_range_is_that_of_independent_cubes() -> None:
+    volumes = [grains(4, 12, seed) for seed in range(60)]
+    ranges = [geometry.integral_range(v) for v in volumes]
+    assert np.mean(ranges) == pytest.approx(4**3, rel=0.1)
+    expected = np.sqrt(np.mean([geometry.measure_phase(v, 2.0, "um")["fraction_deviation"] ** 2
+                                for v in volumes]))  # fmt: skip
+    assert np.std([v.mean() for v in volumes]) == pytest.approx(expected, rel=0.2)
+    assert geometry.measure_phase(volumes[0], 2.0, "um")["integral_range_um3"] == ranges[0] * 8
+    flat = np.random.default_rng(1).random((300, 200)) < 0.3
+    assert geometry.integral_range(flat) == pytest.approx(1, abs=0.8)  # 6 waves
+    assert geometry.integral_range(np.zeros((9, 9, 9), bool)) == 0
+
+
 def test_pore_sizes_of_slabs_and_of_two_balls() -> None:
     two = np.zeros((80, 40, 40), bool)
     at = np.indices(two.shape)
@@ -159,12 +180,13 @@ def measure(tmp_path: Path, volume: Path, *options: str) -> dict:
     return json.loads(report.read_text())
 
 
-def test_a_tube_measured_by_the_command(tmp_path: Path) -> None:
+def test_a_tube_measured_by_the_command(tmp_path: Path, capfd) -> None:
     labels = np.where(cylinder(12, 27), 0, 255).astype(np.uint8)[:, :, :4]
     np.save(tmp_path / "tube.npy", labels)
     found = measure(tmp_path, tmp_path / "tube.npy", "--voxel-size", "3um", "--axes", "xz",
                     "--boundary", "periodic", "--representative", "none")  # fmt: skip
     assert found["phase"] == 0 and set(found["phases"]) == {"0", "255"}
+    assert "deviation expected among volumes of this size" in capfd.readouterr().out
     z = found["axes"]["z"]
     area = np.count_nonzero(labels[:, :, 0] == 0)
     exact = area**2 / (8 * math.pi) / 27**2 * 9e-12

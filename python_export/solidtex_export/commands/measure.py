@@ -174,8 +174,12 @@ def _text(path: Path, document: dict[str, Any], middle: list[Any]) -> str:
 
 def summary(document: dict[str, Any]) -> str:
     """Fractions, and one line an axis."""
-    fractions = (f"{name}: {p['fraction']:.2%}" for name, p in document["phases"].items())
-    lines = ["phases  " + ", ".join(fractions)]
+    phases = document["phases"].items()
+    fractions = (f"{k}: {p['fraction']:.2%} ± {p['fraction_deviation']:.2%}" for k, p in phases)
+    lines = [
+        "phases  " + ", ".join(fractions),
+        "   ± is the deviation expected among volumes of this size (integral range)",
+    ]
     for name, axis in document["axes"].items():
         parts = [f"{axis['conducting_fraction']:.1%} of phase {document['phase']} conducts"]
         if axis.get("formation_factor"):

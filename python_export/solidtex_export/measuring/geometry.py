@@ -15,6 +15,7 @@ Mask = NDArray[np.bool_]
 SHARES_3D = {1: 0.0915558, 2: 0.0739613, 3: 0.0703914}
 # Directions of the neighbors of a pixel: the four have equal shares of the circle.
 SHARE_2D = 0.25
+LONGEST_WAVES = 2  # along the longest edge, in the integral range
 PORE_RADII = 25  # opened sizes in the distribution of pore sizes
 
 
@@ -88,6 +89,26 @@ def chords(mask: Mask, axis: int) -> NDArray[np.int64]:
     return np.asarray((ends - starts)[inside], np.int64)
 
 
+def integral_range(mask: Mask) -> float:
+    """Volume (area in 2D) in which the phase is like one independent sample.
+
+    The fraction of a volume V has the variance fraction * (1 - fraction) * range / V. The range is
+    the integral of the correlation, which is its spectrum at frequency 0. One volume does not show
+    that value; the mean over its longest waves stands for it.
+    """
+    frequencies: Any = 0.0
+    waves: NDArray[Any] = mask
+    counts = np.arange(-LONGEST_WAVES, LONGEST_WAVES + 1)
+    for length in mask.shape:
+        wave = np.exp(2j * np.pi / length * np.outer(np.arange(length), counts))
+        waves = np.tensordot(waves, wave.astype(np.complex64), (0, 0))
+        frequencies = np.add.outer(frequencies, (counts / length) ** 2)
+    limit = (LONGEST_WAVES / max(mask.shape)) ** 2
+    long = (frequencies > 0) & (frequencies <= limit * (1 + 1e-9))
+    variance = float(mask.mean() * (1 - mask.mean()))
+    return float(np.mean(np.abs(waves[long]) ** 2) / mask.size / variance) if variance else 0.0
+
+
 def pore_sizes(mask: Mask) -> tuple[list[float], list[float]]:
     """Radii, and the volume fraction of the phase that balls of each radius or more cover.
 
@@ -109,8 +130,11 @@ def pore_sizes(mask: Mask) -> tuple[list[float], list[float]]:
 def measure_phase(mask: Mask, voxel: float, unit: str) -> dict[str, Any]:
     """The figures of one phase, with units."""
     ndim = mask.ndim
+    fraction, independent = float(mask.mean()), integral_range(mask)
     figures: dict[str, Any] = {
-        "fraction": float(mask.mean()),
+        "fraction": fraction,
+        "fraction_deviation": float(np.sqrt(fraction * (1 - fraction) * independent / mask.size)),
+        f"integral_range_{unit}{ndim}": independent * voxel**ndim,
         f"specific_surface_per_{unit}": specific_surface(mask) / voxel,
         "euler_characteristic": euler_characteristic(mask),
     }

@@ -132,6 +132,7 @@ def measure_picture(
         "note": phases.note,
         "size": list(mask.shape),
         "fraction": figures["fraction"],
+        "fraction_deviation": figures["fraction_deviation"],
         f"specific_surface_per_{unit}": figures[f"specific_surface_per_{unit}"] * 4 / np.pi,
         f"euler_density_per_{unit}2": figures[f"euler_density_per_{unit}2"],
         "axes": {axis: geometry.measure_axis(mask, i, voxel, unit) for i, axis in enumerate("xy")},

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidtex_export import __version__
+from solidtex_export.measuring.volumes import METERS
 
 matplotlib.use("Agg")
 
@@ -56,7 +57,7 @@ def heading(name: str) -> str:
     if "per" in words:
         at = words.index("per")
         return f"{' '.join(words[:at])} (1/{words[at + 1]})"
-    if words[-1] in ("nm", "um", "mm", "cm", "m", "m2", "mD"):
+    if words[-1] == "mD" or words[-1].rstrip("23") in METERS:
         return f"{' '.join(words[:-1])} ({words[-1]})"
     return " ".join(words)
 
