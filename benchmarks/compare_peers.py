@@ -26,7 +26,7 @@ QUICK_SECONDS = 0.001
 EXAMPLES = f"""  {PROGRAM}
   {PROGRAM} lattice.32 sampler.batch --clock cpu
   {PROGRAM} lattice.256 --threads 1 --rounds 5 --json peers.json
-Peers that are not installed are left out; pip install 'python_export[peers]' has them all."""
+Peers that are not installed are left out; pip install './python_export[peers]' has them all."""
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -182,8 +182,9 @@ ordered_json describe(const solidtex::space& space) {
 void print(const ordered_json& report, std::ostream& out, bool is_verbose) {
   out << text_of(report["name"]) << '\n';
   print_line(out, "file", text_of(report["file"]));
-  print_line(out, "family",
-             text_of(report["family"]) + ", format version " + text_of(report["version"]));
+  // Files call the lattice family "field".
+  const std::string family = report.contains("nodes") ? "lattice" : text_of(report["family"]);
+  print_line(out, "family", family + ", format version " + text_of(report["version"]));
   print_line(out, "parameters", text_of(report["parameters"]));
   print_line(out, "channels", join(report["channels"]));
   print_line(out, "color space", text_of(report["color_space"]));

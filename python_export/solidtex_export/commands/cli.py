@@ -178,7 +178,7 @@ def optional_packages(program: str, extra: str) -> Iterator[None]:
     except ModuleNotFoundError as error:
         raise OutputError(
             f"{program}: found no Python package {error.name!r}, expected it"
-            f" (pip install 'solidtex-export[{extra}]')"
+            f" (in a clone: pip install './python_export[{extra}]')"
         ) from error
 
 

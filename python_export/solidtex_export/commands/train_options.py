@@ -73,8 +73,9 @@ def parser() -> argparse.ArgumentParser:
                    " losses.wavelets.weight=2")  # fmt: skip
     start = p.add_mutually_exclusive_group()
     start.add_argument("--space", type=Path, metavar="SPACE",
-                       help="start from the photograph's code in a texture space: a"
-                       " .solidtex-space file, or a result of solidtex-train-space")  # fmt: skip
+                       help="start from the photograph's code in a texture space: a shipped"
+                       " name, a .solidtex-space file, or a result of solidtex-train-space"
+                       )  # fmt: skip
     start.add_argument("--start", type=Path, metavar="START",
                        help="start from learned weights: a .solidtex-start file, or a result"
                        " of solidtex-train-space --preset start-lattice")  # fmt: skip

@@ -224,7 +224,7 @@ def _onnx_encoder(path: Path, data: bytes, document: SpaceDocument) -> Encode:
     except ModuleNotFoundError as error:
         raise SpaceError(
             f"{path}: found no Python package 'onnxruntime', expected it for the encoder"
-            " (pip install 'solidtex-export[spaces]')"
+            " (in a clone: pip install './python_export[spaces]')"
         ) from error
     side, code = document.patch, document.code
     try:
