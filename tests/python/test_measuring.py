@@ -287,6 +287,8 @@ def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
     assert found["size"] == [32, 32, 32] and found["boundary"] == "periodic"
     assert any("by Otsu's method" in note for note in found["notes"])
     assert found["phases"]["0"]["fraction"] + found["phases"]["1"]["fraction"] == 1
+    options = ["--size", "32", "--voxel-size", "5um", *QUICK, "--periodic"]
+    assert measure(tmp_path, Path("sandstone"), *options)["phases"] == found["phases"]
 
 
 @pytest.mark.parametrize(

@@ -73,6 +73,9 @@ def test_reduced_labels_keep_their_shares(tmp_path: Path) -> None:
         ([np.full((48, 48), 4, np.uint8)], (), "{0}: found the label 4 everywhere, expected two"),
         ([np.stack([section([0, 1]), section([0, 1], 1), section([0, 1], 2)], 2)], (),
          "{0}: found color, expected labels of phases"),
+        ([section([0, 1]), section([0, 255])], (),
+         "{0}: found the labels 0, 1, while {1} has 0, 255, expected the same number for a phase"),
+        ([section([0, 1])], ("pore", "pore"), "--phase-names: found a name twice in pore,pore"),
         ([section([0, 1])], ("pore", "no name"), "found the name 'no name', expected one such as"),
     ],
 )  # fmt: skip
@@ -83,6 +86,15 @@ def test_labels_that_are_refused(
     with pytest.raises(ExemplarError) as caught:
         load_labels(paths, 999, 8, None, names)
     assert str(caught.value).startswith(message.format(*paths))
+
+
+def test_negative_labels_are_refused(tmp_path: Path) -> None:
+    tifffile = pytest.importorskip("tifffile")
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, section([0, 1]).astype(np.int16) - 1)
+    with pytest.raises(ExemplarError) as caught:
+        load_labels([path], 999, 8, None, ())
+    assert str(caught.value).startswith(f"{path}: found the label -1, expected labels from 0 on")
 
 
 def test_images_of_labels_without_the_option_name_it(tmp_path: Path, capfd) -> None:

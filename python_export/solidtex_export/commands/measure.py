@@ -17,6 +17,7 @@ from solidtex_export.measuring.volumes import (
     Volume,
     VolumeError,
     VoxelSize,
+    is_model,
     parse_voxel_size,
     read_volume,
 )
@@ -42,7 +43,8 @@ def make_parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     p.add_argument("volume", metavar="VOLUME", type=Path,
-                   help="TIFF stack, .npy [x, y, z], .nrrd, or a .solidtex model")  # fmt: skip
+                   help="TIFF stack, .npy [x, y, z], .nrrd, a .solidtex file or the name of a shipped"
+                   " model")  # fmt: skip
     p.add_argument("--voxel-size", metavar="LENGTH", type=str,
                    help=f"edge of a voxel with its unit ({', '.join(METERS)}), such as 2.25um"
                    " (default: the file's)")  # fmt: skip
@@ -90,7 +92,7 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error(f"--axes: found {args.axes!r}, expected letters of xyz, each once")
     if args.size < 2:
         p.error(f"--size: found {args.size}, expected at least 2")
-    if args.periodic and args.volume.suffix.lower() != ".solidtex":
+    if args.periodic and not is_model(args.volume):
         p.error("--periodic: found a volume, expected a model; --boundary periodic repeats volumes")
     if args.periodic:
         args.boundary = "periodic"

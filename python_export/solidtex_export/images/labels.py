@@ -37,6 +37,11 @@ def load_labels(
             f"--phase-names: found {len(names)} ({','.join(names)}) for"
             f" {paths[0]} with {len(labels)} labels {_listed(labels)}, expected one for each label"
         )
+    if len(set(names)) < len(names):
+        raise ExemplarError(
+            f"--phase-names: found a name twice in {','.join(names)}, expected a different one for"
+            " each label"
+        )
     for name in names:
         check_map_name(name if not name.isdigit() else f"label{name}")
     exemplars = []
@@ -62,7 +67,14 @@ def _common_labels(pictures: Sequence[Picture]) -> list[int]:
     found = [_labels_of(picture) for picture in pictures]
     for picture, labels in zip(pictures, found, strict=True):
         for other, more in zip(pictures, found, strict=True):
-            if missing := [label for label in more if label not in labels]:
+            missing = [label for label in more if label not in labels]
+            if missing and len(labels) == len(more):
+                raise refuse(
+                    picture.path,
+                    f"the labels {_listed(labels)}, while {other.path} has {_listed(more)}",
+                    "the same number for a phase in every section; renumber one of them",
+                )
+            if missing:
                 raise refuse(
                     picture.path,
                     f"no pixel of the label {missing[0]}, which {other.path} has",
@@ -87,6 +99,8 @@ def _labels_of(picture: Picture) -> list[int]:
             f"labels of 2 to {MOST_PHASES} phases; segment a gray image first, or train without"
             " --phases",
         )
+    if labels[0] < 0:
+        raise refuse(picture.path, f"the label {labels[0]}", "labels from 0 on; renumber them")
     if len(labels) < 2:
         raise refuse(picture.path, f"the label {labels[0]} everywhere", "two or more phases")
     return labels

@@ -93,15 +93,21 @@ def cubic(sides: Sequence[float], unit: str, what: str) -> VoxelSize:
     return VoxelSize(float(sides[0]), unit)
 
 
+def is_model(path: Path) -> bool:
+    """Whether it is a .solidtex file or the bare name of a shipped model."""
+    is_bare = not path.suffix and path.name == str(path) and not path.exists()
+    return is_bare or path.suffix.lower() == ".solidtex"
+
+
 def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
     """Read a file. `size`, `seed` and `period` are those of a model's box."""
+    if is_model(path):
+        return _read_model(path, size, seed, period)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise VolumeError(f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}")
     if not path.is_file():
         raise VolumeError(f"{path}: found no file, expected one")
-    if suffix == ".solidtex":
-        return _read_model(path, size, seed, period)
     readers = {".npy": _read_numpy, ".nrrd": _read_nrrd, ".nhdr": _read_nrrd}
     try:
         volume = readers.get(suffix, _read_tiff)(path)
