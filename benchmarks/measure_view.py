@@ -37,6 +37,7 @@ def main() -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(1920, 1080))
     parser.add_argument("--texels", type=int, default=256, help="across the cube (default 256)")
     parser.add_argument("--frames", type=int, default=10)
+    parser.add_argument("--backend", choices=("webgpu", "webgl"), default="webgpu")
     parser.add_argument("--gpu", action="store_true", help="draw on the GPU")
     args = parser.parse_args()
     chromium = shutil.which("chromium-headless-shell") or shutil.which("chromium")
@@ -48,11 +49,8 @@ def main() -> None:
         width, height = args.size
         page = browser.new_page(viewport={"width": width, "height": height})
         page.set_default_timeout(3_600_000)
-        page.add_init_script(
-            f"document.addEventListener('readystatechange', () => {{ state.texels = {args.texels};"
-            " state.place = [16, 16, 16]; state.cut = 'x'; state.at = 0.2; })"
-        )
-        page.goto(f"file://{file}")
+        controls = f"texels={args.texels}&place=16,16,16&cut=x&at=0.2"
+        page.goto(f"file://{file}?backend={args.backend}&{controls}")
         page.evaluate("solidtex.ready")
         print("| model | backend | first picture, s | bricks | frame, s | frames a second |")
         print("|---|---|--:|--:|--:|--:|")

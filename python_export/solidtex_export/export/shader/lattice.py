@@ -17,7 +17,8 @@ import numpy as np
 
 from solidtex_export.export.file_format.checks import ModelFileError
 from solidtex_export.export.file_format.model_file import ModelFile
-from solidtex_export.export.shader.languages import Wgsl
+from solidtex_export.export.shader.emitter import Emitter
+from solidtex_export.export.shader.languages import Glsl, Wgsl
 from solidtex_export.export.shader.network import noise_functions
 from solidtex_export.export.shader.program import Program
 from solidtex_export.export.verification import noise
@@ -150,12 +151,27 @@ def lattice_program(model: ModelFile, seed: int = 0) -> LatticeProgram:
 def _source(steps: Sequence[Step]) -> str:
     package = resources.files(__package__)
     parts = [package.joinpath("lattice.wgsl").read_text()]
-    program = Program("noise", noise_functions("noise"), [], np.zeros((0, 4), np.float32), [])
-    emitter = Wgsl(program, "constant", "float")
-    parts += [emitter.function(f) for f in program.functions]
+    parts.append(_noise_source(Wgsl))
     kernels = {step.node["kernel"] for step in steps if step.node["op"] == "conv3d"}
     parts += [_conv3d_source(kernel) for kernel in sorted(kernels)]
     return "\n".join(parts)
+
+
+def fragment_source() -> str:
+    """The passes of all models as one fragment shader of WebGL 2, from behind its version.
+
+    ENTRY has to be defined as the operation, a step's entry without the size of its kernel, and ROW
+    as the elements in a row of the textures.
+    """
+    template = resources.files(__package__).joinpath("lattice.glsl").read_text()
+    head, tail = template.split("\n\n", 1)
+    return "\n\n".join([head, _noise_source(Glsl), tail])
+
+
+def _noise_source(language: type[Emitter]) -> str:
+    program = Program("noise", noise_functions("noise"), [], np.zeros((0, 4), np.float32), [])
+    emitter = language(program, "constant", "float")
+    return "\n".join(emitter.function(f) for f in program.functions)
 
 
 def _conv3d_source(kernel: int) -> str:

@@ -12,15 +12,18 @@ from pathlib import Path
 from solidtex_export.export.file_format.checks import ModelFileError
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.shader.emitter import TEXTURE_WIDTH
-from solidtex_export.export.shader.lattice import lattice_program
+from solidtex_export.export.shader.lattice import fragment_source, lattice_program
 from solidtex_export.export.shader.network import color_channels
 from solidtex_export.export.shader.shader import shader
 from solidtex_export.export.shader.tables import OCTAVE_WORDS
 from solidtex_export.generators.regions import Box, alignment
 
-SCRIPTS = ("meshes.js", "webgl.js", "lattice.js", "webgpu.js", "view.js")
+SCRIPTS = (
+    "meshes.js", "bricks.js", "webgl.js", "lattice_webgl.js", "webgpu.js", "lattice_webgpu.js",
+    "view.js",
+)  # fmt: skip
 BRICK = 32
-"""Voxels along each axis that a page computes at once, as lattice.js has it."""
+"""Voxels along each axis that a page computes at once, as bricks.js has it."""
 MAX_NUMBERS = 2**22
 """Weights in the largest texture of which every WebGPU is capable: 8192 rows of 128 texels."""
 FUNCTION = "solidtex_solid"
@@ -37,6 +40,7 @@ def page(materials: Sequence[Material]) -> str:
     source = resources.files(__package__)
     html = source.joinpath("page.html").read_text()
     script = "\n".join(source.joinpath(name).read_text() for name in SCRIPTS)
+    script = script.replace('/*FRAGMENTS*/""', json.dumps(fragment_source()))
     models = json.dumps([_material(m) for m in materials], separators=(",", ":"))
     # No end of the script inside a string.
     models = models.replace("</", "<\\/")

@@ -162,11 +162,25 @@ async function showFile(file) {
   }
 }
 
+// What the controls hold as text, and what the address may set.
+const READERS = { model: Number, shape: String, texels: Number, cut: String, at: Number,
+                  place: readPlace, seed: String };
+
+function readAddress(given) {
+  for (const [id, read] of Object.entries(READERS)) {
+    const value = read(given.get(id) ?? String(state[id])), { min, max } = control(id);
+    if (typeof value !== "number") state[id] = value;
+    else if (min && max && !Number.isNaN(value)) state[id] = Math.min(max, Math.max(min, value));
+  }
+  const index = MODELS.findIndex(({ name }) => name === given.get("model"));
+  state.model = Math.max(index, 0);
+  if (!(state.shape in SHAPES)) state.shape = "cube";
+  if (!["x", "y", "z"].includes(state.cut)) state.cut = "";
+}
+
 function listen() {
-  const readers = { model: Number, texels: Number, at: Number, place: readPlace };
-  for (const id of ["model", "shape", "texels", "cut", "at", "place", "seed"])
-    control(id).addEventListener("input", ({ target }) =>
-      set({ [id]: (readers[id] ?? String)(target.value) }));
+  for (const [id, read] of Object.entries(READERS))
+    control(id).addEventListener("input", ({ target }) => set({ [id]: read(target.value) }));
   control("place").addEventListener("keydown", (e) => e.stopPropagation());
   control("lit").addEventListener("input", ({ target }) => set({ lit: target.checked }));
   control("controls").addEventListener("submit", (event) => event.preventDefault());
@@ -202,7 +216,7 @@ function listen() {
 }
 
 async function start() {
-  const only = new URLSearchParams(location.search).get("backend");
+  const given = new URLSearchParams(location.search), only = given.get("backend");
   const lost = (message) => {
     isLost = true;
     say(`${message}; reload the page`);
@@ -212,6 +226,7 @@ async function start() {
   if (!view) return say("This page needs WebGPU or WebGL 2; this browser offers neither.");
   MODELS.forEach((model, i) => control("model").add(new Option(model.name, i)));
   listen();
+  readAddress(given);
   await set({});
 }
 

@@ -14,7 +14,8 @@ const GL_FRAGMENT = `
 uniform vec4 settings[8];
 uniform ivec3 origin;
 in vec3 at, facing;
-out vec4 color;
+layout(location = 0) out vec4 color;
+layout(location = 1) out uint lacked;
 void main() {
   vec3 eye = settings[4].xyz, p = at, n = normalize(facing);
   vec4 cut = settings[5];
@@ -35,7 +36,46 @@ void main() {
     albedo = pow(light * pow(max(albedo, 0.0), vec3(2.2)), vec3(1.0 / 2.2));
   }
   color = vec4(albedo, 1.0);
+  lacked = missing;
 }`;
+
+// A program in use, of two sources.
+function glProgram(gl, ...sources) {
+  const program = gl.createProgram();
+  [gl.VERTEX_SHADER, gl.FRAGMENT_SHADER].forEach((kind, i) => {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, sources[i]);
+    gl.compileShader(shader);
+    gl.attachShader(program, shader);
+    gl.deleteShader(shader);
+  });
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS))
+    throw new Error(`the shader cannot be linked: ${gl.getProgramInfoLog(program)}`);
+  gl.useProgram(program);
+  return program;
+}
+
+class GlSampler {
+  constructor(gl, model) {
+    Object.assign(this, { gl, model, glsl: model.glsl, texture: gl.createTexture() });
+  }
+
+  destroy() { this.gl.deleteTexture(this.texture); }
+
+  setSeed(seed) {
+    const { gl, model: { width } } = this, halves = seeded(this.model, seed);
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, halves.length / 4 / width, 0, gl.RGBA,
+                  gl.HALF_FLOAT, halves);
+  }
+
+  setPlace() {}
+  use() { this.gl.bindTexture(this.gl.TEXTURE_2D, this.texture); }
+  async refine() { return false; }
+}
 
 class WebGlView {
   static near = -1;  // of clip space
@@ -51,7 +91,7 @@ class WebGlView {
     this.gl = gl;
     this.name = "WebGL 2";
     this.buffers = [gl.createBuffer(), gl.createBuffer()];
-    this.texture = gl.createTexture();
+    this.framebuffer = gl.createFramebuffer();
   }
 
   setMesh({ positions, normals }) {
@@ -66,57 +106,71 @@ class WebGlView {
   }
 
   async setModel(model) {
-    if (model.lattice)
-      throw new Error(`${model.name}: a model of the lattice family needs WebGPU, which this page`
-                      + " does not use here; open it in a browser with WebGPU");
-    this.model = model;
     const { gl } = this;
-    const program = gl.createProgram();
-    const sources = [GL_VERTEX, `#version 300 es\n${model.glsl}${GL_FRAGMENT}`];
-    [gl.VERTEX_SHADER, gl.FRAGMENT_SHADER].forEach((kind, i) => {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, sources[i]);
-      gl.compileShader(shader);
-      gl.attachShader(program, shader);
-    });
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS))
-      throw new Error(`the shader cannot be linked: ${gl.getProgramInfoLog(program)}`);
-    gl.useProgram(program);
-    this.settings = gl.getUniformLocation(program, "settings");
-    this.origin = gl.getUniformLocation(program, "origin");
+    this.material?.destroy();
+    this.material = null;
+    this.material = new (model.lattice ? GlLattice : GlSampler)(gl, model);
+    gl.deleteProgram(this.program);
+    this.program = glProgram(
+      gl, GL_VERTEX, `#version 300 es\nhighp uint missing = 0u;\n${this.material.glsl}${GL_FRAGMENT}`);
   }
 
-  setSeed(seed) {
-    const { gl, model: { width } } = this, halves = seeded(this.model, seed);
-    gl.bindTexture(gl.TEXTURE_2D, this.texture);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, halves.length / 4 / width, 0, gl.RGBA,
-                  gl.HALF_FLOAT, halves);
-  }
+  setSeed(seed) { this.material.setSeed(seed); }
+  setPlace(place, texels) { this.material.setPlace(place, texels); }
+  refine(isCurrent) { return this.material.refine(this, isCurrent); }
 
   begin(width, height) {
-    this.height = height;
-    this.gl.viewport(0, 0, width, height);
-    this.gl.disable(this.gl.SCISSOR_TEST);
-    this.gl.enable(this.gl.DEPTH_TEST);
-    this.gl.clearColor(0.86, 0.86, 0.86, 1);
-    this.gl.clear(this.gl.COLOR_BUFFER_BIT | this.gl.DEPTH_BUFFER_BIT);
+    const { gl } = this;
+    if (this.width !== width || this.height !== height) this.resize(width, height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.clearBufferfv(gl.COLOR, 0, [0.86, 0.86, 0.86, 1]);
+    gl.clearBufferuiv(gl.COLOR, 1, [0, 0, 0, 0]);
+    gl.clearBufferfv(gl.DEPTH, 0, [1]);
+  }
+
+  // What is drawn to: colors, and bricks of a lattice that pixels lack.
+  resize(width, height) {
+    const { gl } = this;
+    Object.assign(this, { width, height });
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    for (const renderbuffer of this.renderbuffers ?? []) gl.deleteRenderbuffer(renderbuffer);
+    const parts = [[gl.COLOR_ATTACHMENT0, gl.RGBA8], [gl.COLOR_ATTACHMENT1, gl.R32UI],
+                   [gl.DEPTH_ATTACHMENT, gl.DEPTH_COMPONENT24]];
+    this.renderbuffers = parts.map(([attachment, format]) => {
+      const renderbuffer = gl.createRenderbuffer();
+      gl.bindRenderbuffer(gl.RENDERBUFFER, renderbuffer);
+      gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, attachment, gl.RENDERBUFFER, renderbuffer);
+      return renderbuffer;
+    });
+    gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
   }
 
   // Draws a part of the canvas and waits for it.
   async draw(settings, origin, [x, y, width, height]) {
-    const { gl } = this;
-    gl.uniform4fv(this.settings, settings);
-    gl.uniform3iv(this.origin, origin);
+    const { gl, program } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.viewport(0, 0, this.width, this.height);
+    gl.useProgram(program);
+    this.material.use(program);
+    gl.uniform4fv(gl.getUniformLocation(program, "settings"), settings);
+    gl.uniform3iv(gl.getUniformLocation(program, "origin"), origin);
+    gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(x, this.height - y - height, width, height);
     gl.drawArrays(gl.TRIANGLES, 0, this.count);
+    gl.readBuffer(gl.COLOR_ATTACHMENT0);
     gl.readPixels(x, this.height - y - 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
   }
 
-  async end() {}
-  setPlace() {}
-  async refine() { return false; }
+  // Shows what was drawn.
+  async end() {
+    const { gl, width, height } = this;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.framebuffer);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.readBuffer(gl.COLOR_ATTACHMENT0);
+    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+  }
 }

@@ -44,9 +44,9 @@ struct Vertex {
   return Pixel(vec4<f32>(albedo, 1.0), missing);
 }`;
 
-class SamplerMaterial {
+class GpuSampler {
   static async create(device, model) {
-    return Object.assign(new SamplerMaterial(), { device, model, wgsl: model.wgsl });
+    return Object.assign(new GpuSampler(), { device, model, wgsl: model.wgsl });
   }
 
   destroy() { this.weights?.destroy(); }
@@ -97,7 +97,7 @@ class WebGpuView {
 
   async setModel(model) {
     this.material?.destroy();
-    this.material = await (model.lattice ? LatticeMaterial : SamplerMaterial).create(
+    this.material = await (model.lattice ? GpuLattice : GpuSampler).create(
       this.device, model);
     const module = this.device.createShaderModule({ code: this.material.wgsl + GPU_MAIN });
     const buffers = [0, 1].map((shaderLocation) => (

@@ -1,11 +1,4 @@
-// Lattice models in WebGPU: bricks of voxels are computed once they are visible, and kept in a 3D
-// texture. A picture without new bricks costs a look-up in the texture for each pixel.
-
-const BRICK = 32, PADDED = BRICK + 2;  // a voxel more on each side, for interpolation
-const ATLAS = [8, 8, 16], SLOTS = 8 * 8 * 16;  // bricks
-const MAX_TEXELS = 512, MAX_GRID = MAX_TEXELS / BRICK + 2;  // bricks along an axis of the view
-const UNIFORM_PITCH = 256, LO = 16;  // bytes: of a pass's numbers, and where its first voxel is
-const AT_ONCE = 4, ROUND_MS = 100;
+// Lattice models in WebGPU: compute passes fill bricks.
 
 const LATTICE_LOOK_UP = `
 struct Grid { offset: vec3<i32>, count: i32 }
@@ -55,12 +48,12 @@ const LATTICE_GATHER = `
   if (index > 0u) { is_missing[index - 1u] = 1u; }
 }`;
 
-class LatticeMaterial {
+class GpuLattice extends Bricks {
   wgsl = LATTICE_LOOK_UP;
 
   static async create(device, model) {
-    const material = new LatticeMaterial();
-    Object.assign(material, { device, model, slots: new Map(), tensors: {} });
+    const material = new GpuLattice(model);
+    Object.assign(material, { device, tensors: {} });
     const { lattice } = model, usage = GPUBufferUsage;
     const make = (code, entryPoint) => device.createComputePipelineAsync(
       { layout: "auto", compute: { module: device.createShaderModule({ code }), entryPoint } });
@@ -73,15 +66,11 @@ class LatticeMaterial {
     lattice.passes.forEach(({ tensor, elements }) => {
       material.tensors[tensor] = buffer(16 * elements, usage.STORAGE);
     });
-    material.numbers = new Uint8Array(UNIFORM_PITCH * (lattice.passes.length + 1));
-    lattice.passes.forEach(({ uniform }, i) =>
-      material.numbers.set(new Uint8Array(bytesOf(uniform)), UNIFORM_PITCH * i));
     material.uniforms = buffer(material.numbers.length, usage.UNIFORM | usage.COPY_DST);
-    material.words = new Uint32Array(bytesOf(lattice.weights));
     material.weights = buffer(material.words.byteLength, usage.STORAGE | usage.COPY_DST);
     material.grid = buffer(16, usage.UNIFORM | usage.COPY_DST);
     const cells = 4 * MAX_GRID ** 3;
-    material.table = buffer(cells, usage.STORAGE | usage.COPY_DST);
+    material.slotTable = buffer(cells, usage.STORAGE | usage.COPY_DST);
     material.found = buffer(cells, usage.STORAGE | usage.COPY_SRC | usage.COPY_DST);
     material.answer = buffer(cells, usage.COPY_DST | usage.MAP_READ);
     material.atlas = device.createTexture({
@@ -97,7 +86,7 @@ class LatticeMaterial {
 
   destroy() {
     for (const buffer of [...Object.values(this.tensors), this.uniforms, this.weights, this.grid,
-                          this.table, this.found, this.answer, this.atlas]) buffer.destroy();
+                          this.slotTable, this.found, this.answer, this.atlas]) buffer.destroy();
   }
 
   group(pipeline, resources) {
@@ -115,54 +104,21 @@ class LatticeMaterial {
   }
 
   setSeed(seed) {
-    for (const { noise } of this.model.lattice.passes)
-      for (let channel = 0; channel < (noise?.keys ?? 0); ++channel)
-        this.words.set(keyOf(seed, noise.level, channel), 4 * (noise.weights + channel));
+    super.setSeed(seed);
     this.device.queue.writeBuffer(this.weights, 0, this.words);
-    this.slots.clear();
   }
 
-  // Bricks that a shape of so many texels around a place can touch.
-  setPlace(place, texels) {
-    this.base = place.map((c) => Math.floor((c - texels / 2) / BRICK));
-    this.count = Math.min(MAX_GRID, Math.ceil(texels / BRICK) + 1);
-    const offset = place.map((c, axis) => c - BRICK * this.base[axis]);
-    this.device.queue.writeBuffer(this.grid, 0, new Int32Array([...offset, this.count]));
-    this.writeTable();
-    this.computed = 0;
-  }
-
-  brickAt(index) {
-    const { base, count } = this;
-    return [base[0] + Math.floor(index / count ** 2), base[1] + Math.floor(index / count) % count,
-            base[2] + index % count];
-  }
-
-  writeTable() {
-    const table = Uint32Array.from({ length: this.count ** 3 },
-                                   (_, index) => (this.slots.get(`${this.brickAt(index)}`) ?? -1) + 1);
-    this.device.queue.writeBuffer(this.table, 0, table);
+  write() {
+    const { device: { queue } } = this;
+    queue.writeBuffer(this.grid, 0, new Int32Array([...this.offset, this.count]));
+    queue.writeBuffer(this.slotTable, 0, this.table());
   }
 
   resources() {
-    return [this.atlas.createView(), this.sampler, { buffer: this.table }, { buffer: this.grid }];
+    return [this.atlas.createView(), this.sampler, { buffer: this.slotTable }, { buffer: this.grid }];
   }
 
-  // Computes bricks that pixels lack. Returns whether there were any.
-  async refine(pixels, isCurrent) {
-    const missing = await this.missing(pixels), started = performance.now();
-    this.computed += missing.length;
-    if (this.computed > SLOTS)
-      throw new Error(`found ${this.computed} visible bricks, expected at most ${SLOTS}: show fewer`
-                      + " texels across");
-    while (missing.length && isCurrent() && performance.now() - started < ROUND_MS) {
-      missing.splice(0, AT_ONCE).forEach((index) => this.compute(this.brickAt(index)));
-      await this.device.queue.onSubmittedWorkDone();
-    }
-    this.computed -= missing.length;
-    this.writeTable();
-    return this.lacked;
-  }
+  finished() { return this.device.queue.onSubmittedWorkDone(); }
 
   async missing(pixels) {
     const { device, found, answer } = this, size = 4 * this.count ** 3;
@@ -180,19 +136,14 @@ class LatticeMaterial {
     answer.unmap();
     const result = [];
     marks.forEach((mark, index) => { if (mark) result.push(index); });
-    this.lacked = result.length > 0;
     return result;
   }
 
   compute(brick) {
-    const { device, numbers, model: { lattice } } = this;
-    const slot = this.slotFor(brick), view = new DataView(numbers.buffer);
-    lattice.passes.forEach(({ noise }, i) => noise?.lo.forEach((first, axis) => view.setInt32(
-      UNIFORM_PITCH * i + LO + 4 * axis, first + brick[axis] * (BRICK >> noise.level), true)));
-    const column = [slot % ATLAS[0], Math.floor(slot / ATLAS[0]) % ATLAS[1],
-                    Math.floor(slot / ATLAS[0] / ATLAS[1])];
-    column.forEach((bricks, axis) => view.setInt32(
-      UNIFORM_PITCH * lattice.passes.length + 4 * axis, PADDED * bricks, true));
+    const { device, numbers, model: { lattice } } = this, view = new DataView(numbers.buffer);
+    this.setBrick(brick);
+    this.cornerFor(brick).forEach((first, axis) =>
+      view.setInt32(UNIFORM_PITCH * lattice.passes.length + 4 * axis, first, true));
     device.queue.writeBuffer(this.uniforms, 0, numbers);
     const encoder = device.createCommandEncoder(), pass = encoder.beginComputePass();
     lattice.passes.forEach(({ entry, workgroups }, i) => {
@@ -205,17 +156,5 @@ class LatticeMaterial {
     pass.dispatchWorkgroups(...Array(3).fill(Math.ceil(PADDED / 4)));
     pass.end();
     device.queue.submit([encoder.finish()]);
-  }
-
-  // A free slot, or that of the oldest brick.
-  slotFor(brick) {
-    let slot = this.slots.size;
-    if (slot === SLOTS) {
-      const [oldest, freed] = this.slots.entries().next().value;
-      this.slots.delete(oldest);
-      slot = freed;
-    }
-    this.slots.set(`${brick}`, slot);
-    return slot;
   }
 }
