@@ -43,8 +43,8 @@ def make_parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     p.add_argument("volume", metavar="VOLUME", type=Path,
-                   help="TIFF stack, .npy [x, y, z], .nrrd, a .solidtex file or the name of a shipped"
-                   " model")  # fmt: skip
+                   help="TIFF stack, .npy [x, y, z], .nrrd, a .solidtex file or a shipped model's"
+                   " name")  # fmt: skip
     p.add_argument("--voxel-size", metavar="LENGTH", type=str,
                    help=f"edge of a voxel with its unit ({', '.join(METERS)}), such as 2.25um"
                    " (default: the file's)")  # fmt: skip
