@@ -19,7 +19,7 @@ def read_state(path: Path, expected: str, error: type[ValueError]) -> dict[str, 
             return safetensors.torch.load_file(path)
         state = torch.load(path, map_location="cpu", weights_only=True)
     except Exception as cause:  # torch raises many kinds for a damaged or unsafe file
-        reason = str(cause).splitlines()[0]
+        reason = (str(cause) or type(cause).__name__).splitlines()[0]
         raise error(f"{path}: found no state dict that loads safely ({reason})") from cause
     if not isinstance(state, Mapping):
         raise error(f"{path}: found {type(state).__name__}, expected a state dict")

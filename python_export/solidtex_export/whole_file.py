@@ -2,29 +2,56 @@
 
 from __future__ import annotations
 
+import glob
 import os
-import tempfile
+import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+
+@contextmanager
+def naming(path: Path, temporary: Path | None = None) -> Iterator[None]:
+    """Let errors of the system name `path`, in place of the temporary file or of none."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename not in (None, str(temporary)):
+            raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary file beside `path` with its suffix, and rename it to `path` at the end.
 
-    After an exception `path` is unchanged, and the temporary file is removed.
+    After an exception `path` is unchanged, and the temporary file is removed. What a killed process
+    has left is removed too.
     """
-    descriptor, name = tempfile.mkstemp(f"{path.suffix}", f".{path.stem}.", path.parent)
-    os.fchmod(descriptor, 0o644)  # mkstemp's 0600 is for secrets
-    os.close(descriptor)
-    temporary = Path(name)
+    prefix, suffix = f".{path.stem}.{socket.gethostname()}-", f".tmp{path.suffix}"
+    temporary = path.with_name(f"{prefix}{os.getpid()}{suffix}")
+    for abandoned in path.parent.glob(f"{glob.escape(prefix)}*{glob.escape(suffix)}"):
+        if not _is_alive(abandoned.name[len(prefix) : -len(suffix)]):
+            abandoned.unlink(missing_ok=True)
+    with naming(path, temporary):
+        try:
+            temporary.write_bytes(b"")
+            yield temporary
+            os.replace(temporary, path)
+        except BaseException:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+            raise
+
+
+def _is_alive(process: str) -> bool:
     try:
-        yield temporary
-        os.replace(temporary, path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+        os.kill(int(process), 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, ValueError, OverflowError):
+        pass
+    return True
 
 
 def write_whole(path: Path, data: bytes) -> None:

@@ -251,7 +251,7 @@ def run(
                 stack.enter_context(redirect_stdout(sys.stderr))
             document = work(args)
     except (*failures, *engine.errors()) as error:
-        print(f"{p.prog}: {error}", file=sys.stderr)
+        print(f"{p.prog}: {reason(error)}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print(f"{p.prog}: interrupted, nothing was written", file=sys.stderr)
@@ -259,6 +259,13 @@ def run(
     if as_json:
         print_document(p.prog, document or {})
     return 0
+
+
+def reason(error: Exception) -> str:
+    """Return the message, of an error of the system without its number."""
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
 
 
 def files(*paths: Path) -> Document:

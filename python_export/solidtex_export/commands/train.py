@@ -12,6 +12,7 @@ from solidtex_export.commands.cli import (
     files,
     print_document,
     print_notes,
+    reason,
     say,
     without_remarks,
 )
@@ -78,7 +79,7 @@ def main(arguments: list[str] | None = None) -> int:
         with without_remarks(args.quiet):
             trainer = train(request, args)
     except FAILURES as error:
-        print(f"{p.prog}: {error}", file=sys.stderr)
+        print(f"{p.prog}: {reason(error)}", file=sys.stderr)
         return 1
     finally:
         ranks.leave()

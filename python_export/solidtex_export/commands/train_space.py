@@ -194,7 +194,7 @@ def main(arguments: list[str] | None = None) -> int:
         with cli.without_remarks(args.quiet):
             trainer = train(args)
     except FAILURES as error:
-        print(f"solidtex-train-space: {error}", file=sys.stderr)
+        print(f"solidtex-train-space: {cli.reason(error)}", file=sys.stderr)
         return 1
     finally:
         ranks.leave()

@@ -74,7 +74,7 @@ def read_checkpoint(path: Path, error: type[ValueError] = StateError) -> dict[st
     try:
         checkpoint = torch.load(path, map_location="cpu", weights_only=True)
     except Exception as cause:  # torch raises many kinds for a damaged or unsafe file
-        reason = str(cause).splitlines()[0]
+        reason = (str(cause) or type(cause).__name__).splitlines()[0]
         raise error(f"{path}: found no checkpoint that loads safely ({reason})") from cause
     if not isinstance(checkpoint, dict) or not isinstance(checkpoint.get("generator"), dict):
         raise error(f"{path}: generator: found no state dict, expected one")

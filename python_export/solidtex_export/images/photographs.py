@@ -220,3 +220,7 @@ def write_exr(path: Path, names: Sequence[str], values: np.ndarray) -> None:
     written = file.write_image(np.ascontiguousarray(values, np.float32))
     if not (file.close() and written):
         raise OSError(f"{path}: cannot write: {_reason(file.geterror())}")
+    check = oiio.ImageInput.open(str(path))  # OpenEXR hides a full disk
+    read = check.read_image(oiio.FLOAT) if check else None
+    if read is None or read.size != values.size:
+        raise OSError(f"{path}: cannot write: found a damaged file afterwards; is the disk full?")

@@ -230,7 +230,7 @@ def _onnx_encoder(path: Path, data: bytes, document: SpaceDocument) -> Encode:
     try:
         session = onnxruntime.InferenceSession(data, providers=["CPUExecutionProvider"])
     except Exception as error:  # onnxruntime raises many kinds
-        reason = str(error).splitlines()[0]
+        reason = (str(error) or type(error).__name__).splitlines()[0]
         raise SpaceError(f"{path}: tensor encoder: found no usable ONNX ({reason})") from error
     inputs, outputs = session.get_inputs(), session.get_outputs()
     shapes = [(v.name, v.shape[1:]) for v in (*inputs, *outputs)]

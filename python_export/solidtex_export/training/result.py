@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import sys
 from collections.abc import Callable
@@ -13,7 +14,7 @@ import torch
 
 from solidtex_export.images.display import Display
 from solidtex_export.images.exemplar import Exemplar, save_channels, save_image
-from solidtex_export.whole_file import replacing
+from solidtex_export.whole_file import naming, replacing
 
 
 class ResultError(ValueError):
@@ -115,14 +116,16 @@ class ResultFolder:
             ) from error
 
     def save_checkpoint(self, state: dict[str, Any]) -> None:
-        self._replace(self.checkpoint, lambda temporary: torch.save(state, temporary))
+        data = io.BytesIO()  # torch reports a full disk as RuntimeError, without a reason
+        torch.save(state, data)
+        self._replace(self.checkpoint, lambda temporary: temporary.write_bytes(data.getbuffer()))
 
     def save_preview(self, sheet: torch.Tensor) -> None:
         self._replace(self.preview, lambda temporary: save_image(sheet, temporary))
 
     def log(self, row: dict[str, float]) -> None:
         new = not self._log.exists()
-        with self._log.open("a", newline="") as file:
+        with naming(self._log), self._log.open("a", newline="") as file:
             writer = csv.DictWriter(file, row.keys())
             if new:
                 writer.writeheader()
