@@ -15,6 +15,7 @@
 #include <string_view>
 
 #include "engine/common/error.h"
+#include "engine/common/parallel.h"
 #include "engine/query/texture.h"
 #include "engine/space/encoder.h"
 #include "engine/space/space.h"
@@ -63,9 +64,12 @@ namespace solidtex::engine {
 solidtex_status fail(const solidtex_texture* texture, solidtex_status status,
                      const char* message) noexcept;
 
+// Runs a call of the C interface in the default floating-point environment. An exception becomes a
+// status.
 template <class Call>
 solidtex_status guarded(const solidtex_texture* texture, const Call& call) noexcept {
   try {
+    const DefaultFloatMode mode;
     call();
     return SOLIDTEX_OK;
   } catch (const Error& error) {

@@ -1,4 +1,6 @@
 // C boundary of texture spaces: checks the handle and the pointers, then forwards.
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -59,15 +61,17 @@ const Encoder& encoder(const solidtex_space& space) {
   return *space.encoder;
 }
 
+// The file appears complete or not at all; an older one stays until then.
 void write_file(const std::string& path, std::span<const std::byte> bytes) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  const std::string temporary = path + ".tmp-" + std::to_string(getpid());
+  std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
   const bool is_open = file.is_open();
   file.write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
   file.close();
-  if (file) return;
+  if (file && std::rename(temporary.c_str(), path.c_str()) == 0) return;
   const std::string reason = std::strerror(errno);
-  if (is_open) std::remove(path.c_str());
+  if (is_open) std::remove(temporary.c_str());
   throw Error(SOLIDTEX_IO_ERROR, path + ": cannot write: " + reason);
 }
 

@@ -21,7 +21,7 @@ struct SamplerFilter::PartList {
 };
 
 void SamplerFilter::prepare() const {
-  std::call_once(once_, [&] {
+  once_.run([&] {
     measured_.emplace(Measured{fade_steps_of(sampler_, light_), EqualCube(sampler_)});
   });
 }

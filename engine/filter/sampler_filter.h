@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstddef>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/common/once.h"
 #include "engine/filter/axes.h"
 #include "engine/filter/footprint.h"
 #include "engine/sampler/sampler.h"
@@ -62,7 +62,7 @@ class SamplerFilter {
 
   const Sampler& sampler_;
   const LightChannels& light_;
-  mutable std::once_flag once_;
+  mutable Once once_;
   mutable std::optional<Measured> measured_;
 };
 

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <mutex>
 #include <numeric>
 #include <vector>
 
 #include "engine/cache/brick_level.h"
+#include "engine/common/once.h"
 #include "engine/common/parallel.h"
 #include "engine/filter/axes.h"
 #include "engine/filter/footprint.h"
@@ -228,7 +228,7 @@ class LatticeFamily : public Family {
   // Measures the material on first use.
   const std::vector<FadeStep>& fade_steps() const {
     const ProgressScope at_the_end(1.0, 1.0);
-    std::call_once(measured_, [&] { fade_steps_ = fade_steps_of(lattice_, light_, kLevels - 1); });
+    measured_.run([&] { fade_steps_ = fade_steps_of(lattice_, light_, kLevels - 1); });
     return fade_steps_;
   }
 
@@ -236,7 +236,7 @@ class LatticeFamily : public Family {
   LightChannels light_;
   std::size_t channels_;
   std::vector<std::unique_ptr<BrickLevel>> levels_;
-  mutable std::once_flag measured_;
+  mutable Once measured_;
   mutable std::vector<FadeStep> fade_steps_;
 };
 

@@ -66,18 +66,15 @@ struct Texture::Impl {
   std::size_t channels() const { return model.channels.size(); }
 
   // Runs a query. If the arena of the texture is full another thread may run it, with the same
-  // progress range.
+  // progress range, and a floating-point environment of its own.
   template <class Call>
   void run(const Call& call) const {
-    const auto here = [&] {
-      const DefaultFloatMode mode;
-      call();
-    };
-    if (!arena) return here();
+    if (!arena) return call();
     const ProgressScope::Range progress = ProgressScope::of_this_thread();
     arena->execute([&] {
       const ProgressScope same(progress);
-      here();
+      const DefaultFloatMode mode;
+      call();
     });
   }
 };
@@ -85,7 +82,6 @@ struct Texture::Impl {
 Texture::Texture(Model model, std::uint64_t seed, std::uint64_t cache_limit_bytes,
                  Precision precision, int threads, std::uint64_t period)
     : impl_(std::make_unique<Impl>()) {
-  const DefaultFloatMode mode;
   impl_->model = std::move(model);
   impl_->family = make_family(impl_->model, seed, cache_limit_bytes, precision, period);
   if (threads > 0) impl_->arena = std::make_unique<Arena>(threads);

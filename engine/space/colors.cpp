@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "engine/common/error.h"
-#include "engine/common/parallel.h"
 
 namespace solidtex::engine {
 namespace {
@@ -112,7 +111,6 @@ std::vector<double> normalized(std::span<const double> weights) {
 }  // namespace
 
 Colors photograph_colors(std::span<const float> pixels) {
-  const DefaultFloatMode mode;
   const std::size_t count = pixels.size() / 3;
   Vector3 mean{};
   for (std::size_t i = 0; i < count; ++i)
@@ -131,7 +129,6 @@ Colors photograph_colors(std::span<const float> pixels) {
 
 Material blend(const Space& space, std::span<const Material> materials,
                std::span<const double> weights) {
-  const DefaultFloatMode mode;
   const std::vector<double> shares = normalized(weights);
   return {blend_codes(materials, shares),
           space.has_colors ? blend_colors(materials, shares) : Colors{}};

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/common/parallel.h"
 #include "engine/model/checks.h"
 #include "engine/model/container.h"
 
@@ -293,7 +292,6 @@ void check_finite(std::span<const float> values, const std::string& what) {
 
 std::vector<std::byte> decode(const Space& space, const Material& material,
                               const std::string& details) {
-  const DefaultFloatMode mode;
   check_finite(material.code, "code");
   check_finite(material.colors, "colors");
   const ordered_json document = describe(space, material, details);

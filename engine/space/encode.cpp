@@ -5,7 +5,6 @@
 #include <cstdint>
 
 #include "engine/common/error.h"
-#include "engine/common/parallel.h"
 #include "engine/space/colors.h"
 #include "engine/space/photograph_image.h"
 
@@ -70,7 +69,6 @@ void check_photograph_size(const Space& space, std::size_t width, std::size_t he
 
 Material encode(const Space& space, const Encoder& encoder, std::span<const float> pixels,
                 std::size_t width, std::size_t height, Patches chosen) {
-  const DefaultFloatMode mode;
   check_photograph_size(space, width, height);
   check_finite(pixels, width);
   Image image = reduced(pixels, width, height, static_cast<std::size_t>(space.resolution));
