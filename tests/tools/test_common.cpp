@@ -1,3 +1,6 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <csignal>
 #include <fstream>
 #include <iterator>
@@ -76,6 +79,28 @@ TEST_CASE("A file that is not committed leaves nothing") {
   }
   CHECK(read(target) == "old");
   CHECK(folder.entry_count() == 1);
+}
+
+TEST_CASE("What a killed process has left of a file is removed by the next write of it") {
+  const Folder folder;
+  const fs::path target = folder / "out.npy";
+  const pid_t child = fork();
+  if (child == 0) {  // a process that ends without cleaning up
+    const AtomicFile file(target);
+    write(file.temporary_path(), "half");
+    const AtomicFile slices(folder / "slices");
+    fs::create_directory(slices.temporary_path());
+    _exit(0);
+  }
+  REQUIRE(waitpid(child, nullptr, 0) == child);
+  CHECK(folder.entry_count() == 2);
+  const AtomicFile other(folder / "outside.npy"), slices(folder / "slices");
+  CHECK(folder.entry_count() == 1);
+  const AtomicFile file(target);
+  CHECK(folder.entry_count() == 0);
+  write(file.temporary_path(), "mine");
+  const AtomicFile another(folder / "another.npy");
+  CHECK(read(file.temporary_path()) == "mine");
 }
 
 TEST_CASE("A folder of files is committed as a whole") {

@@ -69,7 +69,7 @@ class FlipbookSink : public Sink {
         {"voxel_size", output_.voxel_size.edges},
         {"unit", output_.voxel_size.unit}};
     const std::string text = description.dump(2) + "\n";
-    OutputFile file(description_.temporary_path());
+    OutputFile file(description_.temporary_path(), description_.target());
     file.write(0, text.data(), text.size());
     file.close();
   }

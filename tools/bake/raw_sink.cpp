@@ -34,7 +34,10 @@ class RawSink : public Sink {
   RawSink(const fs::path& path, const Output& output, const Volume& volume)
       : volume_(volume), layout_(layout_of(output, volume)), header_path_(path) {
     if (!layout_.header.empty()) voxels_.emplace(fs::path(output.path).replace_extension(".raw"));
-    file_.emplace(voxels_ ? voxels_->temporary_path() : path);
+    if (voxels_)
+      file_.emplace(voxels_->temporary_path(), voxels_->target());
+    else
+      file_.emplace(path);
     for (const RawBlock& block : layout_.blocks) encoders_.emplace_back(output, block.channels);
     for (const RawText& text : layout_.texts)
       file_->write(text.offset, text.bytes.data(), text.bytes.size());

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 
@@ -33,16 +35,17 @@ std::string temporary_suffix(const fs::path& target) {
   return ".tmp" + target.extension().string();
 }
 
-// Machines that share a disk may have processes of the same number.
-std::string process_name() {
+// "HOST-": machines that share a disk may have processes of the same number.
+std::string process_prefix() {
   std::array<char, 33> host{};
   gethostname(host.data(), host.size() - 1);
-  return std::string(host.data()) + "-" + std::to_string(getpid());
+  return std::string(host.data()) + "-";
 }
 
 fs::path temporary_sibling(const fs::path& target) {
   return target.parent_path() /
-         (temporary_prefix(target) + process_name() + temporary_suffix(target));
+         (temporary_prefix(target) + process_prefix() + std::to_string(getpid()) +
+          temporary_suffix(target));
 }
 
 // Processes hold a lock on their temporary files while they live.
@@ -51,6 +54,33 @@ bool is_held(const fs::path& temporary) {
   const bool held = file >= 0 && flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   if (file >= 0) ::close(file);
   return held;
+}
+
+// Returns the temporary files of a target whose names go on with `process`.
+std::vector<fs::path> temporaries(const fs::path& target, const std::string& process) {
+  const std::string prefix = temporary_prefix(target) + process, suffix = temporary_suffix(target);
+  const fs::path folder = target.parent_path();
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(folder.empty() ? "." : folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(prefix) && name.ends_with(suffix)) found.push_back(folder / name);
+  }
+  return found;
+}
+
+// Removes temporary files and folders that killed processes of this machine have left.
+void remove_remains(const fs::path& target) {
+  const std::string process = process_prefix();
+  std::error_code ignored;
+  for (const fs::path& temporary : temporaries(target, process)) {
+    const std::string name = temporary.filename().string();
+    const std::string number = name.substr(temporary_prefix(target).size() + process.size());
+    const pid_t owner = static_cast<pid_t>(std::strtol(number.c_str(), nullptr, 10));
+    if (owner > 0 && kill(owner, 0) != 0 && errno == ESRCH && !is_held(temporary))
+      fs::remove_all(temporary, ignored);
+  }
 }
 
 }  // namespace
@@ -62,6 +92,7 @@ AtomicFile::AtomicFile(fs::path target)
   if (!folder.empty() && !fs::is_directory(folder, ignored))
     throw WriteError(target_, "there is no folder " + folder.string());
   fs::remove_all(temporary_, ignored);
+  remove_remains(target_);
   // Permissions alone do not tell: the file system may be read-only, or full.
   const int probe = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL, 0666);
   if (probe < 0) throw WriteError(target_, std::strerror(errno));
@@ -96,15 +127,9 @@ void write_completely(const fs::path& target, const std::function<void(const fs:
 }
 
 bool remove_abandoned(const fs::path& target) {
-  const std::string prefix = temporary_prefix(target), suffix = temporary_suffix(target);
-  std::vector<fs::path> found;
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(target.parent_path(), ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with(prefix) && name.ends_with(suffix)) found.push_back(entry.path());
-  }
   bool all = true;
-  for (const fs::path& temporary : found) {
+  std::error_code ignored;
+  for (const fs::path& temporary : temporaries(target, "")) {
     if (is_held(temporary))
       all = false;
     else

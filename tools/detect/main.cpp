@@ -1,4 +1,5 @@
 // solidtex-detect: finds where a photograph has the texture of one of its patches.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <filesystem>
@@ -88,9 +89,15 @@ void write_map(const fs::path& file, const std::vector<float>& heat, const Photo
                        is_png ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT);
   spec.attribute("oiio:ColorSpace", "Linear");
   if (!output) throw WriteError(file, OIIO::geterror());
+  OIIO::Filesystem::IOVecOutput encoded;  // OpenImageIO hides a full disk for some formats
+  const bool is_in_memory = output->set_ioproxy(&encoded);
   if (!output->open(file.string(), spec) ||
       !output->write_image(OIIO::TypeDesc::FLOAT, heat.data()) || !output->close())
     throw WriteError(file, output->geterror());
+  if (!is_in_memory) return;
+  OutputFile stream(file);
+  stream.write(0, encoded.buffer().data(), encoded.buffer().size());
+  stream.close();
 }
 
 void run(Options& options) {
