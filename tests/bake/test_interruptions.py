@@ -14,7 +14,7 @@ import pytest
 
 BUILD = Path(os.environ["SOLIDTEX_BUILD"])
 BAKE = BUILD / "bin" / "solidtex-bake"
-FAULTS = next((BUILD / "tests" / "bake").glob("libsolidtex_faults.*"), None)
+FAULTS = next((BUILD / "tests" / "faults").glob("libsolidtex_faults.*"), None)
 ARGUMENTS = [BAKE, "granite-grey", "--size", "96,32,20", "--shard-size", "32", "-o", "a.zarr"]
 STEP = 5
 """Every fifth call is tried; which ones differs between the kinds of faults."""
