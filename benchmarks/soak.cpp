@@ -1,6 +1,6 @@
 // Load: many threads and one texture whose cache is small, or one thread and coordinates that grow.
-//   solidtex_soak mixed MODEL [--threads N] [--queries N]   mixed queries, compared with a serial run
-//   solidtex_soak walk MODEL [--seconds N]                  look-ups farther and farther away
+//   solidtex_soak mixed MODEL [--threads N] [--queries N]   mixed queries, compared with a serial
+//   run solidtex_soak walk MODEL [--seconds N]                  look-ups farther and farther away
 // Prints figures as JSON. benchmarks/soak.py runs it. Exit code: 1 for a finding.
 #include <solidtex/solidtex.h>
 #include <sys/resource.h>
@@ -29,7 +29,7 @@ constexpr int kSeeds = 4;
 constexpr std::size_t kMaxPoints = 16;
 constexpr std::int64_t kMaxEdge = 4;
 constexpr std::uint64_t kSampled = 1009;  // every so many queries are kept and compared
-constexpr float kRegion = 96;            // edge of the working set, in texels
+constexpr float kRegion = 96;             // edge of the working set, in texels
 
 // An open texture with a seed and a cache limit.
 class Texture {
@@ -96,8 +96,8 @@ class Query {
   }
 
   static std::size_t max_size(std::size_t channels) {
-    return channels * std::max(4 * kMaxPoints,
-                               static_cast<std::size_t>(kMaxEdge * kMaxEdge * kMaxEdge));
+    return channels *
+           std::max(4 * kMaxPoints, static_cast<std::size_t>(kMaxEdge * kMaxEdge * kMaxEdge));
   }
 
  private:
@@ -172,7 +172,8 @@ int mixed(const std::string& model, int threads, std::uint64_t queries) {
   std::uint64_t different = 0, compared = 0;
   for (std::uint64_t number = 0; number < queries; number += kSampled, ++compared) {
     const Query query(number);
-    static const Texture serial[kSeeds] = {{model, 0, 0}, {model, 1, 0}, {model, 2, 0}, {model, 3, 0}};
+    static const Texture serial[kSeeds] = {
+        {model, 0, 0}, {model, 1, 0}, {model, 2, 0}, {model, 3, 0}};
     std::vector<float> values(Query::max_size(serial[0].channels()));
     const std::size_t count = query.run(serial[query.seed_index()], values.data());
     different += hash_of(values.data(), count) != hashes[number / kSampled];

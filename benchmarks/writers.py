@@ -126,7 +126,7 @@ JOBS = [
     Job(
         "export-shader",
         "solidtex-export-shader IN/model.solidtex --weights texture -o a.glsl",
-        ("a.glsl",),
+        ("a.glsl", "a.weights.bin", "a.weights.exr"),
     ),
     Job("view", "solidtex-view IN/model.solidtex -o a.html", ("a.html",)),
     Job("solids", "solidtex-solids marble -o . --size 16", ("marble.png",)),

@@ -1,22 +1,24 @@
 // Errors of each thread.
+#include <algorithm>
+#include <cstring>
+
 #include "engine/api/handle.h"
 
 namespace {
 
+// It has no destructor: the C library ends a process that lacks the memory to register one.
 struct ThreadError {
   solidtex_status status = SOLIDTEX_OK;
-  std::string message;
+  char message[4096] = "";
 };
 thread_local ThreadError thread_error;
 
 void keep(solidtex_status status, const char* message) noexcept {
   if (thread_error.status != SOLIDTEX_OK) return;
   thread_error.status = status;
-  try {
-    thread_error.message = message;
-  } catch (const std::bad_alloc&) {
-    thread_error.message = "no memory";  // fits without allocation
-  }
+  const std::size_t size = std::min(std::strlen(message), sizeof thread_error.message - 1);
+  std::memcpy(thread_error.message, message, size);
+  thread_error.message[size] = 0;
 }
 
 }  // namespace
@@ -29,11 +31,11 @@ solidtex_status solidtex::engine::fail(const solidtex_texture* texture, solidtex
   return status;
 }
 
-const char* solidtex_error_message(void) { return thread_error.message.c_str(); }
+const char* solidtex_error_message(void) { return thread_error.message; }
 
 solidtex_status solidtex_error_status(void) { return thread_error.status; }
 
 void solidtex_clear_error(void) {
   thread_error.status = SOLIDTEX_OK;
-  thread_error.message.clear();
+  thread_error.message[0] = 0;
 }

@@ -6,6 +6,7 @@
 #include <exception>
 #include <list>
 #include <mutex>
+#include <new>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -59,6 +60,7 @@ struct BrickCache::Brick {
 };
 
 struct BrickCache::Shard {
+  static constexpr std::size_t kMaxDropped = 1 << 13;
   using Order = std::list<BrickKey>;
   struct Entry {
     std::shared_ptr<Brick> brick;
@@ -68,12 +70,17 @@ struct BrickCache::Shard {
   mutable std::mutex mutex;
   std::unordered_map<BrickKey, Entry, KeyHash> entries;
   Order recent;                                   // finished bricks, most recently used first
-  std::unordered_set<BrickKey, KeyHash> dropped;  // 12 bytes for a brick of tens of thousands
+  std::unordered_set<BrickKey, KeyHash> dropped;  // those that count when they are computed again
   std::uint64_t hit_count = 0, miss_count = 0, repeated_count = 0;
 
-  void drop(const BrickKey& key) {
+  // Without memory for it, or beyond the limit, the key of a brick is forgotten: the statistics
+  // then count it as another one.
+  void drop(const BrickKey& key) noexcept {
     entries.erase(key);
-    dropped.insert(key);
+    try {
+      if (dropped.size() < kMaxDropped) dropped.insert(key);
+    } catch (const std::bad_alloc&) {
+    }
   }
 };
 

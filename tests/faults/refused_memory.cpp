@@ -80,7 +80,7 @@ constexpr std::size_t kPointCount = 64;
 constexpr std::int64_t kEdge = 6;
 
 enum Outcome { same_values = 0, out_of_memory, wrong_status, wrong_values, not_repeated, leak };
-const char* const names[] = {"same values",  "out of memory",      "another status",
+const char* const names[] = {"same values",  "out of memory",         "another status",
                              "other values", "no success afterwards", "a leak"};
 
 // Calls of the library. Values go to memory that is there already.
@@ -156,8 +156,8 @@ std::size_t channel_count(const std::string& model) {
 // Memory that children share with this process.
 template <class T>
 T* shared(std::size_t count) {
-  return static_cast<T*>(mmap(nullptr, count * sizeof(T), PROT_READ | PROT_WRITE,
-                              MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  return static_cast<T*>(
+      mmap(nullptr, count * sizeof(T), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
 }
 
 void add_model(std::vector<Scenario>& scenarios, const std::string& path) {
@@ -177,10 +177,10 @@ solidtex_status open_material(const solidtex_space* space, bool encodes,
   constexpr std::size_t side = 160;
   static const std::vector<float> pixels(3 * side * side, 0.5f);
   static float code[4096], colors[12];
-  const solidtex_status status =
-      encodes ? solidtex_space_encode(space, pixels.data(), side, side, SOLIDTEX_PATCHES_AVERAGE,
-                                      code, colors)
-              : solidtex_space_photograph(space, 0, code, colors);
+  const solidtex_status status = encodes
+                                     ? solidtex_space_encode(space, pixels.data(), side, side,
+                                                             SOLIDTEX_PATCHES_AVERAGE, code, colors)
+                                     : solidtex_space_photograph(space, 0, code, colors);
   return status == SOLIDTEX_OK ? solidtex_space_texture(space, code, colors, nullptr, texture)
                                : status;
 }

@@ -43,9 +43,8 @@ std::string process_prefix() {
 }
 
 fs::path temporary_sibling(const fs::path& target) {
-  return target.parent_path() /
-         (temporary_prefix(target) + process_prefix() + std::to_string(getpid()) +
-          temporary_suffix(target));
+  return target.parent_path() / (temporary_prefix(target) + process_prefix() +
+                                 std::to_string(getpid()) + temporary_suffix(target));
 }
 
 // Processes hold a lock on their temporary files while they live.

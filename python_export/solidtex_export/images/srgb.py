@@ -6,7 +6,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-
 LIMIT = 1e15
 """Larger values of damaged files are clipped: their powers are no float32."""
 
