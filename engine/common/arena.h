@@ -9,6 +9,10 @@
 #include <tbb/task_group.h>
 #endif
 
+#ifdef __SANITIZE_THREAD__
+#include <sanitizer/tsan_interface.h>
+#endif
+
 #include <cstddef>
 
 namespace solidtex::engine {
@@ -30,6 +34,24 @@ void isolated(const Call& call) {
   tbb::this_task_arena::isolate(call);
 }
 
+// What a loop's caller wrote is visible to its parts, and what they wrote to the caller. oneTBB
+// sees to that, but is not instrumented, so ThreadSanitizer is told. Parts stay unordered among
+// themselves: their races are found.
+class HandOver {
+ public:
+  void give() {
+#ifdef __SANITIZE_THREAD__
+    __tsan_release(this);
+#endif
+  }
+  void take() {
+#ifdef __SANITIZE_THREAD__
+    __tsan_acquire(this);
+#endif
+  }
+};
+inline HandOver to_parts, from_parts;
+
 // Runs work(begin, end) over parts of [0, count) of about `min_size` items or more, in parallel.
 //
 // The loop is isolated: a thread that waits here never runs one of the host's own tasks, whose
@@ -40,12 +62,18 @@ void run_parts(std::size_t count, std::size_t min_size, const Work& work) {
   tbb::task_group_context context(
       tbb::task_group_context::isolated,
       tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings);
+  to_parts.give();
   isolated([&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, min_size),
-        [&](const tbb::blocked_range<std::size_t>& part) { work(part.begin(), part.end()); },
+        [&](const tbb::blocked_range<std::size_t>& part) {
+          to_parts.take();
+          work(part.begin(), part.end());
+          from_parts.give();
+        },
         tbb::auto_partitioner(), context);
   });
+  from_parts.take();
 }
 
 #else
