@@ -141,6 +141,17 @@ std::string read_document(const json& header, const std::string& label, const Fi
                 "the " + std::string(kind.what) + "'s JSON document");
 }
 
+// Copies values between a file, whose bytes are little-endian, and memory.
+template <class Value>
+void copy_values(void* to, const void* from, std::size_t count) {
+  std::memcpy(to, from, count * sizeof(Value));
+  if constexpr (std::endian::native == std::endian::big) {
+    auto* bytes = static_cast<std::byte*>(to);
+    for (std::size_t i = 0; i < count; ++i, bytes += sizeof(Value))
+      std::reverse(bytes, bytes + sizeof(Value));
+  }
+}
+
 Error unreadable(const std::filesystem::path& path, const std::string& why) {
   return Error(SOLIDTEX_IO_ERROR, path.string() + ": cannot read: " + why);
 }
@@ -196,8 +207,6 @@ Container parse_container(std::span<const std::byte> bytes, const std::string& l
   return result;
 }
 
-static_assert(std::endian::native == std::endian::little, "tensors are copied as they are");
-
 std::vector<std::byte> container_bytes(const FileKind& kind, const std::string& document,
                                        const std::map<std::string, Tensor>& tensors) {
   nlohmann::ordered_json header = {{"__metadata__", {{kind.key, document}}}};
@@ -213,14 +222,12 @@ std::vector<std::byte> container_bytes(const FileKind& kind, const std::string& 
   std::vector<std::byte> bytes(8 + text.size() + data_bytes);
   const std::uint64_t header_bytes = text.size();
   std::byte* at = bytes.data();
-  const auto append = [&at](const void* data, std::size_t size) {
-    std::memcpy(at, data, size);
-    at += size;
-  };
-  append(&header_bytes, sizeof header_bytes);
-  append(text.data(), text.size());
-  for (const auto& [name, tensor] : tensors)
-    append(tensor.values.data(), tensor.values.size() * sizeof(float));
+  copy_values<std::uint64_t>(at, &header_bytes, 1);
+  at = std::ranges::copy(std::as_bytes(std::span(text)), at + sizeof header_bytes).out;
+  for (const auto& [name, tensor] : tensors) {
+    copy_values<float>(at, tensor.values.data(), tensor.values.size());
+    at += tensor.values.size() * sizeof(float);
+  }
   return bytes;
 }
 
@@ -238,7 +245,7 @@ Tensor TensorSource::take(const std::string& name, const std::vector<std::int64_
   if (view.type != "F32") throw invalid(label_, where, "type " + view.type, "F32");
 
   Tensor tensor{shape, std::vector<float>(view.bytes.size() / sizeof(float))};
-  std::memcpy(tensor.values.data(), view.bytes.data(), view.bytes.size());
+  copy_values<float>(tensor.values.data(), view.bytes.data(), tensor.values.size());
   const auto bad =
       std::ranges::find_if_not(tensor.values, [](float v) { return std::isfinite(v); });
   if (bad != tensor.values.end())
