@@ -20,6 +20,22 @@ check() {  # check "what must be true" COMMAND...
   rm -f /tmp/release-check.$$
 }
 
+# Builds the library from two copies of the committed sources, in folders of two names, without a
+# compiler cache, and compares the bytes.
+same_bytes_twice() {
+  local work copy
+  work=$(mktemp -d)
+  for copy in first a-folder-with-a-longer-name; do
+    mkdir "$work/$copy"
+    git archive HEAD | tar -x -C "$work/$copy"
+    (cd "$work/$copy" && export CCACHE_DISABLE=1 &&
+       cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DSOLIDTEX_BUILD_RENDERER=OFF \
+         -DSOLIDTEX_BUILD_OPENIMAGEIO=OFF -DSOLIDTEX_BUILD_TOOLS=OFF -DSOLIDTEX_BUILD_PYTHON=OFF \
+         -DSOLIDTEX_BUILD_TESTS=OFF && cmake --build build --target solidtex) || return 1
+  done
+  cmp "$work"/*/build/lib/libsolidtex.so && rm -r "$work"
+}
+
 version=$(sed -n 's/^project(solidtex VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
 echo "solidtex $version"
 check "everything is committed" test -z "$(git status --porcelain)"
@@ -31,6 +47,7 @@ check "CHANGELOG.md has the version with a date" \
 check "the tag v$version is free" sh -c "! git rev-parse -q --verify refs/tags/v$version"
 if [ "$quick" != --quick ]; then
   check "all tests pass" ./test.sh
+  check "two builds of the library have the same bytes" same_bytes_twice
   check "setup/sbom.py writes the bill of materials" \
     .venv/bin/python setup/sbom.py build -o build/solidtex.cdx.json --force
   check "cpack writes packages" sh -c "cd build && cpack"
