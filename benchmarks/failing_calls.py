@@ -36,13 +36,12 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         inputs = args.inputs or folder / "inputs"
-        ready = inputs.exists()
-        programs = Programs(args.build, inputs if ready else make_inputs(inputs), library)
-        if not ready:
-            programs.prepare()
+        jobs = find(args.jobs)
+        programs = Programs(args.build, inputs if inputs.exists() else make_inputs(inputs), library)
+        programs.prepare(jobs)
         findings = 0
         print("job                  calls  runs  failed  findings")
-        for job in find(args.jobs):
+        for job in jobs:
             findings += len(Sweep(programs, job, folder / "job", args.every).run())
         programs.close()
     print(f"findings: {findings}")
@@ -62,6 +61,9 @@ class Sweep:
         count = self.folder.with_suffix(".count")
         self._clear()
         done = self._start(SOLIDTEX_FAULT_COUNT=str(count))
+        if "ONNX Runtime" in done.messages:
+            print(f"{self.job.name}: skipped, this build cannot encode", flush=True)
+            return []
         if done.code:
             raise SystemExit(f"{self.job.name}: exit code {done.code}: {done.messages}")
         self.expected = contents(self.job, self.folder)

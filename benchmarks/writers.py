@@ -283,9 +283,12 @@ class Programs:
             self.server.stdin.close()
             self.server.wait()
 
-    def prepare(self) -> None:
-        """Make the inputs that are results of trainings."""
+    def prepare(self, jobs: list[Job]) -> None:
+        """Make the inputs of these jobs that are results of trainings, once."""
         for name, result in (("train", "trained"), ("train-space", "space")):
+            needed = any(f"IN/{result}" in job.command.split() for job in jobs)
+            if not needed or (self.inputs / result).exists():
+                continue
             folder = self.inputs / f"{result}.folder"
             done = self.run(find([name])[0], folder)
             if done.code:
