@@ -52,6 +52,18 @@ class HandOver {
 };
 inline HandOver to_parts, from_parts;
 
+// Runs a call in an arena: on this thread, or on one of the arena's where all its places are taken.
+template <class Call>
+void run_in(Arena& arena, const Call& call) {
+  to_parts.give();
+  arena.execute([&] {
+    to_parts.take();
+    call();
+    from_parts.give();
+  });
+  from_parts.take();
+}
+
 // Runs work(begin, end) over parts of [0, count) of about `min_size` items or more, in parallel.
 //
 // The loop is isolated: a thread that waits here never runs one of the host's own tasks, whose
@@ -96,6 +108,11 @@ class PerThread {
  private:
   T value_;
 };
+
+template <class Call>
+void run_in(const Arena& arena, const Call& call) {
+  arena.execute(call);
+}
 
 inline int max_threads() { return 1; }
 

@@ -71,7 +71,7 @@ struct Texture::Impl {
   void run(const Call& call) const {
     if (!arena) return call();
     const ProgressScope::Range progress = ProgressScope::of_this_thread();
-    arena->execute([&] {
+    run_in(*arena, [&] {
       const ProgressScope same(progress);
       const DefaultFloatMode mode;
       call();
