@@ -1,6 +1,6 @@
 // Load: many threads and one texture whose cache is small, or one thread and coordinates that grow.
-//   solidtex_soak mixed MODEL [--threads N] [--queries N]   mixed queries, compared with a serial
-//   run solidtex_soak walk MODEL [--seconds N]                  look-ups farther and farther away
+//   solidtex_soak mixed MODEL   [--threads N] [--queries N]: compared with a serial run
+//   solidtex_soak walk MODEL    [--seconds N]: look-ups farther and farther away
 // Prints figures as JSON. benchmarks/soak.py runs it. Exit code: 1 for a finding.
 #include <solidtex/solidtex.h>
 #include <sys/resource.h>
@@ -11,8 +11,10 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <stdexcept>
