@@ -121,7 +121,7 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
         return _make_alanov_trainer(args, recipe)
     materials = _materials(args.photos, args, recipe)
     held_out = _materials(args.held_out, args, recipe) if args.held_out else []
-    folder, own_ranks, device = _open(args, recipe, [_record(m) for m in materials])
+    folder, own_ranks, device = _open(args, recipe, [m.record() for m in materials])
     descriptor = load_weights(SHIPPED) if recipe.uses_descriptor else None
     trainer: SpaceTrainer | StartTrainer
     if isinstance(recipe, StartRecipe):
@@ -172,16 +172,6 @@ def _materials(
     upright, scales = recipe.directions == "xy", recipe.slicing.scales
     sources = find_sources(paths, args.folder)
     return load_materials(sources, args.resolution, PATCH, recipe.colors, scales, upright)
-
-
-def _record(material: Material) -> dict[str, str]:
-    source = material.source
-    return {
-        "name": material.name,
-        "sha256": material.sha256,
-        "license": source.license,
-        "source": source.source,
-    }
 
 
 def main(arguments: list[str] | None = None) -> int:

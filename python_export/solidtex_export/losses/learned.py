@@ -19,6 +19,7 @@ from solidtex_export.losses.descriptor.weights import Trained
 from solidtex_export.losses.statistics import Features
 
 GRAM_SOFTNESS = 0.5  # Gram differences beyond this count linearly
+PREDICTED_SILENT_SHARE, FLAT = 0.3, 1e-6  # the same of predicted features
 SILENT_SHARE = 0.1  # of a layer's mean deviation: the least that a feature is divided by
 
 
@@ -26,7 +27,7 @@ class LearnedDescriptor:
     """Compares images by the features of a network that was trained to discriminate textures."""
 
     def __init__(self, trained: Trained) -> None:
-        self._network = trained.network
+        self._network, self._heads = trained.network, trained.heads
         scales = enumerate(self._network.widths, 1)
         self._pooled = {f"conv{scale}_{len(widths)}" for scale, widths in scales}
         self._floors = {
@@ -41,8 +42,8 @@ class LearnedDescriptor:
         """
         axes = random_axes(fakes.shape[1]).to(fakes.device)
         with torch.no_grad():
-            targets = _moments(self._activations(reals, axes))
-        found = _moments(self._activations(fakes, axes))
+            targets = _moments(self._compared_features(reals, axes))
+        found = _moments(self._compared_features(fakes, axes))
         if not found or not targets:
             raise _too_small(fakes, reals)
         return self._compared(found, targets)
@@ -50,7 +51,8 @@ class LearnedDescriptor:
     @torch.no_grad()
     def distances(self, images: Tensor) -> Tensor:
         """Distances [image - 1] of all other `images` from the first."""
-        found = self._activations(images, random_axes(images.shape[1]).to(images.device))
+        axes = random_axes(images.shape[1]).to(images.device)
+        found = self._compared_features(images, axes)
         first, *others = (
             _moments({name: f[i : i + 1] for name, f in found.items()}) for i in range(len(images))
         )
@@ -59,7 +61,7 @@ class LearnedDescriptor:
     def _compared(self, found: dict[str, Moments], targets: dict[str, Moments]) -> Tensor:
         """Mean distance of the layers that both have."""
         distances = [
-            moments_distance(found[name], targets[name], self._floors[name])
+            moments_distance(found[name], targets[name], self._floor(name, targets[name]))
             for name in found
             if name in targets
         ]
@@ -84,6 +86,17 @@ class LearnedDescriptor:
         if not features:
             raise _too_small(fakes, reals)
         return features
+
+    def _floor(self, name: str, target: Moments) -> Tensor:
+        """What is added to the deviations of the exemplar's features."""
+        if self._heads is None:
+            return self._floors[name]
+        return PREDICTED_SILENT_SHARE * target.deviation.mean() + FLAT
+
+    def _compared_features(self, images: Tensor, axes: Tensor) -> dict[str, Tensor]:
+        """The network's features, or those that it predicts of its teacher's."""
+        features = self._activations(images, axes)
+        return self._heads.to(images.device).predicted(features) if self._heads else features
 
     def _activations(self, images: Tensor, axes: Tensor) -> dict[str, Tensor]:
         network = self._network.to(images.device)

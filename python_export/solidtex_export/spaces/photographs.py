@@ -47,6 +47,12 @@ class Material:
         """Basis and mean [3, 4], as the space file has them."""
         return torch.cat([self.basis, self.mean[:, None]], dim=1)
 
+    def record(self) -> dict[str, str]:
+        """For the file of what was learned."""
+        source = self.source
+        return {"name": self.name, "sha256": self.sha256, "license": source.license,
+                "source": source.source}  # fmt: skip
+
     def restored(self, y: Tensor) -> Tensor:
         """Colors of values y [3, ...]."""
         return torch.einsum("ij,j...->i...", self.basis, y) + self.mean.view(

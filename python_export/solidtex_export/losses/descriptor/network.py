@@ -15,6 +15,7 @@ from torch import Tensor, nn
 
 INPUT_CHANNELS = 3
 WIDTHS = ((48, 48), (96, 96), (128, 128), (128,), (128,))  # per scale, per convolution
+DISTILLED_WIDTHS = ((48, 48), (96, 96), (128, 128), (192, 192), (192, 192))
 UNPADDED_SCALES = 2
 
 

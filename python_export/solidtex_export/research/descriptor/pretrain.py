@@ -1,26 +1,25 @@
-"""Training of the descriptor network on procedural textures."""
+"""Training of the descriptor network on a task: to tell textures apart, or to follow a teacher."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import torch
 from torch import Tensor, nn
 from torch.optim import AdamW
 
-from solidtex_export.losses.descriptor.network import WIDTHS, DescriptorNetwork, layer_names
-from solidtex_export.losses.descriptor.weights import feature_deviations, save_weights
-from solidtex_export.research.descriptor.contrast import (
-    LayerHead,
-    accuracy,
-    contrastive_loss,
-    similarities,
+from solidtex_export.losses.descriptor.heads import Heads
+from solidtex_export.losses.descriptor.network import (
+    DISTILLED_WIDTHS,
+    WIDTHS,
+    DescriptorNetwork,
 )
-from solidtex_export.research.descriptor.pairs import Pool, held_out_pairs, training_pairs
+from solidtex_export.losses.descriptor.weights import feature_deviations, save_weights
+from solidtex_export.research.descriptor.contrast import Contrast
 from solidtex_export.research.procedural import families
 from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
@@ -28,10 +27,8 @@ from solidtex_export.training.result import ResultFolder
 RATE, FINAL_RATE, WARMUP_STEPS = 1.5e-3, 0.02, 100  # FINAL_RATE is a fraction of RATE
 WEIGHT_DECAY = 1e-2
 MAX_GRADIENT = 1.0
-DEPTH_WEIGHTS = (0.5, 1.5)  # of the loss of the first and of the last layer
 CHECKPOINT_SECONDS = 120.0
 LOG_STEPS = 100
-EVALUATION_BATCH = 74
 SHEET_COLUMNS = 3  # images of one batch, side by side
 SHEET_ROWS = 12
 SHEET_SIDE = 96  # pixels
@@ -43,27 +40,60 @@ class PretrainConfig:
 
     steps: int
     seed: int
+    teacher: str = ""
+    """SHA-256 of the teacher's weights."""
+    photographs: tuple[dict[str, str], ...] = ()
 
     def document(self) -> dict[str, Any]:
-        return asdict(self)
+        found: dict[str, Any] = {"steps": self.steps, "seed": self.seed}
+        if self.teacher:
+            found |= {"teacher": self.teacher, "photographs": list(self.photographs)}
+        return found
+
+
+class Task(Protocol):
+    """What the network learns. `heads` are trained with it."""
+
+    data: str
+    """Where the images are from, for the metadata of the weights."""
+    measured: str
+    """What `measures` are."""
+
+    @property
+    def heads(self) -> nn.Module: ...
+
+    def loss(self, step: int) -> Tensor: ...
+
+    def measures(self) -> dict[str, float]:
+        """How well it is learned, by layer."""
+        ...
+
+    @property
+    def textures(self) -> Tensor:
+        """Images [image, 3, row, column] over which deviations of features are measured."""
+        ...
 
 
 class Pretrainer:
     """A training; `run` may be interrupted between any two steps and resumed later."""
 
-    def __init__(self, config: PretrainConfig, folder: ResultFolder) -> None:
+    def __init__(
+        self,
+        config: PretrainConfig,
+        folder: ResultFolder,
+        make_task: Callable[[int, DescriptorNetwork], Task] = Contrast,
+    ) -> None:
         make_reproducible(config.seed, torch.device("cpu"))
         self.config = config
         self.folder = folder
-        self.network = DescriptorNetwork()
-        self.heads = nn.ModuleList(LayerHead(width) for width in sum(WIDTHS, ()))
+        self.network = DescriptorNetwork(DISTILLED_WIDTHS if config.teacher else WIDTHS)
+        self.task = make_task(config.seed, self.network)
+        self.heads = self.task.heads
         parameters = [*self.network.parameters(), *self.heads.parameters()]
         self.optimizer = AdamW(parameters, RATE, (0.9, 0.99), weight_decay=WEIGHT_DECAY)
-        self.pool = Pool(config.seed)
         self.step = 0
         self.seconds = 0.0
         self.activity = ""
-        self._held_out: Tensor | None = None
 
     @property
     def progress(self) -> float:
@@ -81,7 +111,7 @@ class Pretrainer:
             self.seconds += time.monotonic() - start
             if self.step % LOG_STEPS == 0 or self.step == self.config.steps:
                 self.folder.log({"step": self.step, "seconds": round(self.seconds), "loss": loss,
-                                 **self.accuracies()})  # fmt: skip
+                                 **self.task.measures()})  # fmt: skip
             report(self)
             if time.monotonic() - saved > CHECKPOINT_SECONDS:
                 self.save()
@@ -91,11 +121,7 @@ class Pretrainer:
     def _train_step(self) -> float:
         for group in self.optimizer.param_groups:
             group["lr"] = RATE * _schedule(self.step, self.config.steps)
-        crops = training_pairs(self.pool, self.config.seed, self.step)
-        losses = [contrastive_loss(c) for c in self._cosines(crops)]
-        low, high = DEPTH_WEIGHTS
-        weights = torch.linspace(low, high, len(losses))
-        loss = (torch.stack(losses) * weights).sum() / weights.sum()
+        loss = self.task.loss(self.step)
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()
         nn.utils.clip_grad_norm_(self.network.parameters(), MAX_GRADIENT)
@@ -103,38 +129,14 @@ class Pretrainer:
         self.step += 1
         return loss.item()
 
-    def _cosines(self, crops: Tensor) -> list[Tensor]:
-        """Similarities of all crops by each layer, and by the layers together."""
-        embeddings = []
-        for part in crops.split(EVALUATION_BATCH) if not torch.is_grad_enabled() else (crops,):
-            with torch.autocast("cpu", torch.bfloat16):
-                features = self.network.features(part).values()
-                found = [h(f) for h, f in zip(self.heads, features, strict=True)]
-            embeddings.append([e.float() for e in found])
-        layers = [torch.cat(parts) for parts in zip(*embeddings, strict=True)]
-        together = torch.cat(layers, dim=1) / math.sqrt(len(layers))
-        return [similarities(e) for e in (*layers, together)]
-
-    @torch.no_grad()
-    def accuracies(self) -> dict[str, float]:
-        """Share of held-out crops whose most similar one shows the same texture, by layer."""
-        names = (*layer_names(), "all")
-        found = zip(names, self._cosines(self.held_out), strict=True)
-        return {name: round(accuracy(cosines), 4) for name, cosines in found}
-
-    @property
-    def held_out(self) -> Tensor:
-        if self._held_out is None:
-            self._held_out = held_out_pairs()
-        return self._held_out
-
     def save(self) -> None:
         self.folder.save_checkpoint(self.state())
-        metadata = {**self.config.document(), "step": self.step, "accuracies": self.accuracies(),
-                    "license": "Apache-2.0", "data": "procedural images only"}  # fmt: skip
-        deviations = feature_deviations(self.network, self.held_out)
+        metadata = {**self.config.document(), "step": self.step, "accuracies": self.task.measures(),
+                    "license": "Apache-2.0", "data": self.task.data}  # fmt: skip
+        deviations = feature_deviations(self.network, self.task.textures)
         path = self.folder.path / "weights.safetensors"
-        save_weights(path, self.network, deviations, metadata)
+        heads = self.heads if isinstance(self.heads, Heads) else None
+        save_weights(path, self.network, deviations, metadata, heads)
 
     def state(self) -> dict[str, Any]:
         return {
