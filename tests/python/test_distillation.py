@@ -20,7 +20,6 @@ from solidtex_export.networks.squeezenet import SqueezeNet
 from solidtex_export.research.descriptor import distil
 from solidtex_export.research.procedural import families
 
-
 Network = TypeVar("Network", bound=torch.nn.Module)
 
 
