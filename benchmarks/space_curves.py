@@ -34,7 +34,7 @@ from solidtex_export.evaluation.subjects import compared_views, from_model
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.training_result import read_result
 from solidtex_export.images.sheet import sheet_of_rows
-from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.whole_file import write_whole
 
@@ -153,7 +153,10 @@ def compared(
     """Distances of axis slices and of oblique ones to the photograph."""
     image = exemplar.image.permute(1, 2, 0).numpy().astype(np.float64)
     reference = Reference(image, Settings(side=SIDE, features=features, metrics=tuple(METRICS)))
-    descriptor, (mean, basis) = LearnedDescriptor(load_weights(SHIPPED)), channel_axes([exemplar])
+    descriptor, (mean, basis) = (
+        LearnedDescriptor(load_weights(PROCEDURAL)),
+        channel_axes([exemplar]),
+    )
     whole = whiten(exemplar.image, mean, basis)[None]
     subject = from_model(path, SLICE, 0, compared_views(config, 1))
     save_slices(subject, exemplar, folder)

@@ -14,11 +14,11 @@ from torch import Tensor
 from solidtex_export.analysis.choice import Choice, choose_preset
 from solidtex_export.analysis.measurements import Measurements
 from solidtex_export.images.exemplar import Exemplar
-from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
 
 SIDE = 96
-distances = LearnedDescriptor(load_weights(SHIPPED)).distances
+distances = LearnedDescriptor(load_weights(PROCEDURAL)).distances
 
 
 def suited(picture: Exemplar, directions: str) -> Choice:

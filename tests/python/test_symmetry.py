@@ -13,12 +13,12 @@ from torch import Tensor
 from solidtex_export.analysis.symmetry import Symmetry
 from solidtex_export.analysis.symmetry import symmetry_of as symmetry_of_images
 from solidtex_export.images.exemplar import Exemplar
-from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
 
 SIDE = 96
 torch.set_num_threads(1)
-distances = LearnedDescriptor(load_weights(SHIPPED)).distances
+distances = LearnedDescriptor(load_weights(PROCEDURAL)).distances
 
 
 def symmetry_of(exemplars: list[Exemplar], turns: bool) -> Symmetry:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.images.histograms import share_histograms
 from solidtex_export.images.labels import load_labels
 from solidtex_export.images.photographs import read_picture
-from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.descriptor.weights import PROCEDURAL, SHIPPED, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.networks import SqueezeNet, Vgg19, load_network
@@ -112,9 +111,8 @@ def resolve(request: Request) -> Resolved:
             exemplar.maps[name]["estimate"] = METHOD
     if request.recipes()[0].match_histograms:
         exemplars = share_histograms(exemplars)
-    shipped = functools.cache(lambda: load_weights(SHIPPED))
     measured = Measurements(
-        exemplars, request.directions, lambda: LearnedDescriptor(shipped()).distances
+        exemplars, request.directions, lambda: LearnedDescriptor(load_weights(PROCEDURAL)).distances
     )
     preset, recipe, choices = decide(request, measured)
     if recipe.fine_tuning is not None and request.start is None:
@@ -154,7 +152,7 @@ def resolve(request: Request) -> Resolved:
     features = load_features(request, config)
     learned = None
     if descriptor is not None:
-        learned = shipped() if descriptor == SHIPPED else load_weights(descriptor)
+        learned = load_weights(descriptor)
     return Resolved(config, exemplars, PretrainedWeights(features, learned), choices, start)
 
 
