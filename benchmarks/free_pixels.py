@@ -15,7 +15,7 @@ from solidtex_export.commands import cli
 from solidtex_export.evaluation.report import png
 from solidtex_export.export.verification.model_output import check_output
 from solidtex_export.images.exemplar import load_exemplar
-from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.descriptor.weights import DISTILLED, load_weights
 from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
 from solidtex_export.networks import load_network
 from solidtex_export.spaces.colors import color_axes
@@ -30,8 +30,8 @@ EXAMPLES = f"""  {PROGRAM} pebbles.jpg -o free.png
 def main(arguments: list[str] | None = None) -> int:
     p = cli.parser(PROGRAM, __doc__ or "", EXAMPLES, has_json=False)
     p.add_argument("photo", type=Path)
-    p.add_argument("--descriptor", metavar="FILE", type=Path, default=SHIPPED,
-                   help="weights of solidtex-pretrain-descriptor (the shipped ones)")  # fmt: skip
+    p.add_argument("--descriptor", metavar="FILE", type=Path, default=DISTILLED,
+                   help="weights of solidtex-pretrain-descriptor (the distilled ones)")  # fmt: skip
     p.add_argument("--features", metavar="FILE", type=Path,
                    help="weights of SqueezeNet or VGG-19 instead")  # fmt: skip
     p.add_argument("--size", type=int, default=192, help="pixels of a side (192)")

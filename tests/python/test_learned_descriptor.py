@@ -18,7 +18,8 @@ from small_trainings import begin
 from solidtex_export.commands import train as cli_train
 from solidtex_export.losses.descriptor.network import DescriptorNetwork
 from solidtex_export.losses.descriptor.weights import (
-    SHIPPED,
+    DISTILLED,
+    PROCEDURAL,
     feature_deviations,
     load_weights,
     save_weights,
@@ -113,9 +114,10 @@ def test_training_resumes_to_the_same_bits(weights: Path, photo: Path, tmp_path:
 def test_without_a_file_the_shipped_weights_are_used(photo: Path, tmp_path: Path) -> None:
     assert cli_train.main(arguments(photo, tmp_path / "r")) == 0
     record = json.loads((tmp_path / "r" / "config.json").read_text())["descriptor"]
-    assert record["sha256"] == hashlib.sha256(SHIPPED.read_bytes()).hexdigest()
-    trained = load_weights(SHIPPED).metadata
-    assert trained["step"] == trained["steps"]
+    assert record["sha256"] == hashlib.sha256(DISTILLED.read_bytes()).hexdigest()
+    for shipped in (DISTILLED, PROCEDURAL):
+        trained = load_weights(shipped).metadata
+        assert trained["step"] == trained["steps"]
 
 
 def test_a_file_is_refused_by_methods_that_do_not_use_it(

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from solidtex_export.discriminators.projected import ProjectedCritic
 from solidtex_export.losses.descriptor.network import DescriptorNetwork, layer_names, smallest_image
-from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
+from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
 from solidtex_export.training.presets import PresetError, load_recipe
 
 LAYERS = ("conv1_2", "conv3_2")
@@ -23,7 +23,7 @@ def photograph(channels: int = 3) -> Tensor:
 
 def critic(channels: int = 3, layers: tuple[str, ...] = LAYERS) -> ProjectedCritic:
     torch.manual_seed(0)
-    return ProjectedCritic(load_weights(SHIPPED).network, photograph(channels), layers, 8)
+    return ProjectedCritic(load_weights(PROCEDURAL).network, photograph(channels), layers, 8)
 
 
 def test_it_learns_to_separate_noise_from_the_photograph() -> None:
@@ -53,7 +53,7 @@ def test_the_frozen_network_is_not_part_of_the_state() -> None:
     names = set(discriminator.state_dict())
     assert {f"{n}_{part}" for n in LAYERS for part in ("mean", "gain")} <= names
     assert not any("network" in name for name in names)
-    assert not any(p.requires_grad for p in load_weights(SHIPPED).network.parameters())
+    assert not any(p.requires_grad for p in load_weights(PROCEDURAL).network.parameters())
 
 
 @pytest.mark.parametrize("channels", [1, 3, 5])

@@ -18,7 +18,7 @@ from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.images.histograms import share_histograms
 from solidtex_export.images.labels import load_labels
 from solidtex_export.images.photographs import read_picture
-from solidtex_export.losses.descriptor.weights import PROCEDURAL, SHIPPED, load_weights
+from solidtex_export.losses.descriptor.weights import DISTILLED, PROCEDURAL, load_weights
 from solidtex_export.losses.descriptors import PretrainedWeights
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.networks import SqueezeNet, Vgg19, load_network
@@ -124,7 +124,9 @@ def resolve(request: Request) -> Resolved:
         check_critic(preset, recipe, request.start, start)
         if request.preset is None:
             choices += (Choice("preset", preset, f"start from {start.record.name}"),)
-    descriptor = request.descriptor or (SHIPPED if uses_learned(recipe, request.features) else None)
+    descriptor = request.descriptor
+    if descriptor is None and uses_learned(recipe, request.features):
+        descriptor = shipped_descriptor(recipe)
     config = Config(
         preset=preset,
         reasons=tuple(choice.sentence for choice in choices),
@@ -154,6 +156,12 @@ def resolve(request: Request) -> Resolved:
     if descriptor is not None:
         learned = load_weights(descriptor)
     return Resolved(config, exemplars, PretrainedWeights(features, learned), choices, start)
+
+
+def shipped_descriptor(recipe: Recipe) -> Path:
+    """Weights for a recipe; docs/experiments/ablation.md has the figures."""
+    has_critic_of_features = "projected_critic" in recipe.discriminators
+    return DISTILLED if recipe.family == "field" and not has_critic_of_features else PROCEDURAL
 
 
 def load_exemplars(request: Request, resolution: int, size: int) -> list[Exemplar]:

@@ -27,12 +27,12 @@ from solidtex_export.losses.descriptor.network import (
 from solidtex_export.networks.weights import WeightsError
 from solidtex_export.whole_file import write_whole
 
-SHIPPED = Path(__file__).with_name("distilled.safetensors")
-"""Weights that follow SqueezeNet, for losses: docs/descriptor.md has the command."""
+DISTILLED = Path(__file__).with_name("distilled.safetensors")
+"""Weights that follow SqueezeNet: docs/descriptor.md has the command."""
 
 PROCEDURAL = Path(__file__).with_name("procedural.safetensors")
-"""Weights of `solidtex-pretrain-descriptor` with its default options, for measurements whose limits
-were set by them, and for texture spaces."""
+"""Weights of `solidtex-pretrain-descriptor` with its default options. Limits of measurements were
+set by them."""
 
 METADATA_KEY = "solidtex-descriptor"
 EXPECTED = "expected weights.safetensors of solidtex-pretrain-descriptor"
