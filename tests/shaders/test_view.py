@@ -350,7 +350,7 @@ def test_gallery_shows_all_shipped_models(browser: Any, tmp_path: Path) -> None:
     file = tmp_path / "materials.html"
     assert view.main([*map(str, models), "-o", str(file)]) == 0
     megabytes = file.stat().st_size / 1e6
-    assert f"{len(models)} models and the page have {megabytes:.1f} MB" in text
+    assert f"The page with {len(models)} models has {megabytes:.1f} MB" in text
     page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     page.set_default_timeout(300_000)
     page.goto(f"file://{file}?{START}&model={models[-1].stem}")
