@@ -65,16 +65,19 @@ struct Texture::Impl {
 
   std::size_t channels() const { return model.channels.size(); }
 
-  // Runs a query. If the arena of the texture is full another thread may run it, with the same
-  // progress range, and a floating-point environment of its own.
+  // Runs a query in the default floating-point environment. If the arena of the texture is full
+  // another thread may run it, with the same progress range.
   template <class Call>
   void run(const Call& call) const {
-    if (!arena) return call();
+    const auto here = [&] {
+      const DefaultFloatMode mode;
+      call();
+    };
+    if (!arena) return here();
     const ProgressScope::Range progress = ProgressScope::of_this_thread();
     run_in(*arena, [&] {
       const ProgressScope same(progress);
-      const DefaultFloatMode mode;
-      call();
+      here();
     });
   }
 };
