@@ -145,14 +145,13 @@ class GlLattice extends Bricks {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
     gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.SCISSOR_TEST);
-    lattice.passes.forEach(({ entry, tensor, sources, elements, uniform }, i) => {
+    lattice.passes.forEach(({ entry, tensor, sources, elements }, i) => {
       gl.useProgram(this.programs[entry]);
       [...sources.map((source) => this.tensors[source]), this.weights].forEach((texture, j) => {
         gl.activeTexture(texture === this.weights ? gl.TEXTURE2 : gl.TEXTURE0 + j);
         gl.bindTexture(gl.TEXTURE_2D, texture);
       });
-      gl.bindBufferRange(gl.UNIFORM_BUFFER, 0, this.uniforms, UNIFORM_PITCH * i,
-                         bytesOf(uniform).byteLength);
+      gl.bindBufferRange(gl.UNIFORM_BUFFER, 0, this.uniforms, UNIFORM_PITCH * i, UNIFORM_PITCH);
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D,
                               this.tensors[tensor], 0);
       gl.viewport(0, 0, ROW, Math.ceil(elements / ROW));
@@ -163,7 +162,7 @@ class GlLattice extends Bricks {
 
   // Copies the last tensor into the atlas, plane by plane.
   keep(corner) {
-    const { gl, store } = this;
+    const { gl, store } = this, plane = gl.getUniformLocation(store, "z");
     gl.useProgram(store);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.tensors[this.model.lattice.output]);
@@ -171,7 +170,7 @@ class GlLattice extends Bricks {
     gl.viewport(corner[0], corner[1], PADDED, PADDED);
     for (let z = 0; z < PADDED; ++z) {
       gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, this.atlas, 0, corner[2] + z);
-      gl.uniform1i(gl.getUniformLocation(store, "z"), z);
+      gl.uniform1i(plane, z);
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
   }
