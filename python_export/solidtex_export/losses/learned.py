@@ -19,8 +19,9 @@ from solidtex_export.losses.descriptor.weights import Trained
 from solidtex_export.losses.statistics import Features
 
 GRAM_SOFTNESS = 0.5  # Gram differences beyond this count linearly
-PREDICTED_SILENT_SHARE, FLAT = 0.3, 1e-6  # the same of predicted features
 SILENT_SHARE = 0.1  # of a layer's mean deviation: the least that a feature is divided by
+EXEMPLAR_SILENT_SHARE = 0.3  # the same, of the exemplar's mean deviation
+FLAT = 1e-6  # added to it too: features of an exemplar without any pattern
 
 
 class LearnedDescriptor:
@@ -91,7 +92,7 @@ class LearnedDescriptor:
         """What is added to the deviations of the exemplar's features."""
         if self._heads is None:
             return self._floors[name]
-        return PREDICTED_SILENT_SHARE * target.deviation.mean() + FLAT
+        return target.floor
 
     def _compared_features(self, images: Tensor, axes: Tensor) -> dict[str, Tensor]:
         """The network's features, or those that it predicts of its teacher's."""
@@ -125,6 +126,11 @@ class Moments(NamedTuple):
     @property
     def deviation(self) -> Tensor:
         return (self.second.diagonal() - self.mean.square()).clamp_min(0).sqrt()
+
+    @property
+    def floor(self) -> Tensor:
+        """What is added to an exemplar's deviations, so that features it hardly has count less."""
+        return EXEMPLAR_SILENT_SHARE * self.deviation.mean() + FLAT
 
 
 def _moments(activations: dict[str, Tensor]) -> dict[str, Moments]:

@@ -21,8 +21,6 @@ from solidtex_export.networks.vgg import Vgg19
 from solidtex_export.networks.weights import WeightsError
 
 VGG_LAYERS = tuple(f"relu{group}_1" for group in range(1, 6))
-SILENT_SHARE = 0.3  # of a layer's mean deviation, added to the deviation of each feature
-FLAT = 1e-6  # added to it too: features of an exemplar without any pattern
 
 
 class PretrainedDescriptor:
@@ -74,4 +72,4 @@ class PretrainedDescriptor:
 def _normalized_distance(fakes: Tensor, reals: Tensor) -> Tensor:
     """Distance of one layer's moments; features that the exemplar hardly excites count less."""
     real = Moments.of(reals)
-    return moments_distance(Moments.of(fakes), real, SILENT_SHARE * real.deviation.mean() + FLAT)
+    return moments_distance(Moments.of(fakes), real, real.floor)

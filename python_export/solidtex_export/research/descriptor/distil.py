@@ -8,6 +8,7 @@ both networks see an image whose whitened channels are turned at random.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import torch
@@ -29,7 +30,6 @@ BATCH, IMAGE = 8, 160  # procedural images generated together, and their side
 STATISTICS_STEPS = 24  # for means and deviations of the teacher's features
 SILENT_SHARE = 0.1  # of a layer's mean deviation: the least that a feature is divided by
 GRAY, CONTRAST = 0.45, 0.2  # colors that the teacher sees, of whitened values
-HELD_OUT_STEPS = 6
 
 
 class Grid(NamedTuple):
@@ -97,7 +97,7 @@ class Distillation:
         found = self._errors(self.textures)
         return {name: round(error.item(), 4) for name, error in found.items()}
 
-    @property
+    @cached_property
     def textures(self) -> Tensor:
         """Crops of procedural images that no step sees, over which features are measured."""
         batches = [families.batch(HELD_OUT_SEED, i, 2, SIDE) for i in range(families.ROUND)]
