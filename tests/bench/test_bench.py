@@ -50,6 +50,13 @@ def assert_positive(values: dict, *names: str) -> None:
         assert math.isfinite(values[name]) and values[name] > 0, (values, name)
 
 
+def test_machine_is_what_the_issue_forms_ask_for() -> None:
+    lines = bench("--machine", "--threads", 3).stdout.splitlines()
+    found = dict(line.split(maxsplit=1) for line in lines if not line.startswith("instruction"))
+    assert list(found) == ["solidtex", "processor", "threads"] and found["threads"] == "3"
+    assert lines[-1].startswith("instruction set  ") and len(lines) == 4
+
+
 @pytest.mark.parametrize("clock", ["wall", "cpu"])
 def test_every_case_runs(tmp_path: Path, clock: str) -> None:
     report, text = measured(tmp_path, "*", "--threads", 2, "--clock", clock)

@@ -3,6 +3,7 @@
 #include <tbb/global_control.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -21,6 +22,20 @@ void print_list() {
     std::cout << fmt::format("{:<25} {:<12} {}{}\n", info.name,
                              info.parallel ? "all threads" : "one thread", info.about,
                              info.usual ? "" : " (only when named)");
+}
+
+// Linux names the processor in its table of processors, except on some ARM machines.
+std::string processor_name() {
+  std::ifstream table("/proc/cpuinfo");
+  for (std::string line; std::getline(table, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+void print_machine(int threads) {
+  std::cout << fmt::format(
+      "solidtex         {}\nprocessor        {}\nthreads          {}\ninstruction set  {}\n",
+      solidtex::version(), processor_name(), threads, solidtex::target());
 }
 
 void write_json(const std::filesystem::path& target, const nlohmann::ordered_json& report) {
@@ -45,6 +60,7 @@ Report measure_here(const BenchOptions& options) {
 
 void run(BenchOptions& options) {
   if (options.list) return print_list();
+  if (options.machine) return print_machine(options.measure.threads);
   options.measure.quick = options.cases.quick;
   install_interrupt_handler();
   const bool is_piped = options.json == "-";

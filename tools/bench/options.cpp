@@ -34,6 +34,8 @@ void add_options(CLI::App& app, BenchOptions& options) {
                  "Names of cases, or globs (default: the usual cases; field.* is lattice.*)")
       ->check(CLI::Validator(check_pattern, ""));
   app.add_flag("--list", options.list, "Print the cases instead of running them");
+  app.add_flag("--machine", options.machine,
+               "Print version, processor, threads and instruction set instead");
   options.measure.threads = tbb::info::default_concurrency();
   app.add_option("--threads", options.measure.threads,
                  "Threads of the parallel cases (default: all cores)")

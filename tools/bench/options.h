@@ -16,7 +16,7 @@ struct BenchOptions {
   MeasureSettings measure;
   std::vector<std::string> targets;  // one: run on it; several: compare them
   std::filesystem::path json;        // empty: none
-  bool list = false, force = false, compare_targets = false;
+  bool list = false, machine = false, force = false, compare_targets = false;
 };
 
 void add_options(CLI::App& app, BenchOptions& options);
