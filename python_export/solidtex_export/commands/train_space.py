@@ -13,7 +13,7 @@ import torch
 from solidtex_export.commands import cli
 from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.images.file_kinds import ExemplarError
-from solidtex_export.losses.descriptor.weights import PROCEDURAL, WeightsError, load_weights
+from solidtex_export.losses.descriptor.weights import WeightsError
 from solidtex_export.settings import SettingsError
 from solidtex_export.spaces.alanov.materials import Texture, load_textures
 from solidtex_export.spaces.alanov.settings import AlanovRecipe
@@ -122,15 +122,12 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     materials = _materials(args.photos, args, recipe)
     held_out = _materials(args.held_out, args, recipe) if args.held_out else []
     folder, own_ranks, device = _open(args, recipe, [m.record() for m in materials])
-    descriptor = load_weights(PROCEDURAL) if recipe.uses_descriptor else None
     trainer: SpaceTrainer | StartTrainer
     if isinstance(recipe, StartRecipe):
-        trainer = StartTrainer(recipe, materials, held_out, args.seed, device, folder, descriptor)
+        trainer = StartTrainer(recipe, materials, held_out, args.seed, device, folder)
     else:
         cli.say(f"{args.result}: measuring {len(materials)} photographs")
-        trainer = SpaceTrainer(
-            recipe, materials, held_out, args.seed, device, folder, descriptor, own_ranks
-        )
+        trainer = SpaceTrainer(recipe, materials, held_out, args.seed, device, folder, own_ranks)
     _begin(trainer, args)
     return trainer
 

@@ -41,13 +41,23 @@ class LearnedDescriptor:
 
         Batches are [batch, channel, rows, columns]; the two may differ in size.
         """
-        axes = random_axes(fakes.shape[1]).to(fakes.device)
-        with torch.no_grad():
-            targets = _moments(self._compared_features(reals, axes))
-        found = _moments(self._compared_features(fakes, axes))
-        if not found or not targets:
-            raise _too_small(fakes, reals)
-        return self._compared(found, targets)
+        target = self.measure(reals)
+        if not target.moments:
+            raise _too_small(reals)
+        return self.distance(fakes, target)
+
+    @torch.no_grad()
+    def measure(self, reals: Tensor) -> Measured:
+        """Statistics that `distance` compares with, in random axes of color."""
+        axes = random_axes(reals.shape[1]).to(reals.device)
+        return Measured(axes, _moments(self._compared_features(reals, axes)))
+
+    def distance(self, fakes: Tensor, target: Measured) -> Tensor:
+        """Distance of images from what `measure` found, over the layers that both have."""
+        found = _moments(self._compared_features(fakes, target.axes))
+        if not found:
+            raise _too_small(fakes)
+        return self._compared(found, target.moments)
 
     @torch.no_grad()
     def distances(self, images: Tensor) -> Tensor:
@@ -85,7 +95,7 @@ class LearnedDescriptor:
                 pooled = F.avg_pool2d(fake, 2), F.avg_pool2d(real, 2)
                 features[name.replace("conv", "pool")[: -len("_1")]] = pooled
         if not features:
-            raise _too_small(fakes, reals)
+            raise _too_small(fakes if not found else reals)
         return features
 
     def _floor(self, name: str, target: Moments) -> Tensor:
@@ -133,6 +143,13 @@ class Moments(NamedTuple):
         return EXEMPLAR_SILENT_SHARE * self.deviation.mean() + FLAT
 
 
+class Measured(NamedTuple):
+    """Statistics of images by layer, and the axes of color that they were measured in."""
+
+    axes: Tensor
+    moments: dict[str, Moments]
+
+
 def _moments(activations: dict[str, Tensor]) -> dict[str, Moments]:
     return {name: Moments.of(features) for name, features in activations.items()}
 
@@ -147,11 +164,9 @@ def moments_distance(fake: Moments, real: Moments, floor: Tensor) -> Tensor:
     return grams + ((fake.mean - center) * gain).square().mean()
 
 
-def _too_small(fakes: Tensor, reals: Tensor) -> ValueError:
-    return ValueError(
-        f"images: found {tuple(fakes.shape[2:])} and {tuple(reals.shape[2:])} pixels,"
-        " expected at least 3 x 3"
-    )
+def _too_small(images: Tensor) -> ValueError:
+    rows, columns = images.shape[2:]
+    return ValueError(f"images: found {columns} x {rows} pixels, expected at least 3 x 3")
 
 
 def random_axes(channels: int) -> Tensor:

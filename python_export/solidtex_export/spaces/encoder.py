@@ -11,7 +11,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from solidtex_export.losses.descriptor.network import DescriptorNetwork
-from solidtex_export.losses.descriptor.weights import Trained
+from solidtex_export.losses.descriptor.weights import PROCEDURAL, Trained, load_weights
 from solidtex_export.settings import SettingsError
 from solidtex_export.spaces.settings import EncoderSettings
 
@@ -107,11 +107,10 @@ class ConvolutionEncoder(nn.Module):
 
 
 def make_encoder(
-    settings: EncoderSettings, code: int, trained: Trained | None
+    settings: EncoderSettings, code: int
 ) -> DescriptorEncoder | ConvolutionEncoder:
     if settings.kind == "convolutions":
         if settings.unit_codes:
             raise SettingsError("encoder.unit_codes: found true, expected false for convolutions")
         return ConvolutionEncoder(settings.width, code)
-    assert trained is not None
-    return DescriptorEncoder(trained, settings, code)
+    return DescriptorEncoder(load_weights(PROCEDURAL), settings, code)

@@ -20,7 +20,7 @@ from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.generators.slices import LatticeSlices, SamplerSlices, SliceSource
 from solidtex_export.images.exemplar import random_symmetry
 from solidtex_export.images.sheet import sheet_of_rows
-from solidtex_export.losses.descriptor.weights import Trained
+from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.spaces.photographs import Material
 from solidtex_export.spaces.settings import StartRecipe
 from solidtex_export.spaces.targets import DescriptorTargets, WaveletTargets
@@ -53,13 +53,12 @@ class StartTrainer(ResumableTraining):
         seed: int,
         device: torch.device,
         folder: ResultFolder,
-        descriptor: Trained | None,
     ) -> None:
         make_reproducible(seed, device)
         self.recipe, self.materials, self.held_out = recipe, materials, held_out
         self.device, self.folder, self.ranks = device, folder, Ranks()
         self.watch = DivergenceWatch()
-        self._descriptor = descriptor
+        self._descriptor = load_weights(SHIPPED[recipe.losses.network])
         self._targets: dict[str, list[tuple[float, Targets]]] = {}
         self.generator = make_start_generator(recipe).to(device)
         self.slices: SliceSource
@@ -127,7 +126,6 @@ class StartTrainer(ResumableTraining):
             with torch.random.fork_rng(devices=[]):
                 torch.manual_seed(0)
                 if weights.descriptor:
-                    assert self._descriptor is not None
                     measured = DescriptorTargets(self._descriptor, slicing.symmetry)
                     found.append((weights.descriptor, measured))
                 if weights.wavelets:

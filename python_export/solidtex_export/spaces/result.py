@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from solidtex_export.export.training_result import read_checkpoint
-from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
 from solidtex_export.settings import validated
 from solidtex_export.spaces.encoder import make_encoder
 from solidtex_export.spaces.settings import SpaceRecipe, StartRecipe
@@ -24,8 +23,7 @@ def read_space(folder: Path, name: str, license: str) -> Space:
     path = folder / "checkpoint.pt"
     recipe = validated(SpaceRecipe, config["recipe"], str(folder / "config.json"))
     generator = make_generator(recipe)
-    trained = load_weights(PROCEDURAL) if recipe.uses_descriptor else None
-    encoder = make_encoder(recipe.encoder, recipe.code, trained)
+    encoder = make_encoder(recipe.encoder, recipe.code)
     try:
         generator.load_state_dict(state["generator"])
         encoder.load_state_dict(state["encoder"])

@@ -75,6 +75,8 @@ class LossSettings(Settings):
     """Weights of the generator's losses; 0 leaves a loss out."""
 
     descriptor: Annotated[float, within(0, 1e6)] = 0.0
+    network: Literal["procedural", "distilled"] = "procedural"
+    """The descriptor's weights."""
     wavelets: Annotated[float, within(0, 1e6)] = 0.0
     style: Annotated[float, within(0, 1e6)] = 0.0
     adversarial: Annotated[float, within(0, 1e6)] = 0.0
@@ -106,10 +108,6 @@ class SpaceRecipe(Settings):
     def family(self) -> Literal["lattice", "sampler"]:
         return "lattice" if self.lattice is not None else "sampler"
 
-    @property
-    def uses_descriptor(self) -> bool:
-        return self.encoder.kind == "descriptor" or self.losses.descriptor > 0
-
 
 class Reptile(Settings):
     """Reptile (Nichol, Achiam and Schulman 2018): short inner trainings, each of one photograph."""
@@ -132,10 +130,6 @@ class StartRecipe(Settings):
     slicing: SlicingSettings = SlicingSettings()
     losses: LossSettings
     optimizer: Optimizer
-
-    @property
-    def uses_descriptor(self) -> bool:
-        return self.losses.descriptor > 0
 
 
 def shipped_presets() -> list[str]:

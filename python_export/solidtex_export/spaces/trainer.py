@@ -20,7 +20,7 @@ from solidtex_export.generators.regions import Box
 from solidtex_export.generators.slices import SLICE_AXES, random_plane
 from solidtex_export.images.exemplar import random_crops, random_symmetry
 from solidtex_export.images.sheet import sheet_of_rows
-from solidtex_export.losses.descriptor.weights import Trained
+from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.spaces.encoder import make_encoder
 from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
 from solidtex_export.spaces.noise import TiledNoise
@@ -51,7 +51,6 @@ class SpaceTrainer(ResumableTraining):
         seed: int,
         device: torch.device,
         folder: ResultFolder,
-        descriptor: Trained | None,
         ranks: Ranks | None = None,
     ) -> None:
         make_reproducible(seed, device)
@@ -59,13 +58,13 @@ class SpaceTrainer(ResumableTraining):
         self.device, self.folder, self.ranks = device, folder, ranks or Ranks()
         self.watch = DivergenceWatch()
         self.generator = make_generator(recipe).to(device)
-        self.encoder = make_encoder(recipe.encoder, recipe.code, descriptor).to(device)
+        self.encoder = make_encoder(recipe.encoder, recipe.code).to(device)
         self._images = [m.image.to(device) for m in materials]
         self._summaries = self._summarize(materials)
         self.encoder.calibrate(self._summaries.flatten(0, 1))
         if isinstance(self.generator, ConditionedLattice):
             self.generator.measure(self.encoder.code(self._summaries[:8, 0]))
-        self._make_targets(descriptor)
+        self._make_targets()
         self.critic: Critic | None = None
         if recipe.critic is not None:
             c = recipe.critic
@@ -98,19 +97,20 @@ class SpaceTrainer(ResumableTraining):
         parts = [patches(m.image, PATCH, PATCHES).to(self.device) for m in materials]
         return torch.stack([self.encoder.summary(p) for p in parts])
 
-    def _make_targets(self, descriptor: Trained | None) -> None:
+    def _make_targets(self) -> None:
         self._targets: dict[str, tuple[float, DescriptorTargets | WaveletTargets]] = {}
         losses, slicing = self.recipe.losses, self.recipe.slicing
         if losses.descriptor:
-            assert descriptor is not None
-            targets = DescriptorTargets(descriptor, slicing.symmetry)
+            trained = load_weights(SHIPPED[losses.network])
+            targets = DescriptorTargets(trained, slicing.symmetry)
             self._targets["descriptor"] = (losses.descriptor, targets)
         if losses.wavelets:
             wavelets = WaveletTargets(slicing.size, slicing.symmetry)
             self._targets["wavelets"] = (losses.wavelets, wavelets)
-        for image in self._images:
-            for _, measured in self._targets.values():
-                measured.add(image)
+        with fast_autocast(self.device):
+            for image in self._images:
+                for _, measured in self._targets.values():
+                    measured.add(image)
 
     def _train_step(self) -> dict[str, float]:
         """One step; its losses."""

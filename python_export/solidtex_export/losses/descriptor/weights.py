@@ -34,6 +34,8 @@ PROCEDURAL = Path(__file__).with_name("procedural.safetensors")
 """Weights of `solidtex-pretrain-descriptor` with its default options. Limits of measurements were
 set by them."""
 
+SHIPPED = {"procedural": PROCEDURAL, "distilled": DISTILLED}
+
 METADATA_KEY = "solidtex-descriptor"
 EXPECTED = "expected weights.safetensors of solidtex-pretrain-descriptor"
 
