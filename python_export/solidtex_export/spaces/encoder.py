@@ -106,9 +106,7 @@ class ConvolutionEncoder(nn.Module):
         return self.last(x.mean((2, 3)))
 
 
-def make_encoder(
-    settings: EncoderSettings, code: int
-) -> DescriptorEncoder | ConvolutionEncoder:
+def make_encoder(settings: EncoderSettings, code: int) -> DescriptorEncoder | ConvolutionEncoder:
     if settings.kind == "convolutions":
         if settings.unit_codes:
             raise SettingsError("encoder.unit_codes: found true, expected false for convolutions")
