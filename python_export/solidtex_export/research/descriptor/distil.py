@@ -18,15 +18,14 @@ from torch import Tensor
 from solidtex_export.losses.descriptor.heads import LAYERS, Heads, group_of
 from solidtex_export.losses.descriptor.network import DescriptorNetwork
 from solidtex_export.networks.squeezenet import SqueezeNet
-from solidtex_export.research.descriptor.pairs import HELD_OUT_SEED
+from solidtex_export.research.descriptor.pairs import HELD_OUT_SEED, Pool
 from solidtex_export.research.procedural import families
 from solidtex_export.research.procedural.color import whitened
 
 SIDE = 128  # pixels, of a crop
 PHOTOGRAPHS, PROCEDURAL = 6, 2  # crops of a step
-KEPT_BATCHES = 20  # of procedural images
+BATCH, KEPT_BATCHES = 8, 20  # procedural images generated together, and how many such batches
 STEPS_PER_BATCH = 4
-BATCH, IMAGE = 8, 160  # procedural images generated together, and their side
 STATISTICS_STEPS = 24  # for means and deviations of the teacher's features
 SILENT_SHARE = 0.1  # of a layer's mean deviation: the least that a feature is divided by
 GRAY, CONTRAST = 0.45, 0.2  # colors that the teacher sees, of whitened values
@@ -83,7 +82,7 @@ class Distillation:
         self.data = f"features of SqueezeNet on {len(images)} photographs and procedural images"
         self._seed, self._network, self._teacher = seed, network, teacher
         self._images = images
-        self._pool: dict[int, Tensor] = {}
+        self._pool = Pool(seed, BATCH, KEPT_BATCHES)
         self.heads = Heads(network.widths)
         taught = [self._taught(step) for step in range(-STATISTICS_STEPS, 0)]
         self._statistics = {name: _statistics([t[name] for t in taught]) for name in taught[0]}
@@ -147,14 +146,8 @@ class Distillation:
 
     def _procedural(self, step: int) -> list[Tensor]:
         """The most recent procedural images."""
-        end = (step + STATISTICS_STEPS) // STEPS_PER_BATCH + 1
-        wanted = range(max(0, end - KEPT_BATCHES), end)
-        self._pool = {
-            i: self._pool[i] if i in self._pool
-            else whitened(families.batch(self._seed, i, BATCH, IMAGE)).half()
-            for i in wanted
-        }  # fmt: skip
-        return [image for batch in self._pool.values() for image in batch]
+        batches = self._pool.before((step + STATISTICS_STEPS) // STEPS_PER_BATCH + 1)
+        return [image for batch in batches.values() for image in batch]
 
 
 def _statistics(batches: Sequence[Tensor]) -> tuple[Tensor, Tensor]:

@@ -26,26 +26,26 @@ HELD_OUT_PER_BATCH = 4
 class Pool:
     """The most recent batches of whitened textures, in float16."""
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
+    def __init__(self, seed: int, size: int = BATCH, kept: int = KEPT_BATCHES) -> None:
+        """`size` textures a batch, of which `kept` are kept."""
+        self._seed, self._size, self._kept = seed, size, kept
         self._batches: dict[int, Tensor] = {}
 
-    def at(self, step: int) -> dict[int, Tensor]:
-        """Batches by index, for a step."""
-        end = families.ROUND + step // STEPS_PER_BATCH
-        wanted = range(max(0, end - KEPT_BATCHES), end)
+    def before(self, end: int) -> dict[int, Tensor]:
+        """The last batches before that index, by index."""
+        wanted = range(max(0, end - self._kept), end)
         self._batches = {i: self._kept_or_made(i) for i in wanted}
         return self._batches
 
     def _kept_or_made(self, index: int) -> Tensor:
         if index in self._batches:
             return self._batches[index]
-        return whitened(families.batch(self._seed, index, BATCH, IMAGE)).half()
+        return whitened(families.batch(self._seed, index, self._size, IMAGE)).half()
 
 
 def training_pairs(pool: Pool, seed: int, step: int) -> Tensor:
     """Crops [2n, 3, CROP, CROP]; i and i + n show the same texture, n = TEXTURES + VARIANTS."""
-    batches = pool.at(step)
+    batches = pool.before(families.ROUND + step // STEPS_PER_BATCH)
     generator = torch.Generator().manual_seed(seed * families.SEED_STRIDE + step)
     indices = list(batches)
     if torch.rand((), generator=generator) < HARD_SHARE:
