@@ -7,10 +7,15 @@ From the repository: PYTHONPATH=python_export .venv/bin/python tests/fuzz/make_c
 from __future__ import annotations
 
 import base64
+import io
 import json
 import struct
 import sys
+import tempfile
 from pathlib import Path
+
+import numpy as np
+from PIL import Image
 
 HERE = Path(__file__).resolve().parent
 sys.path += [str(HERE.parent / "hostile"), str(HERE.parent / "spaces")]
@@ -18,6 +23,7 @@ sys.path += [str(HERE.parent / "hostile"), str(HERE.parent / "spaces")]
 import base_files  # noqa: E402
 import space_files  # noqa: E402
 
+from solidtex_export.images.photographs import write_exr  # noqa: E402
 from solidtex_export.spaces.random_space import random_space  # noqa: E402
 
 CORNERS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
@@ -124,6 +130,21 @@ def scenes() -> dict[str, bytes]:
     return {"plain": json.dumps(scene).encode(), "animated": json.dumps(moving).encode()}
 
 
+def images() -> dict[str, bytes]:
+    """One image in the formats of photographs and of textures."""
+    pixels = np.random.default_rng(1).integers(0, 256, (5, 6, 3), np.uint8)
+    files = {}
+    for kind in ("PNG", "JPEG", "TIFF", "BMP", "PPM", "TGA", "WEBP"):
+        buffer = io.BytesIO()
+        Image.fromarray(pixels).save(buffer, kind)
+        files[kind.lower()] = buffer.getvalue()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "a.exr"
+        write_exr(file, ["R", "G", "B"], pixels / 255)
+        files["exr"] = file.read_bytes()
+    return files
+
+
 def inputs() -> dict[str, dict[str, bytes]]:
     models = base_files.valid_files()
     gltf = json.dumps(gltf_document("data:application/octet-stream;base64,")[0]).encode()
@@ -145,6 +166,7 @@ def inputs() -> dict[str, dict[str, bytes]]:
         "gltf": {"text": gltf, "binary": glb()},
         "query": {name: text.encode() for name, text in QUERIES.items()},
         "scene": scenes(),
+        "image": images(),
     }
 
 
