@@ -23,7 +23,8 @@ class AtlasLevel final : public Level {
   // Constructed on first use: most hosts read few levels, and sorting the triangles of a large mesh
   // into all levels takes half as long as loading it. Throws MeshError.
   const mesh::Atlas& atlas() const {
-    std::call_once(is_made_, [&] { atlas_.emplace(mesh_, placement_, size_[0]); });
+    const std::lock_guard lock(mutex_);
+    if (!atlas_) atlas_.emplace(mesh_, placement_, size_[0]);
     return *atlas_;
   }
 
@@ -47,7 +48,8 @@ class AtlasLevel final : public Level {
  private:
   std::shared_ptr<const mesh::Mesh> mesh_;
   mesh::Placement placement_;
-  mutable std::once_flag is_made_;
+  // Not std::call_once, which ends the process where memory is refused.
+  mutable std::mutex mutex_;
   mutable std::optional<mesh::Atlas> atlas_;
 };
 
