@@ -7,6 +7,7 @@ import io
 import itertools
 import json
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from PIL import Image
+from PIL import Image, ImageChops
 
 from solidtex import Texture
 from solidtex_export.commands import export_shader, view
@@ -28,6 +29,7 @@ from solidtex_export.export.file_format import model_file
 REPOSITORY = Path(__file__).resolve().parents[2]
 BINARIES = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin"
 MODELS = REPOSITORY / "models"
+DOCUMENTATION = REPOSITORY / "docs" / "view.md"
 CHROMIUM = shutil.which("chromium-headless-shell") or shutil.which("chromium")
 OPTIONS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
            "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]  # fmt: skip
@@ -235,6 +237,21 @@ def test_the_address_sets_controls(file: Path, browser: Any) -> None:
     page.evaluate("solidtex.ready")
     found = page.evaluate("names => names.map((name) => solidtex.state[name])", names)
     assert found == [0, "cube", 512, "", 0, [0, 0, 0], "0"]
+
+
+def test_the_picture_of_the_page(file: Path, browser: Any, tmp_path: Path) -> None:
+    """The image of docs/view.md is a screenshot of the address under it, fonts aside."""
+    (address,) = re.findall(r"^\(`materials\.html(.*)`\)$", DOCUMENTATION.read_text(), re.M)
+    shown = Image.open(DOCUMENTATION.parent / "images/hosts/view.png").convert("RGB")
+    page = browser.new_page(viewport={"width": shown.width, "height": shown.height})
+    page.set_default_timeout(300_000)
+    page.goto(f"file://{file}{address}")
+    page.evaluate("solidtex.ready")
+    page.screenshot(path=tmp_path / "view.png")
+    made = Image.open(tmp_path / "view.png").convert("RGB")
+    right_of_controls = page.evaluate("document.getElementById('controls').offsetWidth + 20")
+    difference = np.asarray(ImageChops.difference(made, shown))[:, right_of_controls:]
+    assert difference.mean() < 1 and np.asarray(shown).std() > 20
 
 
 def test_refused_values_are_named(page: Any) -> None:
