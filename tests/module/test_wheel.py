@@ -1,6 +1,7 @@
 """`pip wheel .`: a wheel that carries library and models, and gives the values of the build."""
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -25,6 +26,17 @@ def run(*command: object, **options: object) -> str:
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, **options)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
+
+
+def check_hardening(file: Path, *wanted: str) -> None:
+    """SOLIDTEX_HARDENED, as the ELF file tells it."""
+    sections = ("-l", "-d", "--dyn-syms")
+    segments, flags, symbols = (run("readelf", "-W", section, file) for section in sections)
+    assert "GNU_RELRO" in segments, file
+    assert re.search(r"FLAGS_1.* NOW", flags), f"{file}: RELRO leaves out the functions"
+    assert re.search(r"GNU_STACK.* RW ", segments), f"{file}: the stack can be executed"
+    for symbol in ("__stack_chk_fail", *wanted):
+        assert symbol in symbols, f"{file}: {symbol}"
 
 
 @pytest.fixture(scope="module")
@@ -66,9 +78,13 @@ def test_content(wheel: Path) -> None:
     assert "Requires-Dist: numpy" in metadata and "License-Expression: Apache-2.0" in metadata
 
 
-def test_installed_it_gives_the_values_of_the_build(wheel: Path, tmp_path: Path) -> None:
+def test_installed_it_is_hardened_and_gives_the_values_of_the_build(
+    wheel: Path, tmp_path: Path
+) -> None:
     site = tmp_path / "site"
     run(sys.executable, "-m", "pip", "install", wheel, "--target", site, "--no-index", "--no-deps")
+    (library,) = (site / "solidtex" / "lib").glob("libsolidtex.so*")
+    check_hardening(library, "_chk@", "glibcxx_assert_fail")
     environment = {**os.environ, "PYTHONPATH": str(site)}
     environment.pop("SOLIDTEX_MODEL_PATH", None)
     program = PROGRAM.format(site=str(site))
@@ -95,6 +111,10 @@ def test_a_wheel_with_all_programs_runs_in_a_new_environment(tmp_path: Path) -> 
     assert "granite-grey" in shown
     for name in ("render", "bake", "info", "bench", "encode", "mix", "detect"):
         run(bin / f"solidtex-{name}", "--version", env=environment, cwd=tmp_path)
+    site = next((tmp_path / "new").glob("lib/python*/site-packages/solidtex"))
+    for program in (site / "bin").iterdir():
+        check_hardening(program, "_chk@", "glibcxx_assert_fail")
+        assert "PIE" in run("readelf", "-W", "-d", program), "a fixed address"
     run(bin / "solidtex-bake", "marble", "--size", 8, "-o", "a.npy", env=environment, cwd=tmp_path)
     mesh = REPOSITORY / "scenes" / "meshes" / "ball-cut.ply"
     options = ["--model", "marble", "--size", "8,6", "--spp", 1, "-o", "a.png"]

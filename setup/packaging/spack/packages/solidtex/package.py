@@ -56,4 +56,5 @@ class Solidtex(CMakePackage):
             self.define("SOLIDTEX_BUILD_OPENIMAGEIO", False),
             self.define("SOLIDTEX_BUILD_PYTHON", False),
             self.define("SOLIDTEX_BUILD_TESTS", False),
+            self.define("SOLIDTEX_HARDENED", True),
         ]
