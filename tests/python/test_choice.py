@@ -36,12 +36,17 @@ def grains() -> Tensor:
 
 
 @pytest.mark.parametrize("name", ["brick", "spheres", "paint"])
-def test_what_looks_right_in_all_orientations_gets_a_sampler(name: str) -> None:
+def test_structures_of_many_pixels_get_a_lattice(name: str) -> None:
     found = suited(of_solid(name, side=SIDE), "xyz")
+    assert found.value == "lattice" and "pixels wide" in found.reason
+
+
+def test_fine_grain_that_looks_right_in_all_orientations_gets_a_sampler() -> None:
+    found = suited(stretched(1), "xyz")
     assert found.value == "sampler" and "turned" in found.reason
 
 
-def test_a_photograph_that_looks_different_turned_gets_a_lattice() -> None:
+def test_fine_grain_that_looks_different_turned_gets_a_lattice() -> None:
     found = suited(stretched(3), "xyz")
     assert found.value == "lattice" and "turned" in found.reason
 
@@ -62,8 +67,7 @@ def test_horizontal_layers_and_short_grain_get_a_lattice() -> None:
         assert suited(exemplar, "xy").value == "lattice"
 
 
-def test_grains_and_long_grain_get_a_sampler() -> None:
-    assert suited(stretched(1), "xyz").value == "sampler"
+def test_long_grain_gets_a_sampler() -> None:
     found = suited(stretched(8), "xy")
     assert found.value == "sampler" and "grain" in found.reason
     assert suited(of_solid("wood", side=SIDE), "xy").value == "sampler"

@@ -15,6 +15,10 @@ LONG_LINES = 9.0
 """Line elongation from which lines need large first steps. On the validation photographs it is
 below 9 or above 11.
 """
+FINE_GRAIN = 1.5
+"""Grain width in pixels up to which a sampler draws a photograph better than a lattice, whose
+values between texels are interpolated.
+"""
 LONG_GRAIN = 3.7
 """Grain ratio from which structures are fibers. Barks of the validation photographs are below 2.8,
 woods above 6.
@@ -47,6 +51,9 @@ def choose_preset(measured: Measurements) -> Choice:
         return _preset(SAMPLER, reason)
     if measured.line_elongation >= LONG_LINES:
         return choose_lattice(measured)
+    width = measured.grain_width
+    if width > FINE_GRAIN:
+        return _preset(LATTICE, f"grain {width:.1f} pixels wide, more than {FINE_GRAIN:g}")
     chosen = LATTICE if measured.symmetry.name != "all" else SAMPLER
     return _preset(chosen, measured.symmetry.reason)
 

@@ -58,10 +58,20 @@ def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
 
 def grain_ratio(exemplar: Exemplar) -> float:
     """Length of structures along columns of pixels relative to their width; 1 without grain."""
+    along, across = _correlation_lengths(exemplar)
+    return along / across if across > 0 else 1.0
+
+
+def grain_width(exemplar: Exemplar) -> float:
+    """Width of structures in pixels: the shorter correlation length of rows and of columns."""
+    return min(_correlation_lengths(exemplar))
+
+
+def _correlation_lengths(exemplar: Exemplar) -> tuple[float, float]:
+    """Along columns and along rows of pixels."""
     scales = block_scales(exemplar.image.flatten(1), exemplar.channels)
     image = exemplar.image / scales[:, None, None]
-    along, across = _correlation_length(image.transpose(1, 2)), _correlation_length(image)
-    return along / across if across > 0 else 1.0
+    return _correlation_length(image.transpose(1, 2)), _correlation_length(image)
 
 
 def _correlation_length(image: Tensor) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cached_property
 
-from solidtex_export.analysis.grain import grain_ratio
+from solidtex_export.analysis.grain import grain_ratio, grain_width
 from solidtex_export.analysis.lines import line_elongation
 from solidtex_export.analysis.symmetry import Distances, Symmetry, symmetry_of
 from solidtex_export.images.exemplar import Exemplar
@@ -41,6 +41,11 @@ class Measurements:
     @cached_property
     def line_elongation(self) -> float:
         return line_elongation(self.exemplars)
+
+    @cached_property
+    def grain_width(self) -> float:
+        """Grain width of the first photograph, in pixels."""
+        return grain_width(self.exemplars[0])
 
     @cached_property
     def grain(self) -> float:
