@@ -66,6 +66,11 @@ def expected(depth: str) -> np.ndarray:
     return srgb_to_linear(encoded)
 
 
+def encoding(depth: str) -> str:
+    """Of colors by default."""
+    return "srgb" if depth in ("8", "16") else "linear"
+
+
 def assert_same(found: np.ndarray, depth: str) -> None:
     wanted = expected(depth)
     types = {"8": np.uint8, "16": np.uint16, "half": np.float16, "float": np.float32}
@@ -85,8 +90,7 @@ def test_nrrd(tmp_path: Path, name: str, depth: str) -> None:
     assert np.array_equal(header["space directions"][1:], np.diag(EDGES))
     assert np.array_equal(header["space origin"], CENTER)
     assert header["space units"] == ["um", "um", "um"]
-    encoding = "linear" if depth == "float" else "srgb"
-    assert header["solidtex_encoding_albedo"] == encoding
+    assert header["solidtex_encoding_albedo"] == encoding(depth)
     assert header["solidtex_model"] == MODEL
     files = {"a.nhdr", "a.raw"} if name == "a.nhdr" else {name}
     assert set(os.listdir(tmp_path)) == files
@@ -149,12 +153,20 @@ def test_tiff(tmp_path: Path, name: str, depth: str) -> None:
         assert len(file.pages) == SIZE[2] and file.pages[3].photometric == 2
         assert_same(np.stack([page.asarray() for page in file.pages]), depth)
         assert np.allclose(file.pages[0].get_resolution("micrometer"), (1, 1 / 2))
+        facts = [
+            "solidtex_model=granite-grey",
+            "solidtex_encoding_albedo=" + encoding(depth),
+        ]
+        assert all(fact in file.pages[0].description for fact in facts)
         if depth == "half":
             return
         assert_same(file.asarray(), depth)
         assert file.is_ome and file.series[0].axes == "ZYXS"
         pixels = tifffile.xml2dict(file.ome_metadata)["OME"]["Image"]["Pixels"]
         assert [pixels[f"PhysicalSize{axis}"] for axis in "XYZ"] == list(EDGES)
+        plane = pixels["Plane"]
+        assert np.allclose([plane[f"Position{axis}"] for axis in "XYZ"], CENTER)
+        assert plane["PositionZUnit"] == "µm" and plane["TheZ"] == 0
 
 
 @pytest.mark.parametrize("depth", ["8", "16", "float"])
@@ -167,6 +179,7 @@ def test_imagej_hyperstack(tmp_path: Path, depth: str) -> None:
         assert metadata["hyperstack"] and metadata["mode"] == "composite"
         assert metadata["unit"] == "um" and metadata["spacing"] == EDGES[2]
         assert metadata["xorigin"] == -ORIGIN[0]
+        assert metadata["solidtex_encoding_albedo"] == encoding(depth)
         x = file.pages[0].tags["XResolution"].value
         assert x[0] / x[1] == 1 / EDGES[0]
 
@@ -206,6 +219,16 @@ def test_png_slices(tmp_path: Path, depth: str) -> None:
     images = [oiio.ImageBuf(str(folder / f"{z:04}.png")) for z in range(SIZE[2])]
     assert images[0].spec().format == format
     assert_same(np.stack([image.get_pixels(format) for image in images]), depth)
+
+
+@pytest.mark.parametrize("depth", ["8", "16"])
+def test_png_tells_the_encoding_of_its_colors(tmp_path: Path, depth: str) -> None:
+    for space in ("srgb", "linear"):
+        options = ["--slices", "png", "--depth", depth, "--color-space", space]
+        folder = bake(tmp_path / space, *options)
+        image = Image.open(folder / "0000.png")
+        assert image.info.get("srgb") == (0 if space == "srgb" else None)
+        assert image.info.get("gamma") == (None if space == "srgb" else 1)
 
 
 def test_exr_slices_of_half(tmp_path: Path) -> None:
@@ -542,6 +565,8 @@ def test_what_the_disk_cannot_hold_is_refused(tmp_path: Path, name: str) -> None
     result = run_bake("--size", 100000, "-o", tmp_path / name)
     assert result.returncode == 1
     assert f"{name}: needs " in result.stderr and "on the disk" in result.stderr
+    # Mitsuba's volumes have floats only.
+    assert ("--depth 8 and" in result.stderr) == (name != "a.vol")
     assert os.listdir(tmp_path) == []
 
 

@@ -14,6 +14,7 @@ zarr = pytest.importorskip("zarr", minversion="3", reason="zarr 3 is not install
 
 BAKE = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bake"
 MODEL = "granite-grey"
+CAPTURED = {"capture_output": True, "text": True}
 ORIGIN, SIZE = (-9, 1 << 29, 5), (75, 40, 70)
 ARGUMENTS = ["--size", "75,40,70", "--origin", f"-9,{1 << 29},5", "--shard-size", "32"]
 
@@ -197,6 +198,37 @@ def test_what_is_no_store_is_refused(tmp_path: Path) -> None:
     assert (tmp_path / "folder.zarr" / "mine.txt").read_text() == "mine"
 
 
+USER = 65534  # nobody: root reads what it may not
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs root, to become another user")
+def test_what_may_not_be_read_is_said(tmp_path: Path) -> None:
+    assert bake(tmp_path, "--size", 16, "-o", "a.zarr").returncode == 0
+    for path in (tmp_path, *tmp_path.parents[:2], *tmp_path.rglob("*")):
+        path.chmod(0o755 if path.is_dir() else 0o644)
+    store = tmp_path / "a.zarr"
+    command = [str(BAKE), MODEL, "--size", "16", "-o", "a.zarr"]
+
+    def message(unreadable: Path) -> str:
+        mode = unreadable.stat().st_mode
+        unreadable.chmod(0)
+        done = subprocess.run(
+            command, cwd=tmp_path, user=USER, group=USER, extra_groups=[], **CAPTURED
+        )
+        unreadable.chmod(mode)
+        assert done.returncode == 1
+        return done.stderr
+
+    denied = "Permission denied"
+    assert f"a.zarr/zarr.json: cannot read: {denied}" in message(store / "zarr.json")
+    assert f"a.zarr/0/zarr.json: cannot read: {denied}" in message(store / "0" / "zarr.json")
+    assert f"solidtex-bake: a.zarr/zarr.json: {denied}" in message(store)
+    assert f"solidtex-bake: a.zarr/0/zarr.json: {denied}" in message(store / "0")
+    shard = store / "0/c/0/0/0/0"
+    assert f"a.zarr/0/c/0/0/0/0: {denied}" in message(shard.parent)
+    assert f"a.zarr/0/c/0/0/0/0: cannot read: {denied}; it is made again" in message(shard)
+
+
 def test_arrays_of_another_shape_are_refused(tmp_path: Path) -> None:
     assert bake(tmp_path, "--size", 16, "-o", "a.zarr").returncode == 0
     metadata = tmp_path / "a.zarr" / "0" / "zarr.json"
@@ -232,7 +264,8 @@ def test_parts_are_for_stores_only(tmp_path: Path) -> None:
 
 def test_a_store_beyond_memory_is_refused(tmp_path: Path) -> None:
     message = refusal(tmp_path, "--size", 1 << 20, "-o", "a.zarr")
-    assert "a.zarr: needs" in message and "on the disk" in message
+    assert "a.zarr: needs at least" in message and "on the disk" in message
+    assert message.endswith("; --depth 8 takes less\n")
     assert not os.listdir(tmp_path)
 
 

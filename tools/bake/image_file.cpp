@@ -21,35 +21,18 @@ namespace {
 
 using Bytes = std::vector<unsigned char>;
 
-Bytes encode_8_bits(const std::filesystem::path& path, const PngFormat& format,
-                    const std::byte* pixels) {
-  png_image header = {};
-  header.version = PNG_IMAGE_VERSION;
-  header.width = static_cast<png_uint_32>(format.width);
-  header.height = static_cast<png_uint_32>(format.height);
-  header.format = format.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
-  header.flags = PNG_IMAGE_FLAG_FAST;
-  if (format.is_linear) header.flags |= PNG_IMAGE_FLAG_COLORSPACE_NOT_sRGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
-  Bytes bytes(size);
-  if (!png_image_write_to_memory(&header, bytes.data(), &size, 0, pixels, 0, nullptr))
-    throw WriteError(path, header.message);
-  bytes.resize(size);
-  return bytes;
-}
-
 void append_bytes(png_structp png, png_bytep from, std::size_t count) {
   auto& bytes = *static_cast<Bytes*>(png_get_io_ptr(png));
   bytes.insert(bytes.end(), from, from + count);
 }
 
 // Returns false on an error: libpng jumps over destructors, so there are none here.
-bool write_16_bits(png_structp png, png_infop info, const PngFormat& format,
-                   const std::byte* pixels, Bytes* bytes) {
+bool encode(png_structp png, png_infop info, const PngFormat& format, const std::byte* pixels,
+            Bytes* bytes) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_write_fn(png, bytes, append_bytes, nullptr);
   png_set_IHDR(png, info, static_cast<png_uint_32>(format.width),
-               static_cast<png_uint_32>(format.height), 16,
+               static_cast<png_uint_32>(format.height), format.has_16_bits ? 16 : 8,
                format.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   if (format.is_linear) {
@@ -57,25 +40,19 @@ bool write_16_bits(png_structp png, png_infop info, const PngFormat& format,
   } else {
     png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   }
+  if (!format.has_16_bits) {  // the fast settings of libpng's simplified interface
+    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_NO_FILTERS);
+    png_set_compression_level(png, 3);
+  }
   png_write_info(png, info);
-  png_set_swap(png);  // to big endian
-  const auto row = static_cast<std::size_t>(2 * format.width * format.channels);
+  if (format.has_16_bits) png_set_swap(png);  // to big endian
+  const auto row =
+      static_cast<std::size_t>((format.has_16_bits ? 2 : 1) * format.width * format.channels);
   for (int y = 0; y < format.height; ++y)
     png_write_row(png,
                   reinterpret_cast<png_const_bytep>(pixels) + static_cast<std::size_t>(y) * row);
   png_write_end(png, info);
   return true;
-}
-
-Bytes encode_16_bits(const std::filesystem::path& path, const PngFormat& format,
-                     const std::byte* pixels) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png ? png_create_info_struct(png) : nullptr;
-  Bytes bytes;
-  const bool good = info && write_16_bits(png, info, format, pixels, &bytes);
-  png_destroy_write_struct(&png, &info);
-  if (!good) throw WriteError(path, "libpng cannot encode the image");
-  return bytes;
 }
 
 // The stream that OpenEXR writes to. It keeps a failure until check(): OpenEXR's destructors
@@ -119,8 +96,13 @@ Imf::Header header_of(int width, int height, const std::vector<std::string>& nam
 
 std::vector<unsigned char> encode_png(const std::filesystem::path& path, const PngFormat& format,
                                       std::span<const std::byte> pixels) {
-  return format.has_16_bits ? encode_16_bits(path, format, pixels.data())
-                            : encode_8_bits(path, format, pixels.data());
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png ? png_create_info_struct(png) : nullptr;
+  Bytes bytes;
+  const bool good = info && encode(png, info, format, pixels.data(), &bytes);
+  png_destroy_write_struct(&png, &info);
+  if (!good) throw WriteError(path, "libpng cannot encode the image");
+  return bytes;
 }
 
 void write_png(const std::filesystem::path& path, const PngFormat& format,

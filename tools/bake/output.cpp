@@ -273,6 +273,11 @@ Output resolve_output(const OutputRequest& request, const solidtex::texture& tex
   return output;
 }
 
+bool can_be_smaller(const Output& output) {
+  const std::vector<std::string> depths = words(output.format.depths);
+  return output.depth != Depth::uint8 && std::ranges::find(depths, "8") != depths.end();
+}
+
 std::vector<fs::path> companions(const OutputRequest& request) {
   fs::path beside = request.path;
   switch (format_of(request).kind) {

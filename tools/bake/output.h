@@ -106,6 +106,9 @@ const Format& format_of(const OutputRequest& request);
 // Throws if the format cannot hold what is asked for.
 Output resolve_output(const OutputRequest& request, const solidtex::texture& texture);
 
+// Whether --depth 8 makes the file smaller.
+bool can_be_smaller(const Output& output);
+
 // Files beside the output that belong to it: the voxels of an .nhdr, the description of a flipbook.
 std::vector<std::filesystem::path> companions(const OutputRequest& request);
 

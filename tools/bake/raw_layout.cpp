@@ -21,26 +21,6 @@ const char* vtk_type(Depth depth) {
   return depth == Depth::uint8 ? "UInt8" : "UInt16";
 }
 
-// Fields of solidtex: what the format itself has no place for.
-std::vector<std::pair<std::string, std::string>> description(const Output& output,
-                                                             const Volume& volume) {
-  std::vector<std::pair<std::string, std::string>> fields{
-      {"solidtex_model", volume.texture.name()},
-      {"solidtex_seed", std::to_string(volume.texture.seed())},
-      {"solidtex_precision", volume.texture.precision()},
-      {"solidtex_channels", fmt::format("{}", fmt::join(output.names, " "))}};
-  for (const ChannelGroup& group : output.groups)
-    fields.emplace_back("solidtex_encoding_" + group.name, encoding_name(output.encoding(group)));
-  if (!output.phases.empty()) {
-    std::vector<std::string> phases;
-    for (const std::size_t channel : output.phases)
-      phases.push_back(volume.texture.channel_name(channel));
-    fields.emplace_back("solidtex_labels", fmt::format("{}", fmt::join(phases, " ")));
-  }
-  if (!output.voxel_size.unit.empty()) fields.emplace_back("unit", output.voxel_size.unit);
-  return fields;
-}
-
 std::string nrrd_header(const Output& output, const Volume& volume) {
   const auto& [dx, dy, dz] = output.voxel_size.edges;
   const auto& [x, y, z] = volume.size;
@@ -65,9 +45,38 @@ std::string nrrd_header(const Output& output, const Volume& volume) {
     text += fmt::format(
         "data file: {}\n",
         std::filesystem::path(output.path).replace_extension(".raw").filename().string());
-  for (const auto& [key, value] : description(output, volume))
+  for (const auto& [key, value] : description_fields(output, volume))
     text += fmt::format("{}:={}\n", key, value);
   return text + "\n";
+}
+
+// A string is the numbers of its bytes and a zero.
+std::string vtk_string(const std::string& name, const std::string& value) {
+  std::string text = fmt::format(
+      "<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">", xml_text(name));
+  for (const unsigned char letter : value) text += fmt::format("{} ", letter);
+  return text + "0</Array>\n";
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> description_fields(const Output& output,
+                                                                    const Volume& volume) {
+  std::vector<std::pair<std::string, std::string>> fields{
+      {"solidtex_model", volume.texture.name()},
+      {"solidtex_seed", std::to_string(volume.texture.seed())},
+      {"solidtex_precision", volume.texture.precision()},
+      {"solidtex_channels", fmt::format("{}", fmt::join(output.names, " "))}};
+  for (const ChannelGroup& group : output.groups)
+    fields.emplace_back("solidtex_encoding_" + group.name, encoding_name(output.encoding(group)));
+  if (!output.phases.empty()) {
+    std::vector<std::string> phases;
+    for (const std::size_t channel : output.phases)
+      phases.push_back(volume.texture.channel_name(channel));
+    fields.emplace_back("solidtex_labels", fmt::format("{}", fmt::join(phases, " ")));
+  }
+  if (!output.voxel_size.unit.empty()) fields.emplace_back("unit", output.voxel_size.unit);
+  return fields;
 }
 
 std::string xml_text(const std::string& text) {
@@ -89,16 +98,6 @@ std::string xml_text(const std::string& text) {
   }
   return escaped;
 }
-
-// A string is the numbers of its bytes and a zero.
-std::string vtk_string(const std::string& name, const std::string& value) {
-  std::string text = fmt::format(
-      "<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">", xml_text(name));
-  for (const unsigned char letter : value) text += fmt::format("{} ", letter);
-  return text + "0</Array>\n";
-}
-
-}  // namespace
 
 std::uint64_t RawLayout::add_block(const Output& output, const Volume& volume,
                                    std::vector<std::size_t> channels, std::uint64_t offset) {
@@ -136,7 +135,8 @@ RawLayout vti_layout(const Output& output, const Volume& volume) {
       "header_type=\"UInt64\">\n"
       "<ImageData WholeExtent=\"{}\" Origin=\"{}\" Spacing=\"{}\">\n<FieldData>\n",
       extent, fmt::join(output.first_center(volume), " "), fmt::join(output.voxel_size.edges, " "));
-  for (const auto& [key, value] : description(output, volume)) text += vtk_string(key, value);
+  for (const auto& [key, value] : description_fields(output, volume))
+    text += vtk_string(key, value);
   text += fmt::format("</FieldData>\n<Piece Extent=\"{}\">\n<PointData Scalars=\"{}\">\n", extent,
                       xml_text(output.groups.front().name));
   // Each array begins with its number of bytes; offsets count from the underscore.

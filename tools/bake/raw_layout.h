@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/bake/output.h"
@@ -31,6 +32,13 @@ struct RawLayout {
   std::uint64_t add_block(const Output& output, const Volume& volume,
                           std::vector<std::size_t> channels, std::uint64_t offset);
 };
+
+// What a format itself has no place for: the model, channels, the encoding of colors.
+std::vector<std::pair<std::string, std::string>> description_fields(const Output& output,
+                                                                    const Volume& volume);
+
+// The text with the letters escaped that XML gives a meaning.
+std::string xml_text(const std::string& text);
 
 // Header and voxels in one file, or, for .nhdr, the voxels alone.
 RawLayout nrrd_layout(const Output& output, const Volume& volume);

@@ -125,6 +125,14 @@ std::string imagej_resolution(const VoxelSize& size, std::size_t axis) {
   return bytes;
 }
 
+// "solidtex_model=granite-grey", and so on, each on a line.
+std::string description_lines(const Output& output, const Volume& volume) {
+  std::string text;
+  for (const auto& [key, value] : description_fields(output, volume))
+    if (key != "unit") text += fmt::format("{}={}\n", key, value);
+  return text;
+}
+
 std::string imagej_description(const Output& output, const Volume& volume) {
   const std::size_t channels = output.channels.size();
   const auto slices = static_cast<std::size_t>(volume.size[2]);
@@ -142,12 +150,27 @@ std::string imagej_description(const Output& output, const Volume& volume) {
   const char* max = output.depth == Depth::uint8    ? "255"
                     : output.depth == Depth::uint16 ? "65535"
                                                     : "1";
-  return text + fmt::format("min=0\nmax={}\n", max);
+  return text + fmt::format("min=0\nmax={}\n", max) + description_lines(output, volume);
 }
 
 const char* ome_type(Depth depth) {
   if (depth == Depth::float32) return "float";
   return depth == Depth::uint8 ? "uint8" : "uint16";
+}
+
+// The center of the first voxel, as the position of the first page.
+std::string ome_plane(const Output& output, const Volume& volume) {
+  constexpr const char* axes = "XYZ";
+  std::string text = "<Plane TheZ=\"0\" TheT=\"0\" TheC=\"0\"";
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double voxels = static_cast<double>(volume.origin[axis]) + 0.5;
+    if (output.voxel_size.unit.empty())
+      text += fmt::format(" Position{}=\"{}\"", axes[axis], voxels);
+    else
+      text += fmt::format(" Position{0}=\"{1}\" Position{0}Unit=\"\xC2\xB5m\"", axes[axis],
+                          voxels * output.voxel_size.micrometers(axis));
+  }
+  return text + "/>";
 }
 
 // OME-XML has no type for half floats.
@@ -156,10 +179,11 @@ std::string ome_description(const Output& output, const Volume& volume) {
   const std::size_t channels = output.channels.size();
   std::string text = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><OME "
-      "xmlns=\"http://www.openmicroscopy.org/Schemas/OME/2016-06\"><Image ID=\"Image:0\"><Pixels "
-      "ID=\"Pixels:0\" DimensionOrder=\"XYCZT\" Type=\"{}\" BigEndian=\"false\" "
+      "xmlns=\"http://www.openmicroscopy.org/Schemas/OME/2016-06\"><Image "
+      "ID=\"Image:0\"><Description>{}</Description><Pixels ID=\"Pixels:0\" "
+      "DimensionOrder=\"XYCZT\" Type=\"{}\" BigEndian=\"false\" "
       "Interleaved=\"true\" SizeX=\"{}\" SizeY=\"{}\" SizeZ=\"{}\" SizeC=\"{}\" SizeT=\"1\"",
-      ome_type(output.depth), x, y, z, channels);
+      xml_text(description_lines(output, volume)), ome_type(output.depth), x, y, z, channels);
   constexpr const char* axes = "XYZ";
   if (!output.voxel_size.unit.empty()) {
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -168,15 +192,16 @@ std::string ome_description(const Output& output, const Volume& volume) {
   }
   return text + fmt::format(
                     "><Channel ID=\"Channel:0:0\" SamplesPerPixel=\"{}\"/><TiffData "
-                    "IFD=\"0\" PlaneCount=\"{}\"/></Pixels></Image></OME>",
-                    channels, z);
+                    "IFD=\"0\" PlaneCount=\"{}\"/>{}</Pixels></Image></OME>",
+                    channels, z, ome_plane(output, volume));
 }
 
 bool is_imagej(const Output& output) { return output.format.kind == FormatKind::imagej; }
 
 std::string description(const Output& output, const Volume& volume) {
   if (is_imagej(output)) return imagej_description(output, volume);
-  return output.depth == Depth::half ? "" : ome_description(output, volume);
+  return output.depth == Depth::half ? description_lines(output, volume)
+                                     : ome_description(output, volume);
 }
 
 // The pages of all slices follow the directories without a gap: ImageJ needs that.
@@ -215,19 +240,15 @@ RawLayout pages(const Output& output, const Volume& volume, bool is_big) {
   constexpr std::size_t offset_field = 5;  // and the description goes before it
 
   std::vector<Field> first = fields;
-  std::size_t first_offset = offset_field;
-  if (const std::string text = description(output, volume); !text.empty()) {
-    const std::string value = text + '\0';
-    first.insert(first.begin() + offset_field, file.field(270, ascii, value.size(), value));
-    ++first_offset;
-  }
+  const std::string text = description(output, volume) + '\0';
+  first.insert(first.begin() + offset_field, file.field(270, ascii, text.size(), text));
   file.align();
   const std::uint64_t page_count = slices * planes;
   const std::uint64_t directories = file.size() + file.page_bytes(first.size()) +
                                     (page_count - 1) * file.page_bytes(fields.size());
   for (std::uint64_t page = 0; page < page_count; ++page) {
     std::vector<Field>& of_page = page == 0 ? first : fields;
-    of_page[page == 0 ? first_offset : offset_field] =
+    of_page[page == 0 ? offset_field + 1 : offset_field] =
         file.number(273, directories + page * page_size);
     file.add_page(of_page);
   }

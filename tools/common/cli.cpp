@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <new>
@@ -159,6 +160,9 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
     return fail(app, out_of_memory);
   } catch (const solidtex::error& error) {
     return fail(app, error.status() == SOLIDTEX_OUT_OF_MEMORY ? out_of_memory : error.what());
+  } catch (const std::filesystem::filesystem_error& error) {
+    const std::string message = error.path1().string() + ": " + error.code().message();
+    return fail(app, message.c_str());
   } catch (const std::exception& error) {
     return fail(app, error.what());
   }

@@ -91,9 +91,11 @@ std::uint64_t left_of_address_space(const fs::path& root) {
 }
 
 [[noreturn]] void refuse(const std::string& what, double needed, const std::string& of_what,
-                         const std::string& found, const std::string& remedy) {
-  throw std::runtime_error(what + ": needs " + format_bytes(needed) + of_what + ", " + found +
-                           (remedy.empty() ? "" : "; " + remedy));
+                         const std::string& found, const std::string& remedy,
+                         Need need = Need::exact) {
+  const char* bound = need == Need::at_least ? "at least " : "";
+  throw std::runtime_error(what + ": needs " + bound + format_bytes(needed) + of_what + ", " +
+                           found + (remedy.empty() ? "" : "; " + remedy));
 }
 
 }  // namespace
@@ -108,22 +110,22 @@ void check_memory(const std::string& what, double needed, const std::string& rem
     refuse(what, needed, " of memory", format_bytes(available) + " are available", remedy);
 }
 
-void check_disk(const fs::path& output, double needed, const std::string& remedy) {
+void check_disk(const fs::path& output, double needed, const std::string& remedy, Need need) {
   std::error_code unknown;
   const fs::space_info disk = fs::space(fs::absolute(output).parent_path(), unknown);
   // Capacity 0: no disk; writing will tell.
   if (unknown || disk.capacity == 0 || needed <= static_cast<double>(disk.available)) return;
   refuse(output.string(), needed, " on the disk",
-         format_bytes(static_cast<double>(disk.available)) + " are free there", remedy);
+         format_bytes(static_cast<double>(disk.available)) + " are free there", remedy, need);
 }
 
-void check_file_size(const fs::path& file, double needed, const std::string& remedy) {
+void check_file_size(const fs::path& file, double needed, const std::string& remedy, Need need) {
   rlimit limit{};
   if (getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
   const auto allowed = static_cast<double>(limit.rlim_cur);
   if (needed > allowed)
     refuse(file.string(), needed, " in one file",
-           format_bytes(allowed) + " are allowed (ulimit -f)", remedy);
+           format_bytes(allowed) + " are allowed (ulimit -f)", remedy, need);
 }
 
 std::string format_bytes(double bytes) {

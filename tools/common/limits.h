@@ -15,11 +15,16 @@ std::uint64_t available_memory(const std::filesystem::path& root = "/");
 // `needed` bytes exceed available_memory().
 void check_memory(const std::string& what, double needed, const std::string& remedy);
 
+// Whether an output takes the bytes that are needed, or these and more, as compressed ones do.
+enum class Need { exact, at_least };
+
 // Checks the disk of `output`'s folder in the same way.
-void check_disk(const std::filesystem::path& output, double needed, const std::string& remedy);
+void check_disk(const std::filesystem::path& output, double needed, const std::string& remedy,
+                Need need = Need::exact);
 
 // Checks the limit of `ulimit -f` on one file in the same way.
-void check_file_size(const std::filesystem::path& file, double needed, const std::string& remedy);
+void check_file_size(const std::filesystem::path& file, double needed, const std::string& remedy,
+                     Need need = Need::exact);
 
 // "20.1 GiB"
 std::string format_bytes(double bytes);

@@ -131,9 +131,11 @@ class StoreBake {
     const auto bytes = [&](std::uint64_t voxels) {
       return static_cast<double>(voxels) * static_cast<double>(output_.bytes_per_voxel()) / 2;
     };
-    check_disk(folder_, bytes(missing_voxels), "");
+    check_disk(folder_, bytes(missing_voxels),
+               can_be_smaller(output_) ? "--depth 8 takes less" : "", Need::at_least);
     const Index3 largest = layout_.shard_box(0, {0, 0, 0}).size;
-    check_file_size(folder_, bytes(voxel_count(largest)), "a smaller --shard-size writes less");
+    check_file_size(folder_, bytes(voxel_count(largest)), "a smaller --shard-size writes less",
+                    Need::at_least);
   }
 
   void bake(std::int64_t shard, BackgroundWriter& writer, Progress& progress) const {

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -45,6 +46,7 @@ const std::filesystem::path& held_by_nobody(const std::filesystem::path& path) {
 class ShardReader {
  public:
   explicit ShardReader(const std::filesystem::path& path) : stream_(path, std::ios::binary) {}
+  bool is_open() const { return stream_.is_open(); }
 
   // False if the file is shorter.
   bool read(std::uint64_t offset, std::size_t size, ChunkBytes& bytes) {
@@ -94,6 +96,7 @@ std::string shard_problem(const std::filesystem::path& path, const StoreLayout& 
   const std::size_t index_size = bytes_of(index).size() + checksum_size;
   if (size < index_size) return fmt::format("found {} bytes, too few for its index", size);
   ShardReader reader(path);
+  if (!reader.is_open()) return std::string("cannot read: ") + std::strerror(errno);
   ChunkBytes bytes;
   if (!reader.read(size - index_size, index_size, bytes) || !is_intact(bytes))
     return "the checksum of its index does not match";

@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <stdexcept>
@@ -134,6 +136,7 @@ void write_metadata(const fs::path& file, const ordered_json& document) {
 
 ordered_json read_metadata(const fs::path& file) {
   std::ifstream stream(file);
+  if (!stream) throw std::runtime_error(file.string() + ": cannot read: " + std::strerror(errno));
   const ordered_json document = ordered_json::parse(stream, nullptr, false);
   if (document.is_object()) return document;
   throw std::runtime_error(file.string() + ": found a damaged file, expected JSON; remove it");
