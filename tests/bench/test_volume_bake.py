@@ -37,14 +37,16 @@ def test_half_a_block_is_refused() -> None:
     assert done.returncode != 0 and "--size: found 100" in done.stderr
 
 
-def test_slices_are_measured_beside_oiiotool(tmp_path: Path) -> None:
-    if not shutil.which("oiiotool"):
-        pytest.skip("oiiotool is not installed")
+def test_slices_are_measured_beside_other_programs(tmp_path: Path) -> None:
+    others = {"oiiotool": ".tif + oiiotool ", "ffmpeg": ".raw + ffmpeg "}
+    expected = [line for program, line in others.items() if shutil.which(program)]
+    if not expected:
+        pytest.skip("neither oiiotool nor ffmpeg is installed")
     done = run("slices", "--size", 8, "--threads", 1, "--folder", tmp_path)
     assert done.returncode == 0, done.stderr
-    _, ours, *others = done.stdout.splitlines()
-    assert ours.startswith("solidtex-bake ") and others[0].startswith(".tif + oiiotool ")
-    assert others[-1].startswith("ratio: ")
+    _, *lines = done.stdout.splitlines()
+    for line, start in zip(lines, ["solidtex-bake ", *expected, "ratio: "], strict=True):
+        assert line.startswith(start), done.stdout
 
 
 def test_two_processes_are_measured_beside_one(tmp_path: Path) -> None:
