@@ -1,5 +1,6 @@
 """Volumes on Dask: bakes that outlive workers, schedulers and damage; lazy arrays for analysis."""
 
+import logging
 import os
 import signal
 import socket
@@ -96,9 +97,26 @@ def test_another_volume_is_refused(client: distributed.Client, tmp_path: Path) -
         bake(client, tmp_path / "b.zarr")
     with pytest.raises(solidtex.InvalidArgument, match="shard_size: found 48"):
         bake(client, tmp_path / "c.zarr", shard_size=48)
-    with pytest.raises(solidtex.InvalidArgument, match="size: found"):
-        solidtex.dask.bake(MODEL, tmp_path / "c.zarr", 0, client=client)
+    for size in (0, 1 << 31, (4, 4), (4, 4, -1)):
+        with pytest.raises(solidtex.InvalidArgument, match="size: found"):
+            bake(client, tmp_path / "c.zarr", size=size)
+        with pytest.raises(solidtex.InvalidArgument, match="size: found"):
+            solidtex.dask.array(MODEL, size)
+    with pytest.raises(solidtex.InvalidArgument, match="origin: found"):
+        bake(client, tmp_path / "c.zarr", origin=(0, 0))
+    with pytest.raises(solidtex.InvalidArgument, match="expected voxels within"):
+        bake(client, tmp_path / "c.zarr", origin=((1 << 30) + 65500, 0, 0))
     assert not (tmp_path / "c.zarr").exists()
+
+
+def test_what_is_no_store_is_refused(client: distributed.Client, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "mine.txt").write_text("mine")
+    (tmp_path / "file").write_text("mine")
+    for name, found in (("folder", "a folder without zarr.json"), ("file", "a file")):
+        with pytest.raises(solidtex.InvalidArgument, match=f"{name}: found {found}"):
+            bake(client, tmp_path / name)
+    assert os.listdir(tmp_path / "folder") == ["mine.txt"]
 
 
 def test_a_killed_worker_costs_nothing(
@@ -124,17 +142,23 @@ class Cluster:
         self.address = f"tcp://127.0.0.1:{port}"
 
     def start(self) -> None:
-        quiet = ["--no-dashboard"]
-        for command in (
-            ["scheduler", "--host", "127.0.0.1", "--port", self.port, *quiet],
-            ["worker", self.address, "--no-nanny", "--nthreads", 1, *quiet],
-        ):
-            self.processes.append(
-                subprocess.Popen(
-                    [sys.executable, "-m", "dask", *map(str, command)], stderr=subprocess.DEVNULL
-                )
-            )
+        self.start_scheduler()
+        self.start_worker()
         wait_for(self.port)
+
+    def start_scheduler(self) -> None:
+        self._start("scheduler", "--host", "127.0.0.1", "--port", str(self.port))
+
+    def start_worker(self) -> None:
+        self._start("worker", self.address, "--no-nanny", "--nthreads", "1")
+
+    def _start(self, *command: str) -> None:
+        self.processes.append(
+            subprocess.Popen(
+                [sys.executable, "-m", "dask", *command, "--no-dashboard"],
+                stderr=subprocess.DEVNULL,
+            )
+        )
 
     def kill(self) -> None:
         for process in self.processes:
@@ -177,6 +201,35 @@ def test_a_scheduler_that_restarts_costs_nothing(tmp_path: Path, expected: np.nd
         cluster.kill()
     assert sum(baked) == 6 and restarts
     assert np.array_equal(zarr.open_group(tmp_path / "a.zarr", mode="r")["0"][:], expected)
+
+
+def test_workers_that_come_later_are_waited_for(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Workers of Dask end with their scheduler."""
+    cluster = Cluster(free_port())
+    cluster.start()
+
+    def restart(done: int, _: int) -> None:
+        if done == 2:
+            cluster.kill()
+            cluster.start_scheduler()
+
+    class StartsWorker(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            cluster.start_worker()
+
+    starts_worker = StartsWorker()
+    log = logging.getLogger("solidtex.dask")
+    log.addHandler(starts_worker)
+    try:
+        with distributed.Client(cluster.address, timeout=120) as client:
+            baked = bake(client, tmp_path / "a.zarr", progress=restart)
+    finally:
+        log.removeHandler(starts_worker)
+        cluster.kill()
+    assert sum(baked) == 6
+    assert caplog.messages.count("the scheduler has no worker, the bake waits for one") == 1
 
 
 def test_a_scheduler_that_is_gone_ends_the_bake(tmp_path: Path) -> None:
@@ -280,6 +333,15 @@ def test_xarray_opens_a_level_of_a_store(client: distributed.Client, tmp_path: P
     assert level.isel(c=0, z=0, y=0, x=0).compute().item() == pytest.approx(
         zarr.open_group(tmp_path / "a.zarr", mode="r")["1"][0, 0, 0, 0]
     )
+
+    for missing in (-1, 2):
+        with pytest.raises(
+            solidtex.InvalidArgument, match=f"level: found {missing}, expected 0 to 1"
+        ):
+            solidtex.xarray.open_store(tmp_path / "a.zarr", level=missing)
+    zarr.create_group(tmp_path / "b.zarr")
+    with pytest.raises(solidtex.InvalidArgument, match="store of another program"):
+        solidtex.xarray.open_store(tmp_path / "b.zarr")
 
 
 def test_halves_of_odd_numbers() -> None:

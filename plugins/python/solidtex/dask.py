@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -17,11 +18,22 @@ import numpy as np
 import zarr
 
 from solidtex.errors import Cancelled
-from solidtex.store import Index3, Store, Volume, bake_shard, is_complete, open_store
+from solidtex.store import (
+    Index3,
+    Store,
+    Volume,
+    bake_shard,
+    is_complete,
+    open_store,
+    origin_of,
+    size_of,
+)
 from solidtex.texture import Floats, Precision, Texture
 
 TASKS_PER_THREAD = 3
 """Tasks at the scheduler: enough that no worker waits, few enough for any number of shards."""
+
+_log = logging.getLogger(__name__)
 
 
 class Baked(NamedTuple):
@@ -68,8 +80,7 @@ def bake(
     """
     if isinstance(model, Texture):
         seed, precision, model = model.seed, model.precision, model.path
-    extents = _index3((size, size, size) if isinstance(size, int) else size)
-    volume = Volume(model, extents, _index3(origin), seed, precision, shard_size)
+    volume = Volume(model, size_of(size), origin_of(origin), seed, precision, shard_size)
     open_store(store, volume, storage_options)
     task = partial(_bake_shard, volume, store, storage_options)
     crew = _Crew(client or distributed.get_client(), task, retries, patience)
@@ -79,11 +90,6 @@ def bake(
         if progress:
             progress(sum(counts), volume.shard_count)
     return Baked(made=counts[True], kept=counts[False])
-
-
-def _index3(numbers: Sequence[int]) -> Index3:
-    x, y, z = map(int, numbers)
-    return x, y, z
 
 
 def _bake_shard(
@@ -111,6 +117,7 @@ class _Crew:
     ) -> None:
         self._client, self._task, self._retries = client, task, retries
         self._patience = patience
+        self._has_workers = True
         self._running: dict[distributed.Future[Any], Index3] = {}
 
     def run(self, positions: Iterator[Index3]) -> Iterator[bool]:
@@ -134,6 +141,9 @@ class _Crew:
 
     def _room(self) -> int:
         workers = self._client.scheduler_info(n_workers=-1).get("workers", {}).values()
+        if self._has_workers and not workers:
+            _log.warning("the scheduler has no worker, the bake waits for one")
+        self._has_workers = bool(workers)
         threads = sum(worker["nthreads"] for worker in workers)
         return TASKS_PER_THREAD * max(threads, 1) - len(self._running)
 
@@ -165,10 +175,9 @@ def array(
 ) -> dask.array.Array:
     """Volume as an array of Dask, `[x][y][z][channel]`, evaluated chunk by chunk when needed."""
     texture = model if isinstance(model, Texture) else Texture(model, seed, precision)
-    extents = _index3((size, size, size) if isinstance(size, int) else size)
-    chunks = dask.array.core.normalize_chunks((chunk, chunk, chunk), shape=extents)
+    chunks = dask.array.core.normalize_chunks((chunk, chunk, chunk), shape=size_of(size))
     return dask.array.map_blocks(
-        partial(_block, texture, _index3(origin)),
+        partial(_block, texture, origin_of(origin)),
         chunks=(*chunks, (len(texture.channels),)),
         dtype=np.float32,
         meta=np.empty((0, 0, 0, 0), np.float32),

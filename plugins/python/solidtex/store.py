@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -26,11 +27,31 @@ from solidtex.texture import Floats, Precision, Texture
 LARGEST_CHUNK = 64
 COARSEST_LEVEL = 64
 SMALLEST_SHARD_OF_A_LEVEL = 16
+LARGEST_SIZE = 1 << 20
 AXES = ("c", "z", "y", "x")
 
 Index3 = tuple[int, int, int]
 Store = Any
 """A path, a URL of fsspec, or a store of zarr."""
+
+
+def size_of(size: int | Sequence[int]) -> Index3:
+    """Voxels along x, y and z of an argument."""
+    numbers = [size] * 3 if isinstance(size, int) else [int(number) for number in size]
+    if len(numbers) != 3 or not all(1 <= number <= LARGEST_SIZE for number in numbers):
+        raise InvalidArgument(
+            f"size: found {size}, expected one integer, or three, from 1 to {LARGEST_SIZE}"
+        )
+    x, y, z = numbers
+    return x, y, z
+
+
+def origin_of(origin: Sequence[int]) -> Index3:
+    """First voxel of an argument."""
+    if len(origin) != 3:
+        raise InvalidArgument(f"origin: found {origin}, expected three integers")
+    x, y, z = map(int, origin)
+    return x, y, z
 
 
 @dataclass(frozen=True)
@@ -47,8 +68,7 @@ class Volume:
     """Of the model's file; a process with another file at its path is refused."""
 
     def __post_init__(self) -> None:
-        if min(self.size) < 1:
-            raise InvalidArgument(f"size: found {self.size}, expected 1 or more along each axis")
+        size_of(self.size)
         if self.shard_size not in (16, 32, 64, 128, 256, 512):
             raise InvalidArgument(
                 f"shard_size: found {self.shard_size}, expected 16, 32, 64, 128, 256 or 512"
@@ -126,6 +146,7 @@ def open_store(
     try:
         group = zarr.open_group(store, mode="r+", storage_options=options)
     except FileNotFoundError:
+        _check_new(store, volume)
         group = zarr.create_group(
             store,
             attributes={"ome": _ome(volume), "solidtex": volume.identity},
@@ -137,6 +158,19 @@ def open_store(
         if str(level) not in group:
             _create_level(group, volume, level, channels)
     return group
+
+
+def _check_new(store: Store, volume: Volume) -> None:
+    """Refuse what cannot become a store, before anything is written."""
+    if isinstance(store, str | Path) and "://" not in str(store) and Path(store).exists():
+        found = "a folder without zarr.json" if Path(store).is_dir() else "a file"
+        if found == "a file" or any(Path(store).iterdir()):
+            raise InvalidArgument(
+                f"{store}: found {found}, expected a Zarr store, or no folder; give another name"
+            )
+    last = [first + extent - 1 for first, extent in zip(volume.origin, volume.size, strict=True)]
+    for corner in (volume.origin, last):  # out of range, they raise
+        volume.texture().eval_box(corner, (1, 1, 1))
 
 
 def _check_identity(store: Store, volume: Volume, found: object) -> None:

@@ -12,6 +12,7 @@ import xarray
 import zarr
 
 import solidtex.dask
+from solidtex.errors import InvalidArgument
 from solidtex.store import encoded_channels, from_light, to_light
 from solidtex.texture import Precision, Texture
 
@@ -50,7 +51,12 @@ def open_store(
     options = dict(storage_options) if storage_options else None
     group = zarr.open_group(store, mode="r", storage_options=options)
     attributes: dict[str, Any] = group.attrs.asdict()
+    if "solidtex" not in attributes:
+        raise InvalidArgument(f"{store}: found a Zarr store of another program")
     (image,) = attributes["ome"]["multiscales"]
+    levels = len(image["datasets"])
+    if not 0 <= level < levels:
+        raise InvalidArgument(f"level: found {level}, expected 0 to {levels - 1}")
     scale, translation = (
         part[part["type"]] for part in image["datasets"][level]["coordinateTransformations"]
     )
