@@ -145,7 +145,7 @@ def open_store(
     options = dict(storage_options) if storage_options else None
     try:
         group = zarr.open_group(store, mode="r+", storage_options=options)
-    except FileNotFoundError:
+    except (FileNotFoundError, FileExistsError):  # the second of a file
         _check_new(store, volume)
         group = zarr.create_group(
             store,
