@@ -30,7 +30,7 @@ constexpr char examples[] =
     "is taken at its own size: the space has learned materials at its resolution.\n"
     "A pixel of the heat map is 1 where the code of the window around it is that of the patch.\n"
     "Examples:\n"
-    "  solidtex-detect stones wall.jpg --patch 40,60,128,128 --alpha 0.3 -o heat.png\n"
+    "  solidtex-detect stones wall.jpg --patch 40,60,128,128 -o heat.png\n"
     "  solidtex-detect stones wall.jpg --patch 0,0,256,200 --step 4 --alpha 1 -o heat.exr\n"
     "Exit code: 0 the map is written, 1 it is not, 2 wrong usage.";
 
