@@ -116,12 +116,12 @@ SOLIDTEX_API void solidtex_release(solidtex_texture* texture);
  *                        1 to 1024: queries use an arena of the texture's own with this many slots,
  *                        including the caller's. A caller that finds the arena full waits, and a
  *                        worker thread may run its query and its callbacks.
- *   "period"             0, the default: the solid never repeats. Otherwise it repeats after so
- * many texels on every axis, bit by bit (lattice family only). A multiple of the pitch of the
- * model's coarsest level, up to 2^30. The mean of the material stays that of the solid without a
- * period. Strings: "precision"          "full", the default: float32. "fast": bfloat16 products
- * where the sampler family finds a matrix unit (Intel AMX), otherwise the same as "full". See
- *                        docs/numerics.md. */
+ *   "period"             0: no period. Or texels after which a lattice repeats on every axis, bit
+ *                        by bit: a multiple of the pitch of the coarsest level, up to 2^30. The
+ *                        mean of the material stays that of the solid without a period.
+ * Strings:
+ *   "precision"          "full", the default: float32. "fast": bfloat16 products where a sampler
+ *                        finds a matrix unit (Intel AMX), else "full". See docs/numerics.md. */
 SOLIDTEX_API solidtex_status solidtex_set_integer(solidtex_texture* texture, const char* name,
                                                   uint64_t value);
 SOLIDTEX_API solidtex_status solidtex_set_string(solidtex_texture* texture, const char* name,
