@@ -218,6 +218,33 @@ TEST_CASE("Durations are printed like a clock") {
   CHECK(format_duration(1e300) == "277777:46:40");
 }
 
+TEST_CASE("A refused value of an option is named, with what is allowed in words") {
+  CLI::App app("tests options", "tool");
+  int count = 0, mode = 0;
+  double seconds = 0;
+  const std::map<std::string, int> modes{{"fast", 2}, {"good", 3}, {"slow", 5}};
+  app.add_option("--count", count)->check(in_range(1, 1 << 20));
+  app.add_option("--seconds", seconds)->check(in_range(0.5, 60.0));
+  app.add_option("--axis")->check(one_of({"y", "z"}));
+  app.add_option("--mode", mode)->transform(one_of(modes));
+  const auto message = [&](const std::string& line) -> std::string {
+    try {
+      app.parse(line);
+      return "";
+    } catch (const CLI::ParseError& error) {
+      return error.what();
+    }
+  };
+  CHECK(message("--count 0") == "--count: found 0, expected a whole number from 1 to 1048576");
+  CHECK(message("--count 2x") == "--count: found 2x, expected a whole number from 1 to 1048576");
+  CHECK(message("--seconds nan") == "--seconds: found nan, expected a number from 0.5 to 60");
+  CHECK(message("--axis q") == "--axis: found q, expected y or z");
+  CHECK(message("--mode 2") == "--mode: found 2, expected fast, good or slow");
+  CHECK(message("--count 1048576 --seconds 0.5 --axis z --mode slow").empty());
+  CHECK((count == 1048576 && seconds == 0.5 && mode == 5));
+  CHECK(app.help().find("FLOAT:0.5..60") != std::string::npos);
+}
+
 TEST_CASE("The exit code says how a tool ended") {
   bool worked = false;
   CHECK(run({"-o", "x"}, [&] { worked = true; }) == exit_success);

@@ -88,7 +88,7 @@ void add_store_options(CLI::App& app, BakeOptions& options) {
   app.add_option(
          "--shard-size", options.shard_size,
          "Voxels along the edges of a shard of a .zarr: 16, 32 ... 1024 (default: by --size)")
-      ->check(CLI::IsMember({16, 32, 64, 128, 256, 512, 1024}))
+      ->check(one_of({"16", "32", "64", "128", "256", "512", "1024"}))
       ->type_name("N");
 }
 
@@ -151,7 +151,7 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
       app.add_option("--to", options.to,
                      "Bake colors of the vertices to a .ply, the UV atlas to an .exr, or the "
                      "inside of a closed mesh to a .vdb or .nvdb; not with --maps and OUT.glb")
-          ->check(CLI::IsMember({"vertex-color", "uv", "volume"}))
+          ->check(one_of({"vertex-color", "uv", "volume"}))
           ->type_name("vertex-color|uv|volume")
           ->needs(mesh);
   app.add_option("--maps", options.maps,
@@ -163,7 +163,7 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
       ->excludes(to);
   app.add_option("--normal-map", options.normal_map,
                  "Green of a normal map: up (opengl, default) or down (directx); glTF is opengl")
-      ->check(CLI::IsMember({"opengl", "directx"}))
+      ->check(one_of({"opengl", "directx"}))
       ->type_name("opengl|directx")
       ->needs(mesh);
   app.parse_complete_callback([&options] {
@@ -172,22 +172,22 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
   app.add_option("--relief", options.relief,
                  "Height of a normal map's relief in texels where the channel height is 1 "
                  "(default 1.5)")
-      ->check(CLI::Range(1e-3, 1e3))
+      ->check(in_range(1e-3, 1e3))
       ->type_name("N")
       ->needs(mesh);
   app.add_option("--texels-per-unit", options.texels_per_unit,
                  "Texels per unit of the mesh (default: 512 along its longest side)")
-      ->check(CLI::Range(1e-9, 1e9))
+      ->check(in_range(1e-9, 1e9))
       ->type_name("N")
       ->needs(mesh);
   app.add_option("--color-type", options.color_type,
                  "Type of vertex colors: uchar is sRGB-encoded, float is linear (default uchar)")
-      ->check(CLI::IsMember({"uchar", "float"}))
+      ->check(one_of({"uchar", "float"}))
       ->type_name("uchar|float")
       ->needs(mesh);
   app.add_option("--margin", options.margin,
                  "Extend the charts of an atlas by N texels (default 8)")
-      ->check(CLI::Range(0, 64))
+      ->check(in_range(0, 64))
       ->type_name("N")
       ->needs(mesh);
   app.add_option("--checkpoint", options.checkpoint,
@@ -205,22 +205,22 @@ void add_format_options(CLI::App& app, BakeOptions& options, CLI::Option* output
   auto* format = app.add_option("--format", options.format,
                                 "Format of the output (default: by the name of OUT); OUT may then "
                                 "be missing: MODEL with the format's extension")
-                     ->check(CLI::IsMember(names))
+                     ->check(one_of(names))
                      ->type_name("NAME");
   app.add_option("--slices", options.format, "Write a folder of images, one for each z")
-      ->check(CLI::IsMember({"png", "exr"}))
+      ->check(one_of({"png", "exr"}))
       ->type_name("png|exr")
       ->needs(output)
       ->excludes(format);
   app.add_option("--depth", options.depth,
                  "Type of a value: integers of 8 or 16 bits are clamped to [0, 1], half and float "
                  "are not, bc7 is compressed (default: by the format)")
-      ->check(CLI::IsMember({"8", "16", "half", "float", "bc7"}))
+      ->check(one_of({"8", "16", "half", "float", "bc7"}))
       ->type_name("8|16|half|float|bc7");
   app.add_option("--color-space", options.color_space,
                  "Encoding of colors: sRGB, linear, or the model's own (default: sRGB in integers, "
                  "model in .npy and .vdb, else linear)")
-      ->check(CLI::IsMember({"srgb", "linear", "model"}))
+      ->check(one_of({"srgb", "linear", "model"}))
       ->type_name("srgb|linear|model");
   app.add_option("--channels", options.channels,
                  "Write one color (albedo) or channel (roughness) only (default: all)")
@@ -272,9 +272,9 @@ void add_options(CLI::App& app, BakeOptions& options) {
   app.add_option(
          "--block", options.block,
          "Edge of the boxes evaluated at a time (default: chosen by memory); changes no value")
-      ->check(CLI::Range(1, 4096));
+      ->check(in_range(1, 4096));
   app.add_option("--threads", options.threads, "Number of threads (default: all cores)")
-      ->check(CLI::Range(1, 1024));
+      ->check(in_range(1, 1024));
   auto* output = app.add_option("-o,--output", options.output,
                                 "File or folder to write; - (with --format or --to) or -.npy: "
                                 "standard output")

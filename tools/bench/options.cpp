@@ -39,18 +39,18 @@ void add_options(CLI::App& app, BenchOptions& options) {
   options.measure.threads = tbb::info::default_concurrency();
   app.add_option("--threads", options.measure.threads,
                  "Threads of the parallel cases (default: all cores)")
-      ->check(CLI::Range(1, 1024));
+      ->check(in_range(1, 1024));
   app.add_option("--seconds", options.measure.seconds, "Time for each case")
-      ->check(CLI::Range(0.001, 86400.0))
+      ->check(in_range(0.001, 86400.0))
       ->capture_default_str();
   app.add_option("--rounds", options.measure.rounds,
                  "Repetitions that share this time; those of all cases alternate")
-      ->check(CLI::Range(1, 1000))
+      ->check(in_range(1, 1000))
       ->capture_default_str();
   const std::map<std::string, Clock> clocks = {{"wall", Clock::wall}, {"cpu", Clock::cpu}};
   app.add_option("--clock", options.measure.clock,
                  "wall, or cpu: processor time divided by threads, for a shared machine")
-      ->transform(CLI::CheckedTransformer(clocks).description(""))
+      ->transform(one_of(clocks))
       ->type_name("wall|cpu");
   app.add_flag("--scaling", options.measure.scaling, "Run parallel cases on one thread too");
   auto* target = app.add_option("--target", options.targets,
@@ -69,7 +69,7 @@ void add_options(CLI::App& app, BenchOptions& options) {
       ->capture_default_str();
   app.add_option("--bake-size", options.cases.bake_size,
                  "Voxels along each axis for bake.memory; 1024 needs 13 GB of disk")
-      ->check(CLI::Range(1, 4096))
+      ->check(in_range(1, 4096))
       ->capture_default_str();
   app.add_flag("--quick", options.cases.quick,
                "Run everything tiny and once: shows that it runs, not how fast");

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include <iostream>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <vector>
 
 #include "tools/common/completion.h"
@@ -60,6 +62,20 @@ void on_signal(int) { interrupt_flag = 1; }
 constexpr char out_of_memory[] =
     "out of memory: the system gave no more; close other programs, raise `ulimit -v`, or make less "
     "at a time";
+
+template <class Number>
+CLI::Validator between(Number low, Number high, const char* kind) {
+  std::ostringstream range, expected;
+  range << low << ".." << high;
+  expected << kind << " from " << low << " to " << high;
+  const auto check = [low, high, expected = expected.str()](const std::string& text) {
+    Number number{};
+    if (CLI::detail::lexical_cast(text, number) && low <= number && number <= high)
+      return std::string();
+    return "found " + text + ", expected " + expected;
+  };
+  return CLI::Validator(range.str()).operation(check);
+}
 
 int fail(const CLI::App& app, const char* message, int exit_code = exit_failure) {
   std::cerr << app.get_name() << ": " << message << '\n';
@@ -130,8 +146,22 @@ void throw_if_interrupted() {
 void add_precision(CLI::App& app, std::string& precision) {
   app.add_option("--precision", precision,
                  "full (default), or fast: sampler models only, almost all values within 1/255")
-      ->check(CLI::IsMember({"full", "fast"}))
+      ->check(one_of({"full", "fast"}))
       ->type_name("full|fast");
+}
+
+CLI::Validator in_range(int low, int high) { return between(low, high, "a whole number"); }
+CLI::Validator in_range(double low, double high) { return between(low, high, "a number"); }
+
+CLI::Validator one_of(const std::vector<std::string>& names) {
+  std::string expected = names.front();
+  for (std::size_t i = 1; i < names.size(); ++i)
+    expected += (i + 1 < names.size() ? ", " : " or ") + names[i];
+  const auto check = [names, expected](const std::string& name) {
+    const bool is_known = std::find(names.begin(), names.end(), name) != names.end();
+    return is_known ? std::string() : "found " + name + ", expected " + expected;
+  };
+  return CLI::Validator("").operation(check);
 }
 
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work) {

@@ -5,10 +5,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <solidtex/solidtex.hpp>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace solidtex::tools {
 
@@ -31,6 +33,23 @@ void throw_if_interrupted();
 
 // Adds --precision full|fast.
 void add_precision(CLI::App& app, std::string& precision);
+
+// Checks of an option's value, whose messages say in words what is allowed. A map also replaces the
+// name by its value.
+CLI::Validator in_range(int low, int high);
+CLI::Validator in_range(double low, double high);
+CLI::Validator one_of(const std::vector<std::string>& names);
+template <class Value>
+CLI::Validator one_of(const std::map<std::string, Value>& values) {
+  std::vector<std::string> names;
+  for (const auto& entry : values) names.push_back(entry.first);
+  const auto replace = [check = one_of(names), values](std::string& name) {
+    std::string message = check(name);
+    if (message.empty()) name = std::to_string(static_cast<int>(values.at(name)));
+    return message;
+  };
+  return CLI::Validator(replace, "");
+}
 
 // Results go to standard output, everything else to standard error. run_tool adds the options
 // --quiet, --verbose, --json and --config to every tool that has none of that name.

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/common/cli.h"
+
 namespace solidtex::tools {
 namespace {
 
@@ -92,7 +94,7 @@ void add_completion(CLI::App& app) {
   };
   app.add_option_function<std::string>("--completion", print,
                                        "Print a completion script for this shell and exit")
-      ->check(CLI::IsMember({"bash", "zsh", "fish"}))
+      ->check(one_of({"bash", "zsh", "fish"}))
       ->type_name("bash|zsh|fish")
       ->trigger_on_parse();
 }

@@ -50,10 +50,10 @@ void add_options(CLI::App& app, Options& options) {
       ->required()
       ->type_name("HEAT");
   app.add_option("--step", options.step, "Pixels between two windows (default: 16)")
-      ->check(CLI::Range(1, 4096))
+      ->check(in_range(1, 4096))
       ->type_name("N");
   app.add_option("--alpha", options.alpha, "Sharpness of the map, equation 10 (default: 3)")
-      ->check(CLI::Range(1e-6, 1e6))
+      ->check(in_range(1e-6, 1e6))
       ->type_name("A");
   app.add_flag("--force", options.force, "Replace a file that exists");
 }

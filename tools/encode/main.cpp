@@ -40,7 +40,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--patches", options.patches,
                  "Code of the photograph: average of its patches (default), or medoid, the patch "
                  "that is nearest to all others")
-      ->check(CLI::IsMember({"average", "medoid"}))
+      ->check(one_of({"average", "medoid"}))
       ->type_name("average|medoid");
   app.add_option("--name", options.name, "Name of the material (default: that of the photograph)")
       ->type_name("NAME");

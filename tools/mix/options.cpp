@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "plugins/spaces/mixture.h"
+#include "tools/common/cli.h"
 #include "tools/common/output_file.h"
 
 namespace solidtex::tools {
@@ -112,7 +113,7 @@ void add_options(CLI::App& app, MixOptions& options) {
       ->option_text("FILE.solidtex");
   app.add_option("--animate", options.frames,
                  "Write N models on a walk in equal steps, ends included")
-      ->check(CLI::Range(2, 100000))
+      ->check(in_range(2, 100000))
       ->option_text("N");
   app.add_flag("--force", options.force, "Overwrite existing models");
   app.footer(kExamples);

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "tools/common/cli.h"
 #include "tools/common/output_file.h"
 
 namespace solidtex::tools {
@@ -58,11 +59,11 @@ pt::Window crop_window(const std::vector<int>& crop, const pt::RenderSettings& s
 
 void add_image_options(CLI::App& app, Options& options) {
   app.add_option("--spp", options.samples, "Samples per pixel; the maximum with --noise")
-      ->check(CLI::Range(1, 1 << 20));
+      ->check(in_range(1, 1 << 20));
   app.add_option("--size", options.size, "Width and height in pixels")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::Range(1, 32768))
+      ->check(in_range(1, 32768))
       ->option_text("W,H");
   app.add_option("--crop", options.crop, "Render only the pixels x0 <= x < x1, y0 <= y < y1")
       ->delimiter(',')
@@ -72,38 +73,38 @@ void add_image_options(CLI::App& app, Options& options) {
          "--noise", options.noise,
          "Stop sampling a block of pixels at this relative error, 0.01 for example; 0: take all "
          "samples")
-      ->check(CLI::Range(0.0, 1e3));
+      ->check(in_range(0.0, 1e3));
   app.add_option("--seed", options.seed, "Random seed");
-  app.add_option("--texture-filter", options.texture_filter,
-                 "Filter of solid textures: footprint, anisotropic, stochastic or none")
-      ->transform(CLI::CheckedTransformer(pt::texture_filters()));
+  app.add_option("--texture-filter", options.texture_filter, "Filter of solid textures")
+      ->transform(one_of(pt::texture_filters()))
+      ->type_name("footprint|anisotropic|stochastic|none");
 }
 
 void add_output_options(CLI::App& app, Options& options) {
   auto aovs = aov_names();
   CLI::Option* view = app.add_option("--view", options.view, "Show this AOV instead of the beauty")
-                          ->transform(CLI::CheckedTransformer(aovs))
+                          ->transform(one_of(aovs))
                           ->option_text("AOV");
   std::vector<std::string> names{"all"};
   for (const pt::AovInfo& aov : pt::all_aovs()) names.push_back(aov.name);
   app.add_option("--aovs,--layers", options.aovs,
                  fmt::format("AOVs of an EXR: {}", fmt::join(names, ", ")))
       ->delimiter(',')
-      ->check(CLI::IsMember(names))
+      ->check(one_of(names))
       ->excludes(view)
       ->option_text("AOV,...");
   app.add_flag("--denoise", options.denoise,
                "Denoise the beauty by Open Image Denoise; needs its library")
       ->excludes(view);
-  app.add_option("--view-transform", options.view_transform,
-                 "View transform of a PNG: srgb, filmic, aces or false-color")
-      ->transform(CLI::CheckedTransformer(pt::view_transforms()));
+  app.add_option("--view-transform", options.view_transform, "View transform of a PNG")
+      ->transform(one_of(pt::view_transforms()))
+      ->type_name("srgb|filmic|aces|false-color");
   app.add_option("--exposure", options.exposure, "Exposure of a PNG in stops")
-      ->check(CLI::Range(-30.0f, 30.0f));
+      ->check(in_range(-30.0f, 30.0f));
 }
 
 void add_long_render_options(CLI::App& app, Options& options) {
-  const auto seconds = CLI::Range(0.1, 1e6);
+  const auto seconds = in_range(0.1, 1e6);
   app.add_option("--preview-every", options.preview_every,
                  "Write OUTPUT.preview.png at this interval")
       ->check(seconds)
@@ -125,7 +126,7 @@ void add_sequence_options(CLI::App& app, Options& options) {
       ->option_text("FIRST-LAST");
   app.add_option("--turntable", options.turntable,
                  "Render an N-frame turntable around the look-at point")
-      ->check(CLI::Range(1, 100000))
+      ->check(in_range(1, 100000))
       ->option_text("N");
   CLI::Option* force = app.add_flag("--force", options.force, "Overwrite existing images");
   app.add_flag("--resume", options.resume, "Skip frames whose images exist")->excludes(force);
@@ -141,11 +142,11 @@ void add_mesh_options(CLI::App& app, Options& options) {
       ->option_text("N");
   app.add_option("--texels-per-unit", options.texels_per_unit,
                  "Texels per unit of the mesh (default: 512 along its longest side)")
-      ->check(CLI::Range(1e-6, 1e6))
+      ->check(in_range(1e-6, 1e6))
       ->needs(model)
       ->option_text("N");
   app.add_option("--up", options.up, "Axis of the mesh that points up (default y)")
-      ->check(CLI::IsMember({"y", "z"}))
+      ->check(one_of({"y", "z"}))
       ->needs(model)
       ->option_text("y|z");
 }
@@ -195,8 +196,7 @@ void add_options(CLI::App& app, Options& options) {
   add_output_options(app, options);
   add_long_render_options(app, options);
   add_sequence_options(app, options);
-  app.add_option("--threads", options.threads, "Threads (default: all)")
-      ->check(CLI::Range(1, 1024));
+  app.add_option("--threads", options.threads, "Threads (default: all)")->check(in_range(1, 1024));
   app.add_flag("--stats", options.stats, "Print times and counts of the render");
   app.footer(kExamples);
 }
