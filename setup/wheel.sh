@@ -27,7 +27,7 @@ make_wheel() (  # by the Python $1, in a process of its own
   work=$(mktemp -d)
   trap 'rm -rf "$work"' EXIT
   "$1" -m pip wheel . --no-deps --no-build-isolation -w "$work" \
-    -C 'build-dir=build-wheel/{cache_tag}'
+    --config-settings 'build-dir=build-wheel/{cache_tag}'
   "$1" -m auditwheel repair --strip -w "$work/repaired" "$work"/*.whl
   "$1" -m wheel unpack -d "$work/unpacked" "$work"/repaired/*.whl
   add_desktop_libraries "$(echo "$work"/unpacked/*)"
