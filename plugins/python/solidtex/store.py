@@ -152,7 +152,7 @@ def open_store(
             attributes={"ome": _ome(volume), "solidtex": volume.identity},
             storage_options=options,
         )
-    _check_identity(store, volume, group.attrs.asdict().get("solidtex"))
+    _check_identity(store, volume, identity_of(store, group))
     channels = len(volume.texture().channels)
     for level in volume.levels:
         if str(level) not in group:
@@ -163,8 +163,9 @@ def open_store(
 def _check_new(store: Store, volume: Volume) -> None:
     """Refuse what cannot become a store, before anything is written."""
     if isinstance(store, str | Path) and "://" not in str(store) and Path(store).exists():
-        found = "a folder without zarr.json" if Path(store).is_dir() else "a file"
-        if found == "a file" or any(Path(store).iterdir()):
+        is_folder = Path(store).is_dir()
+        if not is_folder or any(Path(store).iterdir()):
+            found = "a folder without zarr.json" if is_folder else "a file"
             raise InvalidArgument(
                 f"{store}: found {found}, expected a Zarr store, or no folder; give another name"
             )
@@ -173,9 +174,15 @@ def _check_new(store: Store, volume: Volume) -> None:
         volume.texture().eval_box(corner, (1, 1, 1))
 
 
-def _check_identity(store: Store, volume: Volume, found: object) -> None:
+def identity_of(store: Store, group: zarr.Group) -> dict[str, Any]:
+    """What the bake of a store recorded; other programs' stores are refused."""
+    found: object = group.attrs.asdict().get("solidtex")
     if not isinstance(found, dict):
         raise InvalidArgument(f"{store}: found a Zarr store of another program")
+    return found
+
+
+def _check_identity(store: Store, volume: Volume, found: Mapping[str, Any]) -> None:
     for key, value in volume.identity.items():
         if found.get(key) != value:
             raise InvalidArgument(

@@ -13,7 +13,7 @@ import zarr
 
 import solidtex.dask
 from solidtex.errors import InvalidArgument
-from solidtex.store import encoded_channels, from_light, to_light
+from solidtex.store import encoded_channels, from_light, identity_of, to_light
 from solidtex.texture import Precision, Texture
 
 
@@ -50,10 +50,9 @@ def open_store(
 
     options = dict(storage_options) if storage_options else None
     group = zarr.open_group(store, mode="r", storage_options=options)
-    attributes: dict[str, Any] = group.attrs.asdict()
-    if "solidtex" not in attributes:
-        raise InvalidArgument(f"{store}: found a Zarr store of another program")
-    (image,) = attributes["ome"]["multiscales"]
+    identity = identity_of(store, group)
+    ome: Any = group.attrs["ome"]
+    (image,) = ome["multiscales"]
     levels = len(image["datasets"])
     if not 0 <= level < levels:
         raise InvalidArgument(f"level: found {level}, expected 0 to {levels - 1}")
@@ -67,9 +66,7 @@ def open_store(
         for dim, first, step, extent in zip(dims, translation, scale, values.shape, strict=True)
         if dim != "c"
     }
-    return xarray.DataArray(
-        values, dims=dims, coords=coords, name=image["name"], attrs=attributes["solidtex"]
-    )
+    return xarray.DataArray(values, dims=dims, coords=coords, name=image["name"], attrs=identity)
 
 
 @xarray.register_dataarray_accessor("solidtex")
