@@ -20,10 +20,9 @@ from solidtex_export.generators.sampler import OctaveSampler
 from solidtex_export.generators.slices import LatticeSlices, SamplerSlices, SliceSource
 from solidtex_export.images.exemplar import random_symmetry
 from solidtex_export.images.sheet import sheet_of_rows
-from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.spaces.photographs import Material
 from solidtex_export.spaces.settings import StartRecipe
-from solidtex_export.spaces.targets import DescriptorTargets, WaveletTargets
+from solidtex_export.spaces.targets import Targets, load_descriptor, make_targets
 from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.batch_norm import measure_statistics
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
@@ -36,8 +35,6 @@ from solidtex_export.training.result import ResultFolder
 
 SHOWN = 6  # held-out photographs in the preview
 PREVIEW_SIDE = 128
-
-Targets = DescriptorTargets | WaveletTargets
 
 
 class StartTrainer(ResumableTraining):
@@ -58,7 +55,7 @@ class StartTrainer(ResumableTraining):
         self.recipe, self.materials, self.held_out = recipe, materials, held_out
         self.device, self.folder, self.ranks = device, folder, Ranks()
         self.watch = DivergenceWatch()
-        self._descriptor = load_weights(SHIPPED[recipe.losses.network])
+        self._descriptor = load_descriptor(recipe.losses)
         self._targets: dict[str, list[tuple[float, Targets]]] = {}
         self.generator = make_start_generator(recipe).to(device)
         self.slices: SliceSource
@@ -121,16 +118,10 @@ class StartTrainer(ResumableTraining):
     def _targets_of(self, material: Material) -> list[tuple[float, Targets]]:
         """Losses of a photograph, measured when it is first drawn: always the same."""
         if material.name not in self._targets:
-            weights, slicing = self.recipe.losses, self.recipe.slicing
-            found: list[tuple[float, Targets]] = []
+            recipe = self.recipe
+            found = list(make_targets(recipe.losses, recipe.slicing, self._descriptor).values())
             with torch.random.fork_rng(devices=[]):
                 torch.manual_seed(0)
-                if weights.descriptor:
-                    measured = DescriptorTargets(self._descriptor, slicing.symmetry)
-                    found.append((weights.descriptor, measured))
-                if weights.wavelets:
-                    wavelets = WaveletTargets(slicing.size, slicing.symmetry)
-                    found.append((weights.wavelets, wavelets))
                 for _, targets in found:
                     targets.add(material.image.to(self.device))
             self._targets[material.name] = found

@@ -10,9 +10,10 @@ import torch
 from torch import Tensor
 
 from solidtex_export.images.exemplar import random_symmetry
-from solidtex_export.losses.descriptor.weights import Trained
+from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor, Measured
 from solidtex_export.losses.wavelets import WaveletLoss
+from solidtex_export.spaces.settings import LossSettings, SlicingSettings
 
 ORIENTATIONS = 2  # pairs of random color axes and orientation that each photograph is measured in
 LARGEST = 384  # side of the part of a photograph that is measured
@@ -21,9 +22,8 @@ LARGEST = 384  # side of the part of a photograph that is measured
 class DescriptorTargets:
     """Statistics of the learned descriptor's features for every material."""
 
-    def __init__(self, trained: Trained, symmetry: str) -> None:
-        self._descriptor = LearnedDescriptor(trained)
-        self._symmetry = symmetry
+    def __init__(self, descriptor: LearnedDescriptor, symmetry: str) -> None:
+        self._descriptor, self._symmetry = descriptor, symmetry
         self._measured: list[list[Measured]] = []
 
     def add(self, image: Tensor) -> None:
@@ -52,3 +52,23 @@ class WaveletTargets:
         loss = self._losses[index]
         loss.forget()
         return loss(slices)
+
+
+Targets = DescriptorTargets | WaveletTargets
+
+
+def load_descriptor(losses: LossSettings) -> LearnedDescriptor | None:
+    """The descriptor of the losses, if one of them needs it."""
+    return LearnedDescriptor(load_weights(SHIPPED[losses.network])) if losses.descriptor else None
+
+
+def make_targets(
+    losses: LossSettings, slicing: SlicingSettings, descriptor: LearnedDescriptor | None
+) -> dict[str, tuple[float, Targets]]:
+    """Weight and targets of each loss, by name, of no material yet."""
+    found: dict[str, tuple[float, Targets]] = {}
+    if descriptor is not None:
+        found["descriptor"] = (losses.descriptor, DescriptorTargets(descriptor, slicing.symmetry))
+    if losses.wavelets:
+        found["wavelets"] = (losses.wavelets, WaveletTargets(slicing.size, slicing.symmetry))
+    return found

@@ -20,13 +20,12 @@ from solidtex_export.generators.regions import Box
 from solidtex_export.generators.slices import SLICE_AXES, random_plane
 from solidtex_export.images.exemplar import random_crops, random_symmetry
 from solidtex_export.images.sheet import sheet_of_rows
-from solidtex_export.losses.descriptor.weights import SHIPPED, load_weights
 from solidtex_export.spaces.encoder import make_encoder
 from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
 from solidtex_export.spaces.noise import TiledNoise
 from solidtex_export.spaces.photographs import Material, patches
 from solidtex_export.spaces.settings import SpaceRecipe
-from solidtex_export.spaces.targets import DescriptorTargets, WaveletTargets
+from solidtex_export.spaces.targets import load_descriptor, make_targets
 from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.divergence import DivergenceWatch, not_finite
 from solidtex_export.training.loop import ResumableTraining
@@ -98,15 +97,8 @@ class SpaceTrainer(ResumableTraining):
         return torch.stack([self.encoder.summary(p) for p in parts])
 
     def _make_targets(self) -> None:
-        self._targets: dict[str, tuple[float, DescriptorTargets | WaveletTargets]] = {}
-        losses, slicing = self.recipe.losses, self.recipe.slicing
-        if losses.descriptor:
-            trained = load_weights(SHIPPED[losses.network])
-            targets = DescriptorTargets(trained, slicing.symmetry)
-            self._targets["descriptor"] = (losses.descriptor, targets)
-        if losses.wavelets:
-            wavelets = WaveletTargets(slicing.size, slicing.symmetry)
-            self._targets["wavelets"] = (losses.wavelets, wavelets)
+        losses = self.recipe.losses
+        self._targets = make_targets(losses, self.recipe.slicing, load_descriptor(losses))
         with fast_autocast(self.device):
             for image in self._images:
                 for _, measured in self._targets.values():
