@@ -20,7 +20,8 @@ constexpr float kUvTolerance = 1e-4f;  // texture coordinates that exporters hav
 void check_uvs(const Mesh& mesh) {
   if (mesh.uvs.empty()) {
     throw MeshError(mesh.file +
-                    ": found no texture coordinates (UV), expected some: unwrap the mesh first");
+                    ": found no texture coordinates (UV), expected some: unwrap the mesh first, or "
+                    "bake vertex colors");
   }
   for (const glm::vec2& uv : mesh.uvs) {
     const glm::vec2 beyond = glm::max(-uv, uv - 1.0f);
