@@ -50,6 +50,17 @@ def test_labels_become_indicators(tmp_path: Path, values: list[int]) -> None:
     assert "labels of phases" in found.notes[0]
 
 
+def test_the_entries_of_a_palette_are_labels(tmp_path: Path) -> None:
+    labels = section([0, 1, 2])
+    image = Image.fromarray(labels).convert("P")
+    image.putpalette([0, 0, 0, 200, 30, 30, 30, 60, 220])
+    image.save(tmp_path / "a.png")
+    assert Image.open(tmp_path / "a.png").mode == "P"
+    (found,) = load_labels([tmp_path / "a.png"], 999, 8, None, ("pore", "binder", "particle"))
+    assert found.channels == ("phase.pore", "phase.binder", "phase.particle")
+    assert np.array_equal(found.image.numpy().argmax(0), labels)
+
+
 def test_reduced_labels_keep_their_shares(tmp_path: Path) -> None:
     path = save(tmp_path / "a.png", section([0, 9]))
     (found,) = load_labels([path], 24, 8, None, ("pore", "grain"))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageOps
 
 from solidtex_export.images.channels import check_map_name
 from solidtex_export.images.exemplar import Crop, Exemplar, cropped, reduced
@@ -29,7 +30,7 @@ def load_labels(
     `names` are those of the phases; without any the labels serve. `resolution` and `needed` are as
     in load_exemplar: a reduced pixel has the share of each phase.
     """
-    pictures = [read_picture(path) for path in paths]
+    pictures = [_read_labels(path) for path in paths]
     labels = _common_labels(pictures)
     names = list(names) or [str(label) for label in labels]
     if len(names) != len(labels):
@@ -62,6 +63,22 @@ def load_labels(
     return exemplars
 
 
+def _read_labels(path: Path) -> Picture:
+    """Read a section. Of a palette with colors, the numbers of its entries are the labels."""
+    picture = read_picture(path)
+    if not _has_color(picture.pixels):
+        return picture
+    with Image.open(path) as image:
+        if image.mode != "P":
+            return picture
+        indices = np.asarray(ImageOps.exif_transpose(image))[:, :, None]
+    return dataclasses.replace(picture, names=("Y",), pixels=indices)
+
+
+def _has_color(pixels: np.ndarray) -> bool:
+    return bool(np.any(pixels != pixels[:, :, :1]))
+
+
 def _common_labels(pictures: Sequence[Picture]) -> list[int]:
     """The labels that every section has."""
     found = [_labels_of(picture) for picture in pictures]
@@ -86,7 +103,7 @@ def _common_labels(pictures: Sequence[Picture]) -> list[int]:
 
 def _labels_of(picture: Picture) -> list[int]:
     pixels = picture.pixels
-    if np.any(pixels != pixels[:, :, :1]):
+    if _has_color(pixels):
         raise refuse(picture.path, "color", "labels of phases: one channel of integers")
     values = np.unique(pixels)
     if (values != np.rint(values)).any():
