@@ -29,7 +29,8 @@ def replacing(path: Path) -> Iterator[Path]:
     has left is removed too.
     """
     prefix, suffix = f".{path.stem}.{socket.gethostname()}-", f".tmp{path.suffix}"
-    temporary = path.with_name(f"{prefix}{os.getpid()}{suffix}")
+    own = f"{os.getpid()}-{_start_time(os.getpid())}"
+    temporary = path.with_name(f"{prefix}{own}{suffix}")
     for abandoned in path.parent.glob(f"{glob.escape(prefix)}*{glob.escape(suffix)}"):
         if not _is_alive(abandoned.name[len(prefix) : -len(suffix)]):
             abandoned.unlink(missing_ok=True)
@@ -45,13 +46,24 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def _is_alive(process: str) -> bool:
+    """Whether the process "NUMBER-START" runs; another one may have its number by now."""
+    number, _, start = process.partition("-")
     try:
-        os.kill(int(process), 0)
+        os.kill(int(number), 0)
     except ProcessLookupError:
         return False
     except (OSError, ValueError, OverflowError):
-        pass
-    return True
+        return True
+    return not start or start == _start_time(int(number))
+
+
+def _start_time(process: int) -> str:
+    """Start of a process in clock ticks since the machine's; empty where /proc does not tell."""
+    try:
+        text = Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return ""
+    return text.rpartition(")")[2].split()[19]
 
 
 def write_whole(path: Path, data: bytes) -> None:

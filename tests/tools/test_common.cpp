@@ -103,6 +103,24 @@ TEST_CASE("What a killed process has left of a file is removed by the next write
   CHECK(read(file.temporary_path()) == "mine");
 }
 
+TEST_CASE("A killed process's file is removed although another process has its number") {
+  const Folder folder;
+  const fs::path target = folder / "out.npy";
+  fs::path left;
+  {
+    const AtomicFile file(target);
+    left = file.temporary_path();
+  }
+  std::string name = left.filename().string();
+  const std::size_t end = name.rfind(".tmp"), start = name.rfind('-', end) + 1;
+  REQUIRE(start < end);
+  name.replace(start, end - start, "1");  // the first clock tick of the machine
+  write(folder / name, "half");
+  CHECK(folder.entry_count() == 1);
+  const AtomicFile file(target);
+  CHECK(folder.entry_count() == 0);
+}
+
 TEST_CASE("A folder of files is committed as a whole") {
   const Folder folder;
   AtomicFile slices(folder / "slices/");

@@ -10,6 +10,8 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <sstream>
 #include <vector>
 
 namespace solidtex::tools {
@@ -42,9 +44,32 @@ std::string process_prefix() {
   return std::string(host.data()) + "-";
 }
 
+// Start of a process in clock ticks since the machine's; empty where /proc does not tell.
+std::string start_time(pid_t process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t name_end = text.rfind(')');  // the name may hold blanks
+  if (name_end == std::string::npos) return "";
+  std::istringstream fields(text.substr(name_end + 1));
+  constexpr int place = 20;  // after the name
+  for (int i = 0; i < place; ++i) fields >> text;
+  return text;
+}
+
 fs::path temporary_sibling(const fs::path& target) {
-  return target.parent_path() / (temporary_prefix(target) + process_prefix() +
-                                 std::to_string(getpid()) + temporary_suffix(target));
+  return target.parent_path() /
+         (temporary_prefix(target) + process_prefix() + std::to_string(getpid()) + "-" +
+          start_time(getpid()) + temporary_suffix(target));
+}
+
+// Tells whether the process "NUMBER-START" runs; another one may have its number by now.
+bool is_alive(const std::string& process) {
+  char* end = nullptr;
+  const pid_t number = static_cast<pid_t>(std::strtol(process.c_str(), &end, 10));
+  if (number <= 0) return true;
+  if (kill(number, 0) != 0 && errno == ESRCH) return false;
+  return *end != '-' || end + 1 == start_time(number);
 }
 
 // Processes hold a lock on their temporary files while they live.
@@ -75,9 +100,9 @@ void remove_remains(const fs::path& target) {
   std::error_code ignored;
   for (const fs::path& temporary : temporaries(target, process)) {
     const std::string name = temporary.filename().string();
-    const std::string number = name.substr(temporary_prefix(target).size() + process.size());
-    const pid_t owner = static_cast<pid_t>(std::strtol(number.c_str(), nullptr, 10));
-    if (owner > 0 && kill(owner, 0) != 0 && errno == ESRCH && !is_held(temporary))
+    const std::size_t begin = temporary_prefix(target).size() + process.size();
+    const std::size_t end = name.size() - temporary_suffix(target).size();
+    if (!is_alive(name.substr(begin, end - begin)) && !is_held(temporary))
       fs::remove_all(temporary, ignored);
   }
 }
