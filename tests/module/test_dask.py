@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ zarr = pytest.importorskip("zarr", minversion="3", reason="zarr 3 is not install
 pytest.importorskip("xarray", reason="xarray is not installed")
 import solidtex.dask  # noqa: E402
 import solidtex.xarray  # noqa: E402
-from solidtex.store import Volume, halved, open_store  # noqa: E402
+from solidtex.store import Volume, bake_shard, halved, is_complete, open_store  # noqa: E402
 
 MODEL, ORIGIN, SIZE = "granite-grey", (-9, 1 << 29, 5), (75, 21, 40)
 
@@ -64,6 +65,40 @@ def test_a_bake_and_what_it_leaves_out(
     (store / "0/c/0/1/0/0").unlink()
     assert bake(client, store) == (2, 4)
     assert np.array_equal(zarr.open_group(store, mode="r")["0"][:], expected)
+
+
+def test_a_shard_that_is_cut_or_changed_is_not_complete(tmp_path: Path) -> None:
+    """A shard of no bytes too, as a power cut may leave it."""
+    volume, place = Volume(MODEL, (20, 13, 9), shard_size=16), (0, 0, 0)
+    group = open_store(tmp_path / "a.zarr", volume)
+    assert not is_complete(group, volume, place)
+    bake_shard(group, volume, place)
+    shard = tmp_path / "a.zarr/0/c/0/0/0/0"
+    whole = shard.read_bytes()
+    for length in (0, 1, 4, 16, len(whole) // 2, len(whole) - 52, len(whole) - 1):
+        shard.write_bytes(whole[:length])
+        assert not is_complete(group, volume, place), length
+    for at in (0, len(whole) // 2, -52, -1):
+        changed = bytearray(whole)
+        changed[at] ^= 64
+        shard.write_bytes(changed)
+        assert not is_complete(group, volume, place), at
+    shard.write_bytes(b"")
+    bake_shard(group, volume, place)
+    assert shard.read_bytes() == whole and is_complete(group, volume, place)
+
+
+def test_a_shard_of_zeros_is_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    volume, place = Volume(MODEL, (20, 13, 9), shard_size=16), (1, 0, 0)
+    group = open_store(tmp_path / "a.zarr", volume)
+    zeros = SimpleNamespace(
+        eval_box=lambda _, size: np.zeros((*size, 3), np.float32),
+        color_space="srgb",
+        channels=("albedo.r", "albedo.g", "albedo.b"),
+    )
+    monkeypatch.setattr(Volume, "texture", lambda *_: zeros)
+    bake_shard(group, volume, place)
+    assert is_complete(group, volume, place) and not is_complete(group, volume, (0, 0, 0))
 
 
 def test_levels_are_those_of_the_program(client: distributed.Client, tmp_path: Path) -> None:

@@ -232,7 +232,11 @@ def is_complete(group: zarr.Group, volume: Volume, position: Index3) -> bool:
     """All levels of the shard are there, and their checksums match."""
     for level in volume.levels:
         array = _array(group, level)
-        if not sync(array.store_path.store.exists(_key(array, position))):
+        try:
+            size = sync(array.store_path.store.getsize(_key(array, position)))
+        except FileNotFoundError:
+            return False
+        if size == 0:  # zarr reads it as a shard of zeros
             return False
         x, y, z = volume.shard_region(level, position)
         try:
@@ -254,7 +258,8 @@ def bake_shard(group: zarr.Group, volume: Volume, position: Index3, threads: int
         light.append(halved(light[-1]))
     for level in reversed(volume.levels):
         stored = from_light(light[level], is_encoded) if level else values
-        array = _array(group, level)
+        with zarr.config.set({"array.write_empty_chunks": True}):  # zeros too: they are no gap
+            array = _array(group, level)
         # At the end of a volume zarr keeps what a shard has, and fails where that is damaged.
         sync(array.store_path.store.delete(_key(array, position)))
         x, y, z = volume.shard_region(level, position)
