@@ -60,6 +60,7 @@ check "CHANGELOG.md has the version with a date" \
 check "the tag v$version is free" sh -c "! git rev-parse -q --verify refs/tags/v$version"
 if [ "$quick" != --quick ]; then
   check "all tests pass" ./test.sh
+  check "clang-tidy finds nothing" setup/tidy.sh
   check "two builds of the library have the same bytes" same_bytes_twice
   check "setup/sbom.py writes the bill of materials" \
     .venv/bin/python setup/sbom.py build -o build/solidtex.cdx.json --force

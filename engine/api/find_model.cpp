@@ -73,11 +73,11 @@ std::string joined(const List& list) {
 // Returns the path of a file that is given by path, or by name in the model folders.
 fs::path find_file(const std::string& given, const char* extension, const std::string& what) {
   if (given.empty()) throw Error(SOLIDTEX_INVALID_ARGUMENT, "the " + what + " name is empty");
-  const fs::path path(given);
+  fs::path path(given);  // moved to the caller
   if (path.has_parent_path() || has_extension(path, extension)) return path;
   const std::vector<fs::path> folders = model_folders();
   for (const fs::path& folder : folders) {
-    const fs::path candidate = folder / (given + extension);
+    fs::path candidate = folder / (given + extension);
     std::error_code ignored;
     if (fs::is_regular_file(candidate, ignored)) return candidate;
   }

@@ -71,7 +71,7 @@ void write_file(const std::string& path, std::span<const std::byte> bytes) {
   file.close();
   if (file && std::rename(temporary.c_str(), path.c_str()) == 0) return;
   const std::string reason = std::strerror(errno);
-  if (is_open) std::remove(temporary.c_str());
+  if (is_open) static_cast<void>(std::remove(temporary.c_str()));  // the first failure is told
   throw Error(SOLIDTEX_IO_ERROR, path + ": cannot write: " + reason);
 }
 

@@ -112,6 +112,7 @@ std::string Fields::choice(const std::string& key, const std::vector<std::string
   for (const std::string& choice : choices)
     if (value(key) == choice) return choice;
   std::vector<std::string> shown;
+  shown.reserve(choices.size());
   for (const std::string& choice : choices) shown.push_back(show(choice));
   throw wrong(key, "one of " + join(shown));
 }

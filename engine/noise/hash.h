@@ -52,8 +52,8 @@ inline std::uint64_t solidtexturenets_bits(std::uint64_t seed, std::uint32_t lev
                                            std::uint32_t channel, std::uint32_t x, std::uint32_t y,
                                            std::uint32_t z) {
   constexpr std::uint64_t p = 65536;
-  std::uint64_t k =
-      (level % 5) * 15 * p * p + (channel % 3) * 3 * p * p + (z % p) * p * p + (y % p) * p + x % p;
+  std::uint64_t k = std::uint64_t{level % 5} * 15 * p * p + std::uint64_t{channel % 3} * 3 * p * p +
+                    (z % p) * p * p + (y % p) * p + x % p;
   if (k == 0) k = 1;
   if (seed != 0) k ^= mix64(seed);
   k = ~k + (k << 21);
