@@ -109,6 +109,9 @@ def test_tiff(tmp_path: Path, name: str, depth: str) -> None:
         ]
         assert all(fact in file.pages[0].description for fact in facts)
         if depth == "half":
+            lines = dict(line.split("=") for line in file.pages[0].description.splitlines())
+            assert numbers(lines["solidtex_voxel_size"]) == list(EDGES) and lines["unit"] == "um"
+            assert numbers(lines["solidtex_position"]) == list(CENTER)
             return
         assert_same(file.asarray(), depth)
         assert file.is_ome and file.series[0].axes == "ZYXS"
@@ -186,6 +189,69 @@ def test_exr_slices_of_half(tmp_path: Path) -> None:
     images = [oiio.ImageBuf(str(folder / f"{z:04}.exr")) for z in range(SIZE[2])]
     assert images[0].spec().format == "half"
     assert_same(np.stack([image.get_pixels("half") for image in images]), "half")
+
+
+@pytest.mark.parametrize("space", ["srgb", "linear"])
+def test_exr_tells_the_encoding_of_its_colors(tmp_path: Path, space: str) -> None:
+    folder = bake(tmp_path / "a", "--slices", "exr", "--color-space", space)
+    spec = oiio.ImageBuf(str(folder / "0000.exr")).spec()
+    names = {"srgb": "srgb_rec709_scene", "linear": "lin_rec709_scene"}
+    assert spec.getattribute("colorInteropID") == names[space]
+    assert oiio.equivalent_colorspace(spec.getattribute("oiio:ColorSpace"), names[space])
+    rec_709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+    assert np.allclose(spec.getattribute("chromaticities"), rec_709)
+
+
+def test_exr_of_data_has_no_colors(tmp_path: Path) -> None:
+    options = ["--slices", "exr", "--channels", "roughness"]
+    folder = bake(tmp_path / "a", *options, model="paint-rusted")
+    spec = oiio.ImageBuf(str(folder / "0000.exr")).spec()
+    assert spec.getattribute("colorInteropID") == "data"
+    assert spec.getattribute("chromaticities") is None
+
+
+def numbers(text: str) -> list[float]:
+    return [float(number) for number in text.split()]
+
+
+@pytest.mark.parametrize("kind", ["png", "exr"])
+def test_slices_have_scale_and_place(tmp_path: Path, kind: str) -> None:
+    folder = bake(tmp_path / "a", "--slices", kind, *VOXEL)
+    for z in (0, 3):
+        spec = oiio.ImageBuf(str(folder / f"{z:04}.{kind}")).spec()
+        if kind == "exr":
+            fields = {found.name: found.value for found in spec.extra_attribs}
+            in_meter = fields["XResolution"] / 0.0254  # of an inch
+            assert fields["ResolutionUnit"] == "in" and np.isclose(in_meter, 1e6)
+        else:
+            image = Image.open(folder / f"{z:04}.{kind}")
+            fields = dict(line.split("=") for line in image.info["Description"].splitlines())
+            assert spec.getattribute("ImageDescription") == image.info["Description"]
+            assert np.allclose(np.array(image.info["dpi"]) / 0.0254, [1e6, 5e5])
+        assert spec.getattribute("PixelAspectRatio") == 0.5
+        assert numbers(fields["solidtex_voxel_size"]) == list(EDGES) and fields["unit"] == "um"
+        center = CENTER + np.array([0, 0, z]) * EDGES
+        assert np.allclose(numbers(fields["solidtex_position"]), center)
+        assert fields["solidtex_model"] == MODEL
+
+
+def test_voxels_without_a_unit_have_no_resolution(tmp_path: Path) -> None:
+    folder = bake(tmp_path / "a", "--slices", "png", "--voxel-size", "2000km")
+    assert "dpi" not in Image.open(folder / "0000.png").info  # less than a pixel in a meter
+    folder = bake(tmp_path / "b", "--slices", "exr")
+    assert oiio.ImageBuf(str(folder / "0000.exr")).spec().getattribute("XResolution") is None
+
+
+@pytest.mark.parametrize("options", [["--slices", "png"], ["--slices", "exr"], []])
+def test_threads_change_no_byte_of_an_image(tmp_path: Path, options: list[str]) -> None:
+    name = "a" if options else "a.png"
+    found = []
+    for threads in (1, 4):
+        (tmp_path / str(threads)).mkdir()
+        path = bake(tmp_path / str(threads) / name, *options, "--threads", threads)
+        files = sorted(path.iterdir()) if options else [path]
+        found.append([file.read_bytes() for file in files])
+    assert found[0] == found[1] and len(found[0]) in (1, SIZE[2])
 
 
 @pytest.mark.parametrize("depth", ["8", "16"])

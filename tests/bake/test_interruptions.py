@@ -143,6 +143,7 @@ def test_a_complete_store_is_left_alone(tmp_path: Path, whole: tuple) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signals_leave_what_is_done(tmp_path: Path, number: signal.Signals) -> None:
     command = [BAKE, "granite-grey", "--size", "1024", "--shard-size", "32", "-o", "a.zarr"]
+    command += ["--depth", "8"]  # has room on the disk
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
         while not list(tmp_path.glob("a.zarr/0/c/0/*/*/0")):
             assert running.poll() is None

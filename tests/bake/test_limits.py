@@ -126,6 +126,40 @@ def test_a_disk_that_becomes_full_is_a_message(small_disk: Path, kind: str) -> N
     assert re.search(r": a(.vdb|/0\d\d\d.(png|exr)): cannot write: No space left", message)
 
 
+WARNING = rf"a(\.zarr|\.vdb|): takes up to {SIZE} on the disk, {SIZE} are free there; "
+
+
+@pytest.mark.parametrize("kind", ["vdb", "png", "exr"])
+def test_a_compressed_output_that_may_not_fit_is_said_at_the_start(
+    small_disk: Path, kind: str
+) -> None:
+    """How small it becomes is not known before."""
+    size = {"vdb": "45,45,45", "png": "64,64,100", "exr": "32,32,90"}[kind]
+    result = bake(small_disk, "--size", size, *OUTPUTS[kind][0])
+    assert re.match(WARNING + "a bake that fills it stops and leaves nothing\n", result.stderr)
+    assert result.stderr.count("takes up to") == 1
+
+
+def test_a_store_that_may_not_fit_is_said_and_goes_on_with_more_room(small_disk: Path) -> None:
+    """Between the room that it needs at least and the most that it can take."""
+    store = ["granite-grey", "--size", "64,64,32", "--shard-size", "32", "--format", "zarr"]
+    store += ["-o", "a.zarr"]
+    (small_disk / "filler").write_bytes(bytes(MIB // 10))
+    failed = bake(small_disk, *store)
+    assert re.match(
+        WARNING + "where it becomes full the bake stops, and the same command goes on when there "
+        "is room\n",
+        failed.stderr,
+    )
+    assert failed.returncode == 1 and "No space left" in failed.stderr.splitlines()[-1]
+    assert not list(small_disk.rglob(".*"))
+    subprocess.run(["mount", "-o", "remount,size=4m", small_disk], check=True)
+    kept = {path: path.stat().st_mtime_ns for path in small_disk.rglob("*/c/*/*/*/*")}
+    done = bake(small_disk, *store)
+    assert done.returncode == 0 and "takes up to" not in done.stderr
+    assert kept and all(path.stat().st_mtime_ns == time for path, time in kept.items())
+
+
 def test_a_checkpoint_on_a_full_disk_is_a_message(small_disk: Path, tmp_path: Path) -> None:
     (small_disk / "filler").write_bytes(bytes(MIB))
     job = [*VASE, "vertex-color", "-o", tmp_path / "a.ply", "--checkpoint", "state"]

@@ -15,7 +15,10 @@ import OpenImageIO as oiio
 import pytest
 from bake_box import (
     BUILD,
+    CENTER,
+    EDGES,
     SIZE,
+    VOXEL,
     bake,
     eval_box,
     run_bake,
@@ -138,6 +141,22 @@ def test_ktx2(tmp_path: Path, depth: str) -> None:
     assert_levels(levels, depth)
 
 
+def test_ktx2_has_scale_and_place(tmp_path: Path) -> None:
+    """Each pair has a length, a key and a value, in the order of the keys."""
+    file = bake(tmp_path / "a.ktx2", *VOXEL).read_bytes()
+    at, length = struct.unpack_from("<2I", file, 56)
+    end, pairs = at + length, []
+    while at < end:
+        (size,) = struct.unpack_from("<I", file, at)
+        pairs.append(tuple(file[at + 4 : at + 4 + size].decode().rstrip("\0").split("\0")))
+        at += (4 + size + 3) // 4 * 4
+    assert at == end and pairs == sorted(pairs)
+    fields = dict(pairs)
+    assert fields["solidtex_encoding_albedo"] == "srgb" and fields["unit"] == "um"
+    assert [float(edge) for edge in fields["solidtex_voxel_size"].split()] == list(EDGES)
+    assert [float(center) for center in fields["solidtex_position"].split()] == list(CENTER)
+
+
 READ_KTX2 = """
 import {read} from 'ktx-parse';
 import {readFileSync} from 'node:fs';
@@ -152,7 +171,7 @@ def test_ktx2_in_the_parser_of_three_js(tmp_path: Path, depth: str) -> None:
     """ktx-parse, installed by `npm install --prefix build ktx-parse`."""
     if not shutil.which("node") or not (BUILD / "node_modules" / "ktx-parse").is_dir():
         pytest.skip("no node, or no ktx-parse")
-    path = bake(tmp_path / "a.ktx2", "--depth", depth)
+    path = bake(tmp_path / "a.ktx2", "--depth", depth, *VOXEL)
     command = ["node", "--input-type=module", "-e", READ_KTX2, str(path)]
     result = subprocess.run(command, cwd=BUILD, capture_output=True, text=True, check=True)
     texture = json.loads(result.stdout)
@@ -160,6 +179,8 @@ def test_ktx2_in_the_parser_of_three_js(tmp_path: Path, depth: str) -> None:
     assert_levels([base64.b64decode(level) for level in texture["levels"]], depth)
     assert texture["keyValue"]["KTXorientation"] == "rdi"
     assert texture["keyValue"]["KTXwriter"].startswith("solidtex ")
+    assert texture["keyValue"]["solidtex_voxel_size"] == "1 2 4.5"
+    assert texture["keyValue"]["unit"] == "um"
     (format,) = texture["dataFormatDescriptor"]
     assert format["colorModel"] == (134 if depth == "bc7" else 1)
     assert format["transferFunction"] == (2 if depth in ("8", "bc7") else 1)
@@ -176,7 +197,7 @@ def test_ktx2_in_the_validator_of_khronos(tmp_path: Path, depth: str, color_spac
     program = BUILD / "ktx" / "tools" / "ktx2check" / "ktx2check"
     if not program.exists():
         pytest.skip("no ktx2check")
-    path = bake(tmp_path / "a.ktx2", "--depth", depth, "--color-space", color_space)
+    path = bake(tmp_path / "a.ktx2", "--depth", depth, "--color-space", color_space, *VOXEL)
     checked = subprocess.run([program, path], capture_output=True, text=True)
     assert checked.returncode == 0 and not checked.stdout, checked.stdout
     file = bytearray(path.read_bytes())

@@ -5,15 +5,17 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
 #include <png.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <exception>
 #include <optional>
 
-#include "tools/bake/channels.h"
 #include "tools/common/output_file.h"
 
 namespace solidtex::tools {
@@ -26,9 +28,29 @@ void append_bytes(png_structp png, png_bytep from, std::size_t count) {
   bytes.insert(bytes.end(), from, from + count);
 }
 
+// Pixels in a meter, where PNG can hold that number.
+void write_scale(png_structp png, png_infop info, const ImageNotes& notes) {
+  const double x = std::round(1 / notes.width), y = std::round(1 / notes.height);
+  if (notes.is_in_meters && std::min(x, y) >= 1 && std::max(x, y) <= PNG_UINT_31_MAX)
+    png_set_pHYs(png, info, static_cast<png_uint_32>(x), static_cast<png_uint_32>(y),
+                 PNG_RESOLUTION_METER);
+}
+
+// `lines` are UTF-8.
+void write_description(png_structp png, png_infop info, const char* lines) {
+  if (!*lines) return;
+  char key[] = "Description";
+  png_text text{};
+  text.compression = PNG_ITXT_COMPRESSION_NONE;
+  text.key = key;
+  text.text = const_cast<char*>(lines);
+  text.itxt_length = std::strlen(lines);
+  png_set_text(png, info, &text, 1);
+}
+
 // Returns false on an error: libpng jumps over destructors, so there are none here.
-bool encode(png_structp png, png_infop info, const PngFormat& format, const std::byte* pixels,
-            Bytes* bytes) {
+bool encode(png_structp png, png_infop info, const PngFormat& format, const char* description,
+            const std::byte* pixels, Bytes* bytes) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_write_fn(png, bytes, append_bytes, nullptr);
   png_set_IHDR(png, info, static_cast<png_uint_32>(format.width),
@@ -40,6 +62,8 @@ bool encode(png_structp png, png_infop info, const PngFormat& format, const std:
   } else {
     png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   }
+  write_scale(png, info, format.notes);
+  write_description(png, info, description);
   if (!format.has_16_bits) {  // the fast settings of libpng's simplified interface
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_NO_FILTERS);
     png_set_compression_level(png, 3);
@@ -84,9 +108,30 @@ class ExrStream : public Imf::OStream {
   std::exception_ptr failure_;
 };
 
+// Names of the Color Interop Forum; OpenEXR 3.4 makes "colorInteropID" a standard attribute.
+const char* color_name(Encoding encoding) {
+  constexpr const char* names[] = {"srgb_rec709_scene", "lin_rec709_scene", "data"};
+  return names[static_cast<int>(encoding)];
+}
+
+// The ratio that OpenEXR accepts; 1 where it is beyond.
+float aspect(const ImageNotes& notes) {
+  const double ratio = notes.width / notes.height;
+  return ratio >= 1e-6 && ratio <= 1e6 ? static_cast<float>(ratio) : 1;
+}
+
+void add_notes(Imf::Header& header, Encoding colors, const ImageNotes& notes) {
+  constexpr double inch = 0.0254;
+  header.insert("colorInteropID", Imf::StringAttribute(color_name(colors)));
+  if (colors != Encoding::data) Imf::addChromaticities(header, Imf::Chromaticities());  // Rec. 709
+  if (notes.is_in_meters) Imf::addXDensity(header, static_cast<float>(inch / notes.width));
+  for (const auto& [key, value] : notes.fields) header.insert(key, Imf::StringAttribute(value));
+}
+
 Imf::Header header_of(int width, int height, const std::vector<std::string>& names,
-                      Imf::PixelType type) {
-  Imf::Header header(width, height);
+                      Imf::PixelType type, Encoding colors, const ImageNotes& notes) {
+  Imf::Header header(width, height, aspect(notes));
+  add_notes(header, colors, notes);
   header.compression() = Imf::ZIP_COMPRESSION;
   for (const std::string& name : names) header.channels().insert(name, Imf::Channel(type));
   return header;
@@ -99,7 +144,8 @@ std::vector<unsigned char> encode_png(const std::filesystem::path& path, const P
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   Bytes bytes;
-  const bool good = info && encode(png, info, format, pixels.data(), &bytes);
+  const std::string description = lines_of(format.notes.fields);
+  const bool good = info && encode(png, info, format, description.c_str(), pixels.data(), &bytes);
   png_destroy_write_struct(&png, &info);
   if (!good) throw WriteError(path, "libpng cannot encode the image");
   return bytes;
@@ -129,10 +175,12 @@ struct ExrFile::State {
 };
 
 ExrFile::ExrFile(const std::filesystem::path& path, int width, int height,
-                 const std::vector<std::string>& names, bool is_half)
+                 const std::vector<std::string>& names, Encoding colors, bool is_half,
+                 const ImageNotes& notes)
     : state_(new State{ExrStream(path), names, static_cast<std::size_t>(width),
                        is_half ? Imf::HALF : Imf::FLOAT, 0, std::nullopt}) {
-  state_->image.emplace(state_->stream, header_of(width, height, names, state_->type));
+  state_->image.emplace(state_->stream,
+                        header_of(width, height, names, state_->type, colors, notes));
 }
 
 ExrFile::~ExrFile() = default;

@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "tools/bake/channels.h"
+#include "tools/bake/description.h"
+
 namespace solidtex::tools {
 
 struct Image {
@@ -28,11 +31,19 @@ struct Image {
   }
 };
 
+// What readers ask for beside the pixels.
+struct ImageNotes {
+  Fields fields{};               // attributes of an EXR file, lines of a PNG file's description
+  double width = 1, height = 1;  // of a pixel
+  bool is_in_meters = false;     // else only the ratio of width to height is known
+};
+
 struct PngFormat {
   int width, height;
   int channels;  // 1 or 3
   bool has_16_bits = false;
   bool is_linear = false;  // else sRGB-encoded, or data
+  ImageNotes notes{};
 };
 
 // Returns the bytes of a PNG file; errors name `path`.
@@ -46,11 +57,12 @@ void write_png(const std::filesystem::path& path, const PngFormat& format,
 void write_png(const std::filesystem::path& path, const Image& image);
 
 // EXR with float or half channels, written in bands of rows, so that it need not fit into memory.
-// All functions throw WriteError.
+// `colors`: encoding of R, G and B, or data. All functions throw WriteError.
 class ExrFile {
  public:
   ExrFile(const std::filesystem::path& path, int width, int height,
-          const std::vector<std::string>& channel_names, bool is_half = false);
+          const std::vector<std::string>& channel_names, Encoding colors, bool is_half = false,
+          const ImageNotes& notes = {});
   ~ExrFile();
 
   // Writes the next rows from the top: floats, or halfs, [y][x][channel].

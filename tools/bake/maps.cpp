@@ -118,7 +118,8 @@ void MapSet::write(const std::filesystem::path& folder, const std::string& stem,
     const std::vector<float> values = stored(map, is_exr, is_directx);
     if (is_exr) {
       const std::vector<std::string> rgb{"R", "G", "B"}, gray{"Y"};
-      ExrFile file(folder / name, size_, size_, map.components() == 3 ? rgb : gray);
+      ExrFile file(folder / name, size_, size_, map.components() == 3 ? rgb : gray,
+                   map.encoding == Encoding::data ? Encoding::data : Encoding::linear);
       file.write_rows(values.data(), size_);
       file.close();
     } else if (map.is_normal() || map.name == "height") {

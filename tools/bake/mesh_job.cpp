@@ -182,7 +182,10 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
   const mesh::Atlas atlas(mesh, placement, size, options.margin);
   Checkpoint finished = checkpoint_of(options, *mesh, placement, texture);
   const std::vector<Encoding> encodings = channel_encodings(texture);
-  ExrFile image(file, size, size, exr_names(texture));
+  const bool has_colors =
+      std::ranges::any_of(encodings, [](Encoding encoding) { return encoding != Encoding::data; });
+  ExrFile image(file, size, size, exr_names(texture),
+                has_colors ? Encoding::linear : Encoding::data);
   std::vector<float> values;
   std::size_t overlapping = 0;
   for_each_band("Baking " + texture.name(), size, [&](const mesh::AtlasRegion& band) {

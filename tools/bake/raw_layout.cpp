@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include "tools/bake/description.h"
+
 namespace solidtex::tools {
 namespace {
 
@@ -59,25 +61,6 @@ std::string vtk_string(const std::string& name, const std::string& value) {
 }
 
 }  // namespace
-
-std::vector<std::pair<std::string, std::string>> description_fields(const Output& output,
-                                                                    const Volume& volume) {
-  std::vector<std::pair<std::string, std::string>> fields{
-      {"solidtex_model", volume.texture.name()},
-      {"solidtex_seed", std::to_string(volume.texture.seed())},
-      {"solidtex_precision", volume.texture.precision()},
-      {"solidtex_channels", fmt::format("{}", fmt::join(output.names, " "))}};
-  for (const ChannelGroup& group : output.groups)
-    fields.emplace_back("solidtex_encoding_" + group.name, encoding_name(output.encoding(group)));
-  if (!output.phases.empty()) {
-    std::vector<std::string> phases;
-    for (const std::size_t channel : output.phases)
-      phases.push_back(volume.texture.channel_name(channel));
-    fields.emplace_back("solidtex_labels", fmt::format("{}", fmt::join(phases, " ")));
-  }
-  if (!output.voxel_size.unit.empty()) fields.emplace_back("unit", output.voxel_size.unit);
-  return fields;
-}
 
 std::string xml_text(const std::string& text) {
   std::string escaped;

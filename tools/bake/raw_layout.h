@@ -33,10 +33,6 @@ struct RawLayout {
                           std::vector<std::size_t> channels, std::uint64_t offset);
 };
 
-// What a format itself has no place for: the model, channels, the encoding of colors.
-std::vector<std::pair<std::string, std::string>> description_fields(const Output& output,
-                                                                    const Volume& volume);
-
 // The text with the letters escaped that XML gives a meaning.
 std::string xml_text(const std::string& text);
 

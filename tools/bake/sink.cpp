@@ -19,6 +19,7 @@ constexpr double min_png_bytes = 0.25, min_exr_bytes = 3, min_vdb_bytes = 2;
 constexpr char streams[] =
     ".zarr, .npy, .nrrd, .vti, .vol, .tif and .raw are written piece by piece, --slices png|exr "
     "slice by slice";
+constexpr char stops[] = "a bake that fills it stops and leaves nothing";
 constexpr char splits[] = "--slices png|exr writes smaller files";
 
 // Options that take less on the disk.
@@ -84,6 +85,7 @@ void check_room(const Output& output, const Volume& volume, std::int64_t block) 
                    streams);
       check_disk(path, values * min_vdb_bytes, smaller(output), Need::at_least);
       check_file_size(path, values * min_vdb_bytes, splits, Need::at_least);
+      warn_of_disk(path, vdb_bytes(output, volume), stops);
       return;
     case FormatKind::png:
     case FormatKind::exr: {
@@ -93,6 +95,7 @@ void check_room(const Output& output, const Volume& volume, std::int64_t block) 
                    ".zarr and .npy are written piece by piece");
       check_disk(path, values * bytes, "", Need::at_least);
       check_file_size(path, slice_values * bytes, "", Need::at_least);
+      warn_of_disk(path, values * static_cast<double>(output.bytes_per_value()), stops);
       return;
     }
     case FormatKind::dds:
@@ -121,6 +124,7 @@ void check_room(const Output& output, const Volume& volume, std::int64_t block) 
       check_memory(path.string(), 2 * bytes, streams);
       check_disk(path, values * min_png_bytes, "", Need::at_least);
       check_file_size(path, values * min_png_bytes, splits, Need::at_least);
+      warn_of_disk(path, bytes, stops);
       return;
     }
     default: {

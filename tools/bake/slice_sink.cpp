@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "tools/bake/description.h"
 #include "tools/bake/image_file.h"
 #include "tools/bake/sink.h"
 #include "tools/common/cli.h"
@@ -29,6 +30,7 @@ class SliceSink : public Sink {
   SliceSink(std::filesystem::path folder, const Output& output, const Volume& volume)
       : folder_(std::move(folder)),
         output_(output),
+        volume_(volume),
         is_exr_(output.format.kind == FormatKind::exr),
         size_(volume.size),
         channels_(volume.channels()),
@@ -99,7 +101,8 @@ class SliceSink : public Sink {
         const std::span<const std::byte> images = images_[i];
         const std::size_t image = images.size() / static_cast<std::size_t>(slab_depth_);
         write_image(path(prefix, slab_z_ + z),
-                    images.subspan(static_cast<std::size_t>(z) * image, image), i);
+                    images.subspan(static_cast<std::size_t>(z) * image, image), i,
+                    notes(slab_z_ + z));
       }
     });
   }
@@ -110,24 +113,47 @@ class SliceSink : public Sink {
     return folder_ / (prefix + number + (is_exr_ ? ".exr" : ".png"));
   }
 
+  // Scale and place of one slice.
+  ImageNotes notes(std::int64_t z) const {
+    Volume slice = volume_;
+    slice.origin[2] += z;
+    const VoxelSize& voxel = output_.voxel_size;
+    ImageNotes notes{placed_fields(output_, slice), voxel.edges[0], voxel.edges[1],
+                     !voxel.unit.empty()};
+    if (!notes.is_in_meters) return notes;
+    constexpr double meter = 1e6;  // micrometers
+    notes.width = voxel.micrometers(0) / meter;
+    notes.height = voxel.micrometers(1) / meter;
+    return notes;
+  }
+
+  // The encoding of R, G and B, or of the first color.
+  Encoding colors() const {
+    for (const ChannelGroup& group : output_.groups)
+      if (output_.encoding(group) != Encoding::data) return output_.encoding(group);
+    return Encoding::data;
+  }
+
   void write_image(const std::filesystem::path& path, std::span<const std::byte> pixels,
-                   std::size_t index) const {
+                   std::size_t index, const ImageNotes& notes) const {
     const auto width = static_cast<int>(size_[0]), height = static_cast<int>(size_[1]);
     if (is_exr_) {
-      ExrFile file(path, width, height, exr_names_, output_.depth == Depth::half);
+      ExrFile file(path, width, height, exr_names_, colors(), output_.depth == Depth::half, notes);
       file.write_rows(pixels.data(), height);
       file.close();
     } else {
       const ChannelGroup& group = output_.groups[index];
-      write_png(path,
-                {width, height, static_cast<int>(group.channels.size()),
-                 output_.depth == Depth::uint16, output_.encoding(group) == Encoding::linear},
-                pixels);
+      write_png(
+          path,
+          {width, height, static_cast<int>(group.channels.size()), output_.depth == Depth::uint16,
+           output_.encoding(group) == Encoding::linear, notes},
+          pixels);
     }
   }
 
   std::filesystem::path folder_;
   Output output_;
+  Volume volume_;
   bool is_exr_;
   Index3 size_;
   std::size_t channels_;

@@ -107,8 +107,10 @@ std::string data_format(const TextureDescription& texture) {
 // Pairs in the order of their keys; x goes right, y down, z into the screen.
 std::string key_values(const TextureDescription& texture) {
   std::string bytes;
-  const std::pair<std::string, std::string> pairs[] = {{"KTXorientation", "rdi"},
-                                                       {"KTXwriter", texture.writer}};
+  Fields pairs = texture.fields;
+  pairs.emplace_back("KTXorientation", "rdi");
+  pairs.emplace_back("KTXwriter", texture.writer);
+  std::ranges::sort(pairs);
   for (const auto& [key, value] : pairs) {
     append_words(bytes, {key.size() + value.size() + 2});
     bytes += key + '\0' + value + '\0';

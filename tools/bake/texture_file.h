@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/bake/output.h"
+#include "tools/bake/description.h"
 
 namespace solidtex::tools {
 
@@ -21,6 +21,7 @@ struct TextureDescription {
   bool is_srgb;        // of 8 bits
   bool is_bc7;         // four channels
   std::string writer;  // name and version of the program
+  Fields fields;       // of KTX2
 };
 
 // Write a DirectX or a Khronos texture; levels begin with the largest. Throw WriteError.

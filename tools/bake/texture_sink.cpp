@@ -98,6 +98,7 @@ class TextureSink : public Sink {
   TextureSink(std::filesystem::path path, const Output& output, const Volume& volume)
       : path_(std::move(path)),
         volume_(volume),
+        shown_(output),
         stored_(stored_output(output)),
         linear_(output),
         channels_(stored_.channels.size()) {
@@ -133,8 +134,12 @@ class TextureSink : public Sink {
     }
     const bool is_srgb = stored_.depth == Depth::uint8 && stored_.color_space == ColorSpace::srgb &&
                          stored_.groups.front().encoding == Encoding::linear && channels_ == 4;
-    const TextureDescription description{channels_, stored_.depth, is_srgb, stored_.is_bc7,
-                                         "solidtex " + std::string(solidtex::version())};
+    const TextureDescription description{channels_,
+                                         stored_.depth,
+                                         is_srgb,
+                                         stored_.is_bc7,
+                                         "solidtex " + std::string(solidtex::version()),
+                                         placed_fields(shown_, volume_)};
     const auto write = stored_.format.kind == FormatKind::dds ? write_dds : write_ktx2;
     write(path_, description, levels);
   }
@@ -153,6 +158,7 @@ class TextureSink : public Sink {
 
   std::filesystem::path path_;
   Volume volume_;
+  Output shown_;   // as it is asked for
   Output stored_;  // of the values in memory, for the file
   Output linear_;  // of the model's values, for memory
   std::size_t channels_;

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "tools/bake/description.h"
 #include "tools/bake/raw_layout.h"
 
 namespace solidtex::tools {
@@ -125,12 +126,11 @@ std::string imagej_resolution(const VoxelSize& size, std::size_t axis) {
   return bytes;
 }
 
-// "solidtex_model=granite-grey", and so on, each on a line.
+// Without the unit, for which ImageJ and OME-XML have a place.
 std::string description_lines(const Output& output, const Volume& volume) {
-  std::string text;
-  for (const auto& [key, value] : description_fields(output, volume))
-    if (key != "unit") text += fmt::format("{}={}\n", key, value);
-  return text;
+  Fields fields = description_fields(output, volume);
+  std::erase_if(fields, [](const auto& field) { return field.first == "unit"; });
+  return lines_of(fields);
 }
 
 std::string imagej_description(const Output& output, const Volume& volume) {
@@ -200,7 +200,7 @@ bool is_imagej(const Output& output) { return output.format.kind == FormatKind::
 
 std::string description(const Output& output, const Volume& volume) {
   if (is_imagej(output)) return imagej_description(output, volume);
-  return output.depth == Depth::half ? description_lines(output, volume)
+  return output.depth == Depth::half ? lines_of(placed_fields(output, volume))
                                      : ome_description(output, volume);
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <iostream>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -90,6 +91,14 @@ std::uint64_t left_of_address_space(const fs::path& root) {
   return difference(limit.rlim_cur, 1024 * number_behind(root / "proc/self/status", "VmSize:"));
 }
 
+// Infinity where there is no disk: writing will tell.
+double free_on_disk(const fs::path& output) {
+  std::error_code unknown;
+  const fs::space_info disk = fs::space(fs::absolute(output).parent_path(), unknown);
+  if (unknown || disk.capacity == 0) return std::numeric_limits<double>::infinity();
+  return static_cast<double>(disk.available);
+}
+
 [[noreturn]] void refuse(const std::string& what, double needed, const std::string& of_what,
                          const std::string& found, const std::string& remedy,
                          Need need = Need::exact) {
@@ -111,12 +120,17 @@ void check_memory(const std::string& what, double needed, const std::string& rem
 }
 
 void check_disk(const fs::path& output, double needed, const std::string& remedy, Need need) {
-  std::error_code unknown;
-  const fs::space_info disk = fs::space(fs::absolute(output).parent_path(), unknown);
-  // Capacity 0: no disk; writing will tell.
-  if (unknown || disk.capacity == 0 || needed <= static_cast<double>(disk.available)) return;
-  refuse(output.string(), needed, " on the disk",
-         format_bytes(static_cast<double>(disk.available)) + " are free there", remedy, need);
+  const double free = free_on_disk(output);
+  if (needed > free)
+    refuse(output.string(), needed, " on the disk", format_bytes(free) + " are free there", remedy,
+           need);
+}
+
+void warn_of_disk(const fs::path& output, double most, const std::string& consequence) {
+  const double free = free_on_disk(output);
+  if (most <= free) return;
+  std::cerr << output.string() << ": takes up to " << format_bytes(most) << " on the disk, "
+            << format_bytes(free) << " are free there; " << consequence << "\n";
 }
 
 void check_file_size(const fs::path& file, double needed, const std::string& remedy, Need need) {

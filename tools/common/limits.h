@@ -22,6 +22,11 @@ enum class Need { exact, at_least };
 void check_disk(const std::filesystem::path& output, double needed, const std::string& remedy,
                 Need need = Need::exact);
 
+// Says on stderr "OUTPUT: takes up to 4.0 GiB on the disk, 3.0 GiB are free there; CONSEQUENCE" if
+// the disk of its folder has less than `most` bytes: how much a compressed output takes is not
+// known before it is made.
+void warn_of_disk(const std::filesystem::path& output, double most, const std::string& consequence);
+
 // Checks the limit of `ulimit -f` on one file in the same way.
 void check_file_size(const std::filesystem::path& file, double needed, const std::string& remedy,
                      Need need = Need::exact);

@@ -73,6 +73,9 @@ class StoreBake {
                identity_of(options_, output_, volume_, layout_));
     const std::vector<std::int64_t> shards = missing_shards();
     check_room(voxels_of(shards));
+    warn_of_disk(folder_, most_bytes(voxels_of(shards)),
+                 "where it becomes full the bake stops, and the same command goes on when there is "
+                 "room");
     Progress progress("Baking " + volume_.texture.name(), voxels_of(shards));
     BackgroundWriter writer(max_queued_bytes);
     for (const std::int64_t shard : shards) bake(shard, writer, progress);
@@ -136,6 +139,11 @@ class StoreBake {
     const Index3 largest = layout_.shard_box(0, {0, 0, 0}).size;
     check_file_size(folder_, bytes(voxel_count(largest)), "a smaller --shard-size writes less",
                     Need::at_least);
+  }
+
+  // What the levels take if nothing can be compressed: each has an eighth of the one before.
+  double most_bytes(std::uint64_t voxels) const {
+    return static_cast<double>(voxels) * static_cast<double>(output_.bytes_per_voxel()) * 8 / 7;
   }
 
   void bake(std::int64_t shard, BackgroundWriter& writer, Progress& progress) const {
