@@ -368,6 +368,9 @@ def test_missing_small_and_broken_photographs(
         (["--resolution", "100"], 100, 100),
         (["--size", "64"], 64, 128),
         (["--size", "64", "--resolution", "70"], 64, 70),
+        (["--preset", "space-lattice"], 96, 192),
+        (["--preset", "space-lattice", "--size", "64"], 64, 128),
+        (["--set", "slicing.size=80"], 80, 160),
     ],
 )
 def test_slices_are_half_of_a_photograph_or_all_of_a_small_one(

@@ -89,7 +89,8 @@ def parser() -> argparse.ArgumentParser:
                    " shipped weights)")  # fmt: skip
     p.add_argument("--size", type=int, metavar="N",
                    help="side of the slices compared with the photograph, in texels"
-                   f" (default: {DEFAULT_SIZE}, or the side of a smaller photograph)")  # fmt: skip
+                   f" (default: the preset's or {DEFAULT_SIZE}, or the side of a smaller"
+                   " photograph)")  # fmt: skip
     p.add_argument("--resolution", type=int, metavar="N",
                    help="reduce photographs whose shorter side is longer than N pixels; one pixel"
                    " is then one texel (default: 2 times --size)")  # fmt: skip

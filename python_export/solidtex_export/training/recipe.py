@@ -95,6 +95,8 @@ class Grain(Settings):
 class Slicing(Settings):
     """Selection of the slices that are compared with a photograph."""
 
+    size: Annotated[int, within(32, 4096)] | None = None
+    """Side in texels where the user gives none; None: 128."""
     planes: Literal["auto", "axes", "any", "about-z"] = "axes"
     """auto: any plane for one photograph, planes about z for directions xy, otherwise axis slices.
     """

@@ -192,7 +192,8 @@ def scale(request: Request) -> tuple[int, int]:
             crop[2:] if crop else read_picture(p, request.reading.layer).size
             for p in request.photos
         ]
-        largest = min(DEFAULT_SIZE, request.resolution or DEFAULT_SIZE, *map(min, sizes))
+        default = request.recipes()[0].slicing.size or DEFAULT_SIZE
+        largest = min(default, request.resolution or default, *map(min, sizes))
         size = max(smallest_size(request), largest)
     whole = request.start.resolution if request.start else 2 * size
     return size, request.resolution or whole
