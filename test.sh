@@ -24,5 +24,8 @@ build_solidtex -DSOLIDTEX_LONG_TESTS=$long
 say "4/4  running the tests"
 ctest --test-dir build --output-on-failure --parallel "$(nproc)" "${label[@]}" "$@"
 
-say "All tests passed."
+case " $* " in
+  *" -N "*) say "The tests are built; nothing was run." ;;
+  *) say "All tests passed." ;;
+esac
 say "Next: train on a photograph of yours:  .venv/bin/solidtex-train photo.png --minutes 10 -o results/mine"
