@@ -14,13 +14,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "plugins/common/vector_clones.h"
 #include "plugins/transport/laplace.h"
-
-#if defined(__x86_64__) && !defined(SOLIDTEX_SANITIZED)
-#define SOLIDTEX_VECTOR_CLONES __attribute__((target_clones("default", "avx2", "arch=x86-64-v4")))
-#else
-#define SOLIDTEX_VECTOR_CLONES
-#endif
 
 namespace solidtex::transport {
 namespace {

@@ -22,13 +22,17 @@ class SrgbTables {
     return value >= 0 && value < 1 ? between(decoded_, value) : srgb_to_linear(value);
   }
 
+  // kSteps + 2 values, for loops over values from 0 to below 1.
+  const float* decoded() const { return decoded_.data(); }
+
   // Over the square root, of which the curve is almost a line.
   float encode(float light) const {
     return light >= 0 && light < 1 ? between(encoded_, std::sqrt(light)) : linear_to_srgb(light);
   }
 
- private:
   static constexpr std::size_t kSteps = 4096;
+
+ private:
   using Table = std::array<float, kSteps + 2>;  // a square root may round to 1
 
   static float between(const Table& table, float value) {

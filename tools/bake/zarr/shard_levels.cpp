@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "plugins/common/vector_clones.h"
 #include "tools/bake/zarr/light.h"
 
 namespace solidtex::tools {
@@ -15,9 +16,35 @@ namespace {
 constexpr std::int64_t chunk_layers = 2;
 constexpr std::int64_t max_step_bytes = 96 << 20;
 
+// Adds `count` decoded values to the sums, as SrgbTables::decode has them. Returns false, and adds
+// nothing, where one is beyond the table.
+SOLIDTEX_VECTOR_CLONES bool add_decoded(const float* values, std::size_t count, const float* table,
+                                        float* sums) {
+  int beyond = 0;
+  for (std::size_t i = 0; i < count; ++i) beyond |= !(values[i] >= 0 && values[i] < 1);
+  if (beyond) return false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float place = values[i] * SrgbTables::kSteps;
+    const int step = static_cast<int>(place);
+    sums[i] += table[step] + (place - static_cast<float>(step)) * (table[step + 1] - table[step]);
+  }
+  return true;
+}
+
+// Whether the channels are all of a voxel in its order, and colors to be decoded.
+bool are_all_decoded(std::span<const StoredChannel> channels, std::size_t row_channels) {
+  if (channels.size() != row_channels) return false;
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    if (channels[i].source != i || channels[i].averaged != Curve::decode) return false;
+  return true;
+}
+
 // Adds a row of voxels, as light, to the row of sums.
 void add_row(const float* row, std::size_t row_channels, std::size_t voxels,
              std::span<const StoredChannel> channels, std::vector<float>& sums) {
+  if (are_all_decoded(channels, row_channels) &&
+      add_decoded(row, voxels * row_channels, srgb_tables.decoded(), sums.data()))
+    return;
   for (std::size_t channel = 0; channel < channels.size(); ++channel) {
     const auto [source, stored, averaged] = channels[channel];
     const float* from = row + source;
