@@ -123,6 +123,8 @@ float aspect(const ImageNotes& notes) {
 void add_notes(Imf::Header& header, Encoding colors, const ImageNotes& notes) {
   constexpr double inch = 0.0254;
   header.insert("colorInteropID", Imf::StringAttribute(color_name(colors)));
+  if (colors == Encoding::srgb)  // OpenImageIO before 3.1 knows this name alone
+    header.insert("oiio:ColorSpace", Imf::StringAttribute("sRGB"));
   if (colors != Encoding::data) Imf::addChromaticities(header, Imf::Chromaticities());  // Rec. 709
   if (notes.is_in_meters) Imf::addXDensity(header, static_cast<float>(inch / notes.width));
   for (const auto& [key, value] : notes.fields) header.insert(key, Imf::StringAttribute(value));
