@@ -209,7 +209,8 @@ std::string GltfDocument::buffer_of(const json& buffer, bool is_first) const {
     return decode_base64(std::string_view(text).substr(begin + 8));
   }
   const auto path = std::filesystem::path(file_).parent_path() / decode_percent(text);
-  if (!std::filesystem::is_regular_file(path)) {
+  std::error_code unreachable;  // such as a name that is too long
+  if (!std::filesystem::is_regular_file(path, unreachable)) {
     refuse("no file " + quote(text) + " beside it", "the one with its data");
   }
   return read_bytes(path);
