@@ -19,27 +19,28 @@ class SrgbTables {
   }
 
   float decode(float value) const {
-    return value >= 0 && value < 1 ? between(decoded_, value) : srgb_to_linear(value);
+    return value >= 0 && value < 1 ? between(decoded(), value) : srgb_to_linear(value);
   }
 
-  // kSteps + 2 values, for loops over values from 0 to below 1.
+  // Table of decode() for between(), in loops over values from 0 to below 1.
   const float* decoded() const { return decoded_.data(); }
+
+  // The value of a table at a place from 0 to 1. Loops over it become vectors.
+  static float between(const float* table, float value) {
+    const float place = value * kSteps;
+    const int i = static_cast<int>(place);
+    return table[i] + (place - static_cast<float>(i)) * (table[i + 1] - table[i]);
+  }
 
   // Over the square root, of which the curve is almost a line.
   float encode(float light) const {
-    return light >= 0 && light < 1 ? between(encoded_, std::sqrt(light)) : linear_to_srgb(light);
+    return light >= 0 && light < 1 ? between(encoded_.data(), std::sqrt(light))
+                                   : linear_to_srgb(light);
   }
-
-  static constexpr std::size_t kSteps = 4096;
 
  private:
+  static constexpr std::size_t kSteps = 4096;
   using Table = std::array<float, kSteps + 2>;  // a square root may round to 1
-
-  static float between(const Table& table, float value) {
-    const float place = value * kSteps;
-    const auto i = static_cast<std::size_t>(place);
-    return table[i] + (place - static_cast<float>(i)) * (table[i + 1] - table[i]);
-  }
 
   Table decoded_{}, encoded_{};
 };

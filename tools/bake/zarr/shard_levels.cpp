@@ -23,11 +23,7 @@ SOLIDTEX_VECTOR_CLONES bool add_decoded(const float* values, std::size_t count, 
   int beyond = 0;
   for (std::size_t i = 0; i < count; ++i) beyond |= !(values[i] >= 0 && values[i] < 1);
   if (beyond) return false;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float place = values[i] * SrgbTables::kSteps;
-    const int step = static_cast<int>(place);
-    sums[i] += table[step] + (place - static_cast<float>(step)) * (table[step + 1] - table[step]);
-  }
+  for (std::size_t i = 0; i < count; ++i) sums[i] += SrgbTables::between(table, values[i]);
   return true;
 }
 
