@@ -24,6 +24,7 @@ import solidtex.xarray  # noqa: E402
 from solidtex.store import Volume, bake_shard, halved, is_complete, open_store  # noqa: E402
 
 MODEL, ORIGIN, SIZE = "granite-grey", (-9, 1 << 29, 5), (75, 21, 40)
+NO_WORKER = "the scheduler has no worker, the bake waits for one"
 
 
 @pytest.fixture(scope="module")
@@ -264,7 +265,21 @@ def test_workers_that_come_later_are_waited_for(
         log.removeHandler(starts_worker)
         cluster.kill()
     assert sum(baked) == 6
-    assert caplog.messages.count("the scheduler has no worker, the bake waits for one") == 1
+    assert NO_WORKER in caplog.messages
+
+
+def test_that_no_worker_is_there_is_said_once(caplog: pytest.LogCaptureFixture) -> None:
+    """Until there is one, then again."""
+    none: dict[str, object] = {"workers": {}}
+    one = {"workers": {"tcp://a": {"nthreads": 1}}}
+    answers = iter([none, none, one, none, none])
+    client = SimpleNamespace(scheduler_info=lambda **_: next(answers))
+    crew = solidtex.dask._Crew(client, lambda _: True, 0, 1)
+    said = []
+    for _ in range(5):
+        crew._room()
+        said.append(caplog.messages.count(NO_WORKER))
+    assert said == [1, 1, 1, 2, 2]
 
 
 def test_a_scheduler_that_is_gone_ends_the_bake(tmp_path: Path) -> None:
