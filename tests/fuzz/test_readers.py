@@ -27,9 +27,10 @@ from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.labels import load_labels
 from solidtex_export.images.photographs import write_exr
 from solidtex_export.settings import SettingsError
+from solidtex_export.spaces.opening import open_space
 from solidtex_export.spaces.random_space import Sizes, random_space
 from solidtex_export.spaces.settings import load_space_recipe
-from solidtex_export.spaces.space_reader import SpaceError, open_space
+from solidtex_export.spaces.space_reader import SpaceError
 from solidtex_export.training.presets import load_recipe
 
 PRESETS = Path(random_models.__file__).parents[1] / "presets"

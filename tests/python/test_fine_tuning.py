@@ -20,9 +20,9 @@ from solidtex_export.export.file_format import model_file
 from solidtex_export.generators.regions import Box
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler, trilinear
 from solidtex_export.spaces.generators import ConditionedLattice
+from solidtex_export.spaces.opening import open_space, open_start
 from solidtex_export.spaces.result import read_space
-from solidtex_export.spaces.space_reader import SpaceError, open_space
-from solidtex_export.spaces.start_file import open_start
+from solidtex_export.spaces.space_reader import SpaceError
 from solidtex_export.training.presets import PresetError
 from solidtex_export.training.trainer import Trainer
 

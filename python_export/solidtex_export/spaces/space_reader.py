@@ -1,11 +1,9 @@
-"""Reads a texture space: a file `NAME.solidtex-space`, or the result of its training."""
+"""Reads a texture space from its file, `NAME.solidtex-space`."""
 
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import json
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +18,7 @@ from torch import Tensor
 from solidtex_export.settings import Array, Settings, SettingsError, validated, within
 from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
 from solidtex_export.spaces.settings import LatticeSettings, SamplerSettings, Size
-from solidtex_export.spaces.space_file import METADATA_KEY, SUFFIX
+from solidtex_export.spaces.space_file import METADATA_KEY
 
 MAX_BYTES = 1 << 28
 PROGRAMS = "a file of solidtex-export-space or a result of solidtex-train-space"
@@ -85,53 +83,7 @@ class OpenSpace:
     """Weights of the critic that the space was trained with; a file has none."""
 
 
-def open_space(path: Path) -> OpenSpace:
-    """Open a space file, a shipped space by its bare name, or a result of solidtex-train-space."""
-    if path.is_dir():
-        return _open_result(path)
-    bare = path.name == str(path) and not path.suffix and not path.exists()
-    return _open_file(_shipped(path.name) if bare else path)
-
-
-def _shipped(name: str) -> Path:
-    """Path of a shipped space, searched where libsolidtex searches models."""
-    folders = [Path(f) for f in os.environ.get("SOLIDTEX_MODEL_PATH", "").split(":") if f]
-    folders += [Path(__file__).parents[3] / "models"]
-    if (module := importlib.util.find_spec("solidtex")) and module.origin:
-        folders += [Path(module.origin).parent / "share" / "solidtex" / "models"]
-    for folder in folders:
-        if (file := folder / f"{name}{SUFFIX}").is_file():
-            return file
-    searched = ", ".join(map(str, folders))
-    raise SpaceError(
-        f"--space: found no space named {name} in {searched}, expected {PROGRAMS}"
-        f" (a path needs a slash or the ending {SUFFIX})"
-    )
-
-
-def _open_result(folder: Path) -> OpenSpace:
-    from solidtex_export.spaces.result import read_space
-
-    space = read_space(folder, folder.name, "")
-    encoder = space.encoder
-
-    @torch.no_grad()
-    def encode(patches: Tensor) -> Tensor:
-        return encoder.code(encoder.summary(patches))
-
-    checkpoint = (folder / "checkpoint.pt").read_bytes()
-    document = json.loads(json.dumps(space.document()))
-    return OpenSpace(
-        folder,
-        hashlib.sha256(checkpoint).hexdigest(),
-        validated(SpaceDocument, document, str(folder)),
-        space.network(),
-        encode,
-        space.critic,
-    )
-
-
-def _open_file(path: Path) -> OpenSpace:
+def read_space_file(path: Path) -> OpenSpace:
     if not path.is_file():
         raise SpaceError(f"{path}: found no such file, expected {PROGRAMS}")
     size = path.stat().st_size

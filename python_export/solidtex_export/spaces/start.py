@@ -16,9 +16,10 @@ from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.spaces.colors import color_axes
 from solidtex_export.spaces.decode import decode, generator_arguments
+from solidtex_export.spaces.opening import open_space, open_start
 from solidtex_export.spaces.photographs import NETWORK_MEAN, NETWORK_SCALE, patches
-from solidtex_export.spaces.space_reader import OpenSpace, open_space
-from solidtex_export.spaces.start_file import LearnedStart, open_start
+from solidtex_export.spaces.space_reader import OpenSpace
+from solidtex_export.spaces.start_file import LearnedStart
 from solidtex_export.training.start import SpaceRecord, Start
 
 PATCHES = 6  # of the photograph, whose codes are averaged, as in training

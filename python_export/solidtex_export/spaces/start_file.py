@@ -55,12 +55,7 @@ def write_start(path: Path, start: LearnedStart) -> None:
     write_whole(path, save(tensors, {METADATA_KEY: document}))
 
 
-def open_start(path: Path) -> LearnedStart:
-    """Open a file, or a result folder of solidtex-train-space with a start preset."""
-    if path.is_dir():
-        from solidtex_export.spaces.result import read_start
-
-        return read_start(path, path.name, "")
+def read_start_file(path: Path) -> LearnedStart:
     if not path.is_file():
         raise SpaceError(f"{path}: found no such file, expected {PROGRAMS}")
     try:
