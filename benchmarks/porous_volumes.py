@@ -1,6 +1,6 @@
 """Writes volumes of porous media for alanov-porous: two micro-CT rocks, three of PoreSpy.
 
-benchmarks/porous_volumes.py POROUS -o FOLDER
+benchmarks/porous_volumes.py POROUS -o FOLDER [--reduce N]
 
 POROUS holds berea.zip and ketton.zip. The three media of PoreSpy stand for the rocks of Alanov et
 al. 2019 that are not there. Their porosities are nominal ones of those rocks. Label 0 is pore.
@@ -52,17 +52,29 @@ def rock(archive: Path) -> np.ndarray:
     return volume == 0
 
 
+def reduced(pore: np.ndarray, factor: int) -> np.ndarray:
+    """Cubes of `factor`^3 voxels become one: those with most grain are grain, at equal porosity."""
+    sides = [extent // factor for extent in pore.shape]
+    grain = ~pore[tuple(slice(factor * side) for side in sides)]
+    shares = grain.reshape([n for side in sides for n in (side, factor)]).mean((1, 3, 5))
+    shares += np.random.default_rng(0).uniform(-0.01, 0.01, shares.shape)  # there are ties
+    return shares <= np.quantile(shares, 1 - grain.mean())
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("porous", type=Path, metavar="POROUS")
     parser.add_argument("-o", dest="folder", type=Path, metavar="FOLDER", required=True)
+    parser.add_argument("--reduce", type=int, default=1, metavar="N",
+                        help="make one voxel of N^3 (default: 1)")  # fmt: skip
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     pores = {name: rock(args.porous / f"{name}.zip") for name in ROCKS}
     pores |= {name: make(seed=10 + i) for i, (name, make) in enumerate(SYNTHETIC.items())}
-    for name, pore in pores.items():
+    for name, whole in pores.items():
+        pore = reduced(whole, args.reduce) if args.reduce > 1 else whole
         path = args.folder / f"{name}.tif"
         tifffile.imwrite(path, np.where(pore, 0, 255).astype(np.uint8), photometric="minisblack")
         print(f"{path}: {pore.shape}, porosity {pore.mean():.4f}")
