@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 from pathlib import Path
@@ -135,6 +136,24 @@ def test_imagej_hyperstack(tmp_path: Path, depth: str) -> None:
         assert metadata["solidtex_encoding_albedo"] == encoding(depth)
         x = file.pages[0].tags["XResolution"].value
         assert x[0] / x[1] == 1 / EDGES[0]
+
+
+@pytest.mark.parametrize("edge", ["1.5e-6m", "2.25e-6m", "3.3e-6km", "7nm", "5000km"])
+def test_imagej_reads_the_edge_of_a_voxel(tmp_path: Path, edge: str) -> None:
+    path = bake(tmp_path / "a.tif", "--format", "imagej", "--voxel-size", edge)
+    with tifffile.TiffFile(path) as file:
+        x, y = (file.pages[0].tags[f"{axis}Resolution"].value for axis in "XY")
+        spacing = file.imagej_metadata["spacing"]
+    assert x == y and math.isclose(x[1] / x[0], spacing, rel_tol=1e-3)
+    assert spacing == float(edge.rstrip("knm"))
+
+
+@pytest.mark.parametrize(("edge", "in_um"), [("2.25um", 2.25), ("0.5km", 5e8), ("7nm", 7e-3)])
+def test_the_resolution_of_an_ome_tiff(tmp_path: Path, edge: str, in_um: float) -> None:
+    path = bake(tmp_path / "a.tif", "--voxel-size", edge)
+    with tifffile.TiffFile(path) as file:
+        x = file.pages[0].tags["XResolution"].value
+    assert math.isclose(x[1] / x[0] * 1e4, in_um)
 
 
 @pytest.mark.skipif("SOLIDTEX_LONG_TESTS" not in os.environ, reason="takes minutes")

@@ -49,13 +49,30 @@ def test_extensions_in_capitals(tmp_path: Path, name: str) -> None:
             "a.nrrd: expected a name that ends in .vti with --format vti",
         ),
         (["--format", "gif"], 2, "--format"),
+        (["--format", "tif"], 1, "expected a name that ends in .tif with --format tiff"),
+        (["--origin", "0,1073807353,0"], 1, "--origin: found 1073807353 along y with --size 8"),
     ],
 )
 def test_refusals(tmp_path: Path, arguments: list[str], code: int, message: str) -> None:
-    result = run_bake("--size", 4, "-o", tmp_path / "a.nrrd", *arguments)
+    result = run_bake("--size", 8, "-o", tmp_path / "a.nrrd", *arguments)
     assert result.returncode == code
     assert message in result.stderr
     assert os.listdir(tmp_path) == []
+
+
+def test_imagej_has_no_place_for_a_tiny_edge(tmp_path: Path) -> None:
+    path = tmp_path / "a.tif"
+    done = run_bake("--size", 4, "--voxel-size", "1e-7m", "--format", "imagej", "-o", path)
+    assert done.returncode == 1 and "found an edge of 1e-07m, expected 1e-06 to" in done.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_slices_replace_no_file(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    path.write_text("mine")
+    done = run_bake("--size", 4, "--slices", "png", "--force", "-o", path)
+    assert done.returncode == 1 and "a: exists already as a file" in done.stderr
+    assert path.read_text() == "mine" and "Baking" not in done.stderr
 
 
 def test_an_extension_that_is_none_is_refused_with_those_that_are(tmp_path: Path) -> None:
@@ -156,7 +173,7 @@ def test_a_disk_that_is_full_at_the_last_byte(tmp_path: Path, name: str) -> None
 def test_a_volume_whose_end_is_out_of_range_is_refused(tmp_path: Path, name: str) -> None:
     result = run_bake("--size", "4,4,16", "--origin", "0,0,1073807350", "-o", tmp_path / name)
     assert result.returncode == 1 and "Baking" not in result.stderr
-    assert "box along z has origin 1073807365 and size 1, expected voxels" in result.stderr
+    assert "--origin: found 1073807350 along z with --size 16, expected voxels" in result.stderr
     assert os.listdir(tmp_path) == []
 
 

@@ -235,7 +235,26 @@ def test_arrays_of_another_shape_are_refused(tmp_path: Path) -> None:
     document = json.loads(metadata.read_text())
     document["shape"][1] = 17
     metadata.write_text(json.dumps(document))
-    assert "other metadata in a.zarr/0/zarr.json" in refusal(tmp_path, "--size", 16, "-o", "a.zarr")
+    told = refusal(tmp_path, "--size", 16, "-o", "a.zarr")
+    assert "other metadata in a.zarr/0/zarr.json: shape [3,17,16,16], expected [3,16" in told
+
+
+def test_damage_that_is_not_made_again_has_its_own_remedy(tmp_path: Path) -> None:
+    command = ("--size", 16, "-o", "a.zarr/")  # with the slash of the shell's completion
+    assert bake(tmp_path, *command).returncode == 0
+    store = tmp_path / "a.zarr"
+    for name in ("zarr.json", "0/zarr.json"):
+        whole = (store / name).read_bytes()
+        (store / name).write_bytes(whole[:200])
+        told = refusal(tmp_path, *command)
+        assert f"a.zarr/{name}: found a damaged file, expected JSON" in told
+        assert ("remove the folder" in told) == (name == "zarr.json")
+        (store / name).write_bytes(whole)
+    shard = store / "0/c/0/0/0/0"
+    shard.unlink()
+    shard.mkdir()
+    told = refusal(tmp_path, *command)
+    assert "a.zarr/0/c/0/0/0/0: found a folder, expected a shard; remove it" in told
 
 
 @pytest.mark.parametrize(
@@ -243,8 +262,8 @@ def test_arrays_of_another_shape_are_refused(tmp_path: Path) -> None:
     [
         (["--size", "0"], '--size: "0" found'),
         (["--size", str(1 << 31)], f'--size: "{1 << 31}" found'),
-        (["--origin", f"{(1 << 63) - 1},0,0"], "origin 9223372036854775807"),
-        (["--origin", f"0,{-(1 << 63)},0"], "origin -9223372036854775808"),
+        (["--origin", f"{(1 << 63) - 1},0,0"], "found 9223372036854775807 along x with --size 128"),
+        (["--origin", f"0,{-(1 << 63)},0"], "found -9223372036854775808 along y with --size 128"),
         (["--shard", "0/4"], '"0/4" found, expected I/N'),
         (["--shard", "5/4"], '"5/4" found, expected I/N'),
         (["--shard", "1"], '"1" found, expected I/N'),

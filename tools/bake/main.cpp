@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -25,9 +26,12 @@ namespace {
 namespace fs = std::filesystem;
 using namespace solidtex::tools;
 
-// With --force a folder is replaced only where it is empty.
+// With --force a folder is replaced only where it is empty, and a file by no folder.
 void refuse_existing(const fs::path& path, bool takes_folder, bool force) {
   std::error_code ignored;
+  if (takes_folder && fs::exists(path, ignored) && !fs::is_directory(path, ignored))
+    throw std::runtime_error(path.string() +
+                             ": exists already as a file, expected the name of a new folder");
   const bool is_empty_folder =
       force && fs::is_directory(path, ignored) && fs::is_empty(path, ignored);
   if (!is_empty_folder || !takes_folder) refuse_overwrite(path, force);
@@ -75,6 +79,9 @@ bool makes_one_file(const BakeOptions& options) {
 
 // With --format alone: the model's name and the format's extension, in the current folder.
 void name_output(BakeOptions& options) {
+  // The shell's completion ends the name of a folder with a slash.
+  if (!options.output.has_filename() && lower_extension(options.output.parent_path()) == ".zarr")
+    options.output = options.output.parent_path();
   const std::string name = fs::path(options.model).stem().string() + extension_of(options);
   if (options.output.empty() && !options.format.empty()) options.output = name;
   if (pipe_output(options.output, name) && !makes_one_file(options))
@@ -122,6 +129,7 @@ void write_output(const BakeOptions& options, const Volume& volume) {
 }
 
 void write_preview(const BakeOptions& options, const Volume& volume) {
+  check_range(volume);
   write_completely(options.preview,
                    [&](const fs::path& file) { write_preview(file, volume, options.show); });
   report_file(options.preview);

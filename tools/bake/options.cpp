@@ -1,5 +1,8 @@
 #include "tools/bake/options.h"
 
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
 #include <charconv>
 #include <utility>
 #include <vector>
@@ -203,9 +206,11 @@ void add_format_options(CLI::App& app, BakeOptions& options, CLI::Option* output
   std::vector<std::string> names;
   for (const Format& format : formats()) names.push_back(format.name);
   auto* format = app.add_option("--format", options.format,
-                                "Format of the output (default: by the name of OUT); OUT may then "
-                                "be missing: MODEL with the format's extension")
+                                fmt::format("Format of the output: {}", fmt::join(names, ", ")) +
+                                    " (png and exr: slices; default: by the name of OUT); OUT may "
+                                    "then be missing: MODEL with the format's extension")
                      ->check(one_of(names))
+                     ->transform(format_name)
                      ->type_name("NAME");
   app.add_option("--slices", options.format, "Write a folder of images, one for each z")
       ->check(one_of({"png", "exr"}))

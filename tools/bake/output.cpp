@@ -145,6 +145,13 @@ bool begins_with_color(FormatKind kind) {
 
 std::span<const Format> formats() { return all_formats; }
 
+std::string format_name(const std::string& text) {
+  if (find_format(text)) return text;
+  const auto found = std::ranges::find_if(
+      all_formats, [&](const Format& format) { return "." + text == format.extension; });
+  return found == std::end(all_formats) ? text : found->name;
+}
+
 double VoxelSize::micrometers(std::size_t axis) const {
   const auto found = std::ranges::find_if(units, [&](const auto& u) { return unit == u.first; });
   return edges[axis] * (found == std::end(units) ? 1 : found->second);
@@ -219,7 +226,9 @@ const Format& format_of(const OutputRequest& request) {
     return !extension.empty() && extension == candidate.extension;
   });
   if (!*format->extension && names_a_file) {
-    throw std::runtime_error(output + ": --slices writes a folder, not a " + extension + " file");
+    throw std::runtime_error(
+        fmt::format("{}: --format {} and --slices write a folder of images, not a {} file", output,
+                    format->name, extension));
   }
   if (*format->extension && extension != format->extension) {
     throw std::runtime_error(fmt::format("{}: expected a name that ends in {} with --format {}",

@@ -54,6 +54,9 @@ struct Format {
 // All formats of this build.
 std::span<const Format> formats();
 
+// The name of a format, also for its extension: "tiff" for "tif".
+std::string format_name(const std::string& text);
+
 // Edges of a voxel in a unit of length. Without a unit, lengths are in texels.
 struct VoxelSize {
   std::array<double, 3> edges{1, 1, 1};

@@ -1,7 +1,10 @@
 #include "tools/bake/pieces.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 #include <vector>
 
 #include "tools/common/cli.h"
@@ -104,11 +107,14 @@ Index3 choose_piece(const Volume& volume, std::int64_t depth) {
 }
 
 void check_range(const Volume& volume) {
-  std::vector<float> values(volume.channels());
-  Index3 voxel = volume.origin;
-  volume.texture.eval_box(voxel, {1, 1, 1}, values);
-  for (std::size_t axis = 0; axis < 3; ++axis) voxel[axis] += volume.size[axis] - 1;
-  volume.texture.eval_box(voxel, {1, 1, 1}, values);
+  constexpr std::int64_t reach = (std::int64_t{1} << 30) + (1 << 16);  // of solidtex_texture
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t first = volume.origin[axis], size = volume.size[axis];
+    if (first >= -reach && first <= reach - size) continue;
+    throw std::runtime_error(
+        fmt::format("--origin: found {} along {} with --size {}, expected voxels from {} to {}",
+                    first, "xyz"[axis], size, -reach, reach - 1));
+  }
 }
 
 void for_each_piece(const Volume& volume, const Index3& largest, Progress& progress,

@@ -1,6 +1,8 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cstring>
+#include <stdexcept>
 
 #include "tools/bake/description.h"
 #include "tools/bake/raw_layout.h"
@@ -105,25 +107,33 @@ class Directories {
   std::size_t next_;  // where the offset of the next page goes
 };
 
-// Pixels in a centimeter, where the voxels have a size.
-std::string resolution(const VoxelSize& size, std::size_t axis) {
-  constexpr double um_in_cm = 1e4;
-  constexpr std::uint32_t denominator = 1000;
-  const double pixels = size.unit.empty() ? 1 : um_in_cm / size.micrometers(axis);
-  const double scale = pixels < 1e6 ? denominator : 1;
+// Pixels in a unit, where a pixel has this edge in it: a fraction of 32-bit numbers, as exact as a
+// power of ten above the line makes it.
+std::string pixels_in_unit(double edge) {
+  constexpr double largest = 4294967295.0;
+  double numerator = 1e9;
+  while (numerator > 1 && numerator * edge > largest) numerator /= 10;
   std::string bytes;
-  append(bytes, static_cast<std::uint32_t>(std::min(pixels * scale + 0.5, 4294967295.0)));
-  append(bytes, static_cast<std::uint32_t>(scale));
+  append(bytes, static_cast<std::uint32_t>(numerator));
+  append(bytes, static_cast<std::uint32_t>(std::clamp(numerator * edge + 0.5, 1.0, largest)));
   return bytes;
 }
 
-// ImageJ takes the resolution as pixels of its unit.
+// Pixels in a centimeter, where the voxels have a size. The description has it exactly.
+std::string resolution(const VoxelSize& size, std::size_t axis) {
+  constexpr double um_in_cm = 1e4;
+  return pixels_in_unit(size.unit.empty() ? 1 : size.micrometers(axis) / um_in_cm);
+}
+
+// ImageJ knows the edges along x and y from pixels in its unit alone.
 std::string imagej_resolution(const VoxelSize& size, std::size_t axis) {
-  constexpr double numerator = 1e6;
-  std::string bytes;
-  append(bytes, static_cast<std::uint32_t>(numerator));
-  append(bytes, static_cast<std::uint32_t>(std::min(numerator * size.edges[axis] + 0.5, 4e9)));
-  return bytes;
+  constexpr double smallest = 1e-6, largest = 4e9;
+  const double edge = size.edges[axis];
+  if (edge >= smallest && edge <= largest) return pixels_in_unit(edge);
+  throw std::runtime_error(fmt::format(
+      "--voxel-size: found an edge of {}{}, expected {} to {} of the unit in a TIFF of ImageJ; take "
+      "another unit",
+      edge, size.unit, smallest, largest));
 }
 
 // Without the unit, for which ImageJ and OME-XML have a place.

@@ -180,7 +180,7 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
     print_json(app);
     std::cout.flush();
     if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout))
-      throw std::runtime_error("standard output: cannot write");
+      throw WriteError("standard output", std::strerror(errno));
     return exit_success;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? exit_success : exit_usage;

@@ -113,6 +113,8 @@ class StoreBake {
     for (int level = 0; level < layout_.level_count(); ++level) {
       const fs::path path = folder_ / layout_.shard_path(level, position);
       if (interrupted() || !fs::exists(path)) return false;
+      if (fs::is_directory(path))
+        throw std::runtime_error(path.string() + ": found a folder, expected a shard; remove it");
       const std::string problem = shard_problem(path, layout_, level, position);
       if (problem.empty()) continue;
       std::cerr << fmt::format("{}: {}; it is made again\n", path.string(), problem);

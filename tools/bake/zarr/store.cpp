@@ -134,12 +134,13 @@ void write_metadata(const fs::path& file, const ordered_json& document) {
   sync_folder(file.parent_path());
 }
 
-ordered_json read_metadata(const fs::path& file) {
+ordered_json read_metadata(const fs::path& file, const char* remedy) {
   std::ifstream stream(file);
   if (!stream) throw std::runtime_error(file.string() + ": cannot read: " + std::strerror(errno));
   const ordered_json document = ordered_json::parse(stream, nullptr, false);
   if (document.is_object()) return document;
-  throw std::runtime_error(file.string() + ": found a damaged file, expected JSON; remove it");
+  throw std::runtime_error(
+      fmt::format("{}: found a damaged file, expected JSON; {}", file.string(), remedy));
 }
 
 [[noreturn]] void refuse(const fs::path& folder, const std::string& found,
@@ -149,7 +150,8 @@ ordered_json read_metadata(const fs::path& file) {
 }
 
 void check_identity(const fs::path& folder, const ordered_json& identity) {
-  const ordered_json document = read_metadata(folder / metadata_name);
+  const ordered_json document = read_metadata(
+      folder / metadata_name, "nothing else says what the folder holds: remove the folder");
   const auto attributes = document.value("attributes", ordered_json::object());
   const auto found = attributes.value(identity_key, ordered_json());
   if (!found.is_object()) refuse(folder, "a Zarr store of another program", "one of this program");
@@ -177,15 +179,25 @@ bool is_new(const fs::path& folder) {
   return true;
 }
 
+void check_array(const fs::path& folder, const fs::path& file, const ordered_json& expected) {
+  const ordered_json found = read_metadata(file, "remove it, and it is made again");
+  for (const auto& [key, value] : expected.items()) {
+    const ordered_json other = found.value(key, ordered_json());
+    if (other == value) continue;
+    refuse(folder, fmt::format("other metadata in {}: {} {}", file.string(), key, other.dump()),
+           value.dump());
+  }
+}
+
 void complete_metadata(const fs::path& folder, const Output& output, const StoreLayout& layout) {
   for (int level = 0; level < layout.level_count(); ++level) {
     const fs::path file = folder / std::to_string(level) / metadata_name;
     const ordered_json expected = array_metadata(output, layout, level);
-    if (!fs::exists(file)) {
+    if (fs::exists(file)) {
+      check_array(folder, file, expected);
+    } else {
       make_folders(file.parent_path());
       write_metadata(file, expected);
-    } else if (read_metadata(file) != expected) {
-      refuse(folder, "other metadata in " + file.string(), expected.at("shape").dump());
     }
     remove_abandoned(file);
   }
