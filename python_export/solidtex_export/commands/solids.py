@@ -6,17 +6,21 @@ import argparse
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from solidtex_export.commands import cli
 from solidtex_export.images.channels import COLOR
 from solidtex_export.research.solids.materials import SOLIDS
-from solidtex_export.research.solids.solid import exemplar, write_picture
+from solidtex_export.research.solids.solid import Solid, end_section, exemplar, write_picture
 
 PROGRAM = "solidtex-solids"
 EXAMPLES = f"""  {PROGRAM} marble -o exemplars
   {PROGRAM} all --size 320,240 --seed 3 -o exemplars
 
 A solid with maps gives one image per map: grains.png, grains-roughness.png, grains-height.png.
-solidtex-train exemplars/grains.png --map roughness=exemplars/grains-roughness.png ..."""
+solidtex-train exemplars/grains.png --map roughness=exemplars/grains-roughness.png ...
+One that looks different along z gives a section normal to z too: wood.png, wood-z.png.
+solidtex-train exemplars/wood.png exemplars/wood.png exemplars/wood-z.png ..."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -44,16 +48,22 @@ def cut(args: argparse.Namespace) -> cli.Document:
     args.folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name in names:
-        solid = SOLIDS[name](args.seed)
-        width, height = args.size
-        picture = exemplar(solid, height, width)
-        pictures = {name: picture[..., : len(COLOR)]}
-        for index, channel in enumerate(solid.channels[len(COLOR) :], len(COLOR)):
-            pictures[f"{name}-{channel}"] = picture[..., index]
-        for stem, values in pictures.items():
+        for stem, values in pictures(name, SOLIDS[name](args.seed), args.size).items():
             written.append(args.folder / f"{stem}.png")
             write_picture(written[-1], values, args.force)
     return cli.files(*written)
+
+
+def pictures(name: str, solid: Solid, size: tuple[int, int]) -> dict[str, np.ndarray]:
+    """Images by the stems of their files."""
+    width, height = size
+    picture = exemplar(solid, height, width)
+    found = {name: picture[..., : len(COLOR)]}
+    for index, channel in enumerate(solid.channels[len(COLOR) :], len(COLOR)):
+        found[f"{name}-{channel}"] = picture[..., index]
+    if solid.directions == "xy":
+        found[f"{name}-z"] = end_section(solid, height, width)[..., : len(COLOR)]
+    return found
 
 
 if __name__ == "__main__":

@@ -45,6 +45,11 @@ def exemplar(solid: Solid, rows: int, columns: int) -> np.ndarray:
     return box(solid, (0, 0, 0), (1, columns, rows))[0].swapaxes(0, 1)[::-1]
 
 
+def end_section(solid: Solid, rows: int, columns: int) -> np.ndarray:
+    """Slice normal to z, x to the right and y upwards: [row, column, channel]."""
+    return box(solid, (0, 0, 0), (columns, rows, 1))[:, :, 0].swapaxes(0, 1)[::-1]
+
+
 def phase(values: np.ndarray, solid: Solid) -> np.ndarray:
     """Mask of the brighter phase in values [..., channel] of the solid or of an imitation."""
     return luminance(values[..., : len(COLOR)]) >= solid.threshold
