@@ -27,6 +27,7 @@ from solidtex_export.spaces.alanov.networks import (
     PairDiscriminator,
     PatchDiscriminator,
 )
+from solidtex_export.spaces.alanov.result import read_alanov
 from solidtex_export.spaces.alanov.settings import AlanovRecipe, Crops
 from solidtex_export.spaces.alanov.trainer import AlanovTrainer
 
@@ -59,8 +60,9 @@ def small(dimensions: int) -> AlanovRecipe:
     return validated(AlanovRecipe, table(dimensions), "small")
 
 
-def save_preset(path: Path, dimensions: int) -> Path:
-    lines = [f"{k} = {value(v)}" for k, v in table(dimensions).items()]
+def save_preset(path: Path, dimensions: int, average: float = 0) -> Path:
+    settings = {"average": average} | table(dimensions)
+    lines = [f"{k} = {value(v)}" for k, v in settings.items()]
     path.write_text("\n".join(lines))
     return path
 
@@ -241,10 +243,11 @@ def test_patch_loss_does_not_reach_the_encoder(inputs: list[str], tmp_path: Path
     assert further.abs().max() > 0
 
 
+@pytest.mark.parametrize("average", [0, 0.5])
 def test_an_interrupted_training_resumes_to_the_same_bits(
-    inputs: list[str], tmp_path: Path, dimensions: int
+    inputs: list[str], tmp_path: Path, dimensions: int, average: float
 ) -> None:
-    preset = save_preset(tmp_path / "preset.toml", dimensions)
+    preset = save_preset(tmp_path / "preset.toml", dimensions, average)
     whole = run(begin(inputs, preset, tmp_path / "whole", 4), 4)
     run(begin(inputs, preset, tmp_path / "parts", 4), 2)
     parts = run(begin(inputs, preset, tmp_path / "parts", 4), 4)
@@ -253,10 +256,29 @@ def test_an_interrupted_training_resumes_to_the_same_bits(
         for key, tensor in network.state_dict().items():
             assert torch.equal(tensor, again[key]), (name, key)
     assert torch.equal(whole.material_codes(), parts.material_codes())
+    for mine, other in zip(whole._shown(), parts._shown(), strict=True):
+        assert all(map(torch.equal, mine.parameters(), other.parameters()))
     assert (tmp_path / "whole" / "preview.png").is_file()
     config = json.loads((tmp_path / "whole" / "config.json").read_text())
     assert config["kind"] == "alanov"
     assert len(config["photographs"]) == len(whole.textures)
+
+
+def test_the_model_is_the_moving_average(
+    inputs: list[str], tmp_path: Path, dimensions: int
+) -> None:
+    preset = save_preset(tmp_path / "preset.toml", dimensions, 0.75)
+    trainer = begin(inputs, preset, tmp_path / "result", 3)
+    expected: list[torch.Tensor] = []
+    for step in range(1, 4):
+        run(trainer, step)
+        now = [p.detach().clone() for p in trainer.generator.parameters()]
+        pairs = zip(expected or now, now, strict=True)
+        expected = [old + 0.25 * (new - old) for old, new in pairs]
+    result = read_alanov(tmp_path / "result")
+    for found, wanted in zip(result.generator.parameters(), expected, strict=True):
+        assert torch.allclose(found, wanted, atol=1e-6)
+    assert torch.equal(result.codes, trainer.material_codes())
 
 
 def test_a_code_is_exported_as_an_ordinary_model(

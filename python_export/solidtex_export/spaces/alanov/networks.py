@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
-from typing import TypeVar
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
 
 import torch
 import torch.nn.functional as F
@@ -57,6 +57,21 @@ def drawn(network: Module) -> Module:
 def normalizations(dimensions: int, widths: Sequence[int]) -> nn.ModuleList:
     norm = nn.BatchNorm2d if dimensions == 2 else nn.BatchNorm3d
     return nn.ModuleList(norm(width, momentum=STATISTICS_MOMENTUM) for width in widths)
+
+
+def measure_statistics(
+    network: nn.Module, norms: Iterable[nn.Module], batches: Iterable[Any]
+) -> None:
+    """Set the running statistics of `norms` to plain averages over batches; leaves eval mode."""
+    for norm in norms:
+        norm.reset_running_stats()  # type: ignore[operator]
+        norm.momentum = None  # type: ignore[assignment]  # a plain average
+    network.train()
+    for batch in batches:
+        network(*batch) if isinstance(batch, tuple) else network(batch)
+    for norm in norms:
+        norm.momentum = STATISTICS_MOMENTUM  # type: ignore[assignment]
+    network.eval()
 
 
 class TransposedLayer(nn.Module):
@@ -177,15 +192,8 @@ class Generator(nn.Module):
     @torch.no_grad()
     def measure(self, codes: Tensor, size: int) -> None:
         """Set the running statistics to averages over batches of codes [batches, batch, code]."""
-        for norm in self.norms:
-            norm.reset_running_stats()
-            norm.momentum = None  # type: ignore[assignment]  # a plain average
-        self.train()
-        for batch in codes:
-            self(batch, self.random_box(size))
-        for norm in self.norms:
-            norm.momentum = STATISTICS_MOMENTUM
-        self.eval()
+        inputs = ((batch, self.random_box(size)) for batch in codes)
+        measure_statistics(self, self.norms, inputs)
 
 
 class Encoder(nn.Module):
@@ -210,10 +218,22 @@ class Encoder(nn.Module):
             x = F.leaky_relu(x, self.slope)
         return self.last(x)
 
+    @torch.no_grad()
+    def measure(self, crops: Iterable[Tensor]) -> None:
+        """Set the running statistics to averages over batches of crops."""
+        measure_statistics(self, self.norms, crops)
+
     def forward(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """Mean and deviation [batch, code]."""
         mean, log_deviation = self.features(x).flatten(2).mean(2).chunk(2, dim=1)
         return mean, log_deviation.exp()
+
+
+def networks_of(model: nn.Module) -> tuple[Generator, Encoder]:
+    """The two networks of a model {generator, encoder}."""
+    generator, encoder = model.get_submodule("generator"), model.get_submodule("encoder")
+    assert isinstance(generator, Generator) and isinstance(encoder, Encoder)
+    return generator, encoder
 
 
 class PatchDiscriminator(nn.Module):

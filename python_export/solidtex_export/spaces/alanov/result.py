@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
+from torch.optim.swa_utils import AveragedModel
 
 from solidtex_export.export.file_format.model_file import VERSION, ModelFile
 from solidtex_export.images.channels import COLOR
 from solidtex_export.settings import validated
 from solidtex_export.spaces.alanov.export import SCHEME, Wave, fold_generator
-from solidtex_export.spaces.alanov.networks import Encoder, Generator
+from solidtex_export.spaces.alanov.networks import Encoder, Generator, networks_of
 from solidtex_export.spaces.alanov.settings import AlanovRecipe
 from solidtex_export.spaces.result import read_training
 from solidtex_export.training.result import ResultError
@@ -82,8 +83,13 @@ def read_alanov(folder: Path) -> AlanovResult:
     recipe = validated(AlanovRecipe, config["recipe"], str(folder / "config.json"))
     generator, encoder = Generator(recipe), Encoder(recipe)
     try:
-        generator.load_state_dict(state["generator"])
-        encoder.load_state_dict(state["encoder"])
+        if state.get("averages"):
+            model = AveragedModel(nn.ModuleDict({"generator": generator, "encoder": encoder}))
+            model.load_state_dict(state["averages"])
+            generator, encoder = networks_of(model.module)
+        else:
+            generator.load_state_dict(state["generator"])
+            encoder.load_state_dict(state["encoder"])
         codes, photographs = state["material_codes"], config["photographs"]
         if codes.shape != (len(photographs), recipe.code):
             raise ValueError(f"found codes of shape {tuple(codes.shape)}")

@@ -77,6 +77,10 @@ class AlanovRecipe(Settings):
     crops: Crops = Crops()
     losses: Weights = Weights()
     optimizer: AdamSettings = AdamSettings()
+    average: Annotated[float, within(0, 0.99999)] = 0.0
+    """What a step keeps of the moving average of generator and encoder, which are the model then;
+    0: there is no average, as in the paper.
+    """
 
     @property
     def channels(self) -> int:

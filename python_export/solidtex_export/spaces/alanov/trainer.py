@@ -5,12 +5,14 @@ All losses of a step are those of the networks before it, so every network is ev
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 from torch.optim import Adam
+from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from solidtex_export.generators.regions import Box
 from solidtex_export.images.sheet import sheet_of_rows
@@ -23,6 +25,7 @@ from solidtex_export.spaces.alanov.networks import (
     Generator,
     PairDiscriminator,
     PatchDiscriminator,
+    networks_of,
 )
 from solidtex_export.spaces.alanov.settings import AlanovRecipe
 from solidtex_export.training.acceleration import fast_autocast
@@ -34,6 +37,7 @@ from solidtex_export.training.result import ResultFolder
 
 SHOWN = 16  # materials in a preview
 REPRODUCTIONS = 3  # of each
+MEASURED = 16  # batches that batch normalization is measured over
 
 
 class AlanovTrainer(ResumableTraining):
@@ -72,8 +76,20 @@ class AlanovTrainer(ResumableTraining):
                 settings.betas,
                 weight_decay=settings.weight_decay,
             )
+        self._averages: AveragedModel | None = None
+        if recipe.average:
+            average = get_ema_multi_avg_fn(recipe.average)
+            self._averages = AveragedModel(self._model(), multi_avg_fn=average)
         if not self.ranks.is_main:
             torch.manual_seed(self.ranks.seed(seed))
+
+    def _model(self) -> nn.ModuleDict:
+        return nn.ModuleDict({"generator": self.generator, "encoder": self.encoder})
+
+    def _shown(self) -> tuple[Generator, Encoder]:
+        """The generator and the encoder that are the model."""
+        model = self._averages.module if self._averages else self._model()
+        return networks_of(model)
 
     def _train_step(self) -> dict[str, float]:
         """One step of all networks; their losses."""
@@ -92,6 +108,8 @@ class AlanovTrainer(ResumableTraining):
         for name, adam in self._adams.items():
             self.ranks.average_gradients(self.networks[name])
             adam.step()
+        if self._averages:
+            self._averages.update_parameters(self._model())
         sums = {name: loss.item() for name, loss in wanted.items()}
         self.watch.check(self.step, sums)
         self.step += 1
@@ -139,15 +157,22 @@ class AlanovTrainer(ResumableTraining):
     @torch.no_grad()
     def material_codes(self, textures: Sequence[Texture] | None = None) -> Tensor:
         """Mean code [material, code] of each material's crops."""
-        self.encoder.eval()
+        _, encoder = self._shown()
+        with self._fixed_draws():
+            encoder.measure(self._real_pairs()[0] for _ in range(MEASURED))
         codes = []
         for texture in self.textures if textures is None else textures:
             crops = texture.crops_for_code(self.recipe.crops.size)
-            codes.append(
-                torch.cat([self.encoder(c[None].to(self.device))[0] for c in crops]).mean(0)
-            )
-        self.encoder.train()
+            codes.append(torch.cat([encoder(c[None].to(self.device))[0] for c in crops]).mean(0))
+        encoder.train()
         return torch.stack(codes)
+
+    @contextmanager
+    def _fixed_draws(self) -> Iterator[None]:
+        """Random numbers that are always the same, and leave those of the training alone."""
+        with torch.random.fork_rng(devices=[self.device] if self.device.type == "cuda" else []):
+            torch.manual_seed(0)
+            yield
 
     @torch.no_grad()
     def save_preview(self) -> None:
@@ -156,23 +181,27 @@ class AlanovTrainer(ResumableTraining):
             return
         textures = [*self.textures[: SHOWN - len(self.held_out)], *self.held_out][:SHOWN]
         size = self.recipe.crops.size
-        with torch.random.fork_rng(devices=[self.device] if self.device.type == "cuda" else []):
-            torch.manual_seed(0)
-            self.generator.eval()
+        generator, _ = self._shown()
+        codes = self.material_codes(textures)
+        with self._fixed_draws():
+            batch = torch.randn(MEASURED, *codes.shape, device=self.device)
+            generator.measure(torch.cat([batch, codes.expand_as(batch)], dim=1), size)
             images = []
-            for texture, code in zip(textures, self.material_codes(textures), strict=True):
+            for texture, code in zip(textures, codes, strict=True):
                 box = Box((0,) * self.recipe.dimensions, (size,) * self.recipe.dimensions)
-                samples = self.generator(code.expand(REPRODUCTIONS, -1), box).float().cpu()
+                samples = generator(code.expand(REPRODUCTIONS, -1), box).float().cpu()
                 images += [_picture(texture.crops_for_code(size)[0]), *map(_picture, samples)]
-            self.generator.train()
+            generator.train()
         self.folder.save_preview(sheet_of_rows(images, 2 * (1 + REPRODUCTIONS)))
 
     def state(self) -> dict[str, Any]:
         cuda = torch.cuda.get_rng_state(self.device) if self.device.type == "cuda" else None
+        codes = self.material_codes().cpu()
         return {
             **{name: network.state_dict() for name, network in self.networks.items()},
+            "averages": self._averages.state_dict() if self._averages else None,
             "optimizers": {name: adam.state_dict() for name, adam in self._adams.items()},
-            "material_codes": self.material_codes().cpu(),
+            "material_codes": codes,
             "watch": self.watch.state(),
             "step": self.step,
             "seconds": self.seconds,
@@ -184,6 +213,8 @@ class AlanovTrainer(ResumableTraining):
         for name, network in self.networks.items():
             network.load_state_dict(state[name])
             self._adams[name].load_state_dict(state["optimizers"][name])
+        if self._averages:
+            self._averages.load_state_dict(state["averages"])
         self.watch.restore(state["watch"])
         self.step, self.seconds = state["step"], state["seconds"]
         torch.set_rng_state(own["rng"])
