@@ -26,7 +26,9 @@ struct BrickGrid {
   std::int64_t edge() const { return std::int64_t{1} << log_edge; }
   bool is_cubic() const { return level <= 1; }
   // Voxels along one axis of a cell.
-  std::int64_t taps() const { return is_cubic() ? Cubic::kTaps : Linear::kTaps; }
+  std::int64_t taps() const {
+    return static_cast<std::int64_t>(is_cubic() ? Cubic::kTaps : Linear::kTaps);
+  }
   std::int64_t voxels() const { return edge() + taps() - 1; }
   std::size_t voxel_count() const {
     const auto side = static_cast<std::size_t>(voxels());

@@ -9,7 +9,8 @@ namespace {
 double mean_of(const std::vector<float>& values, std::size_t channels, std::size_t channel) {
   double sum = 0;
   for (std::size_t i = channel; i < values.size(); i += channels) sum += values[i];
-  return sum / static_cast<double>(values.size() / channels);
+  const std::size_t count = values.size() / channels;
+  return sum / static_cast<double>(count);
 }
 
 void scale(float* gradient, float factor) {

@@ -14,7 +14,7 @@ constexpr std::size_t kCubes = 240, kPointsInCube = 96;  // multiples of a block
 constexpr double kDistance = 4099;  // in texels; a multiple of no lattice's cells
 
 // The sequence of std::mt19937 is standard; the results of distributions are not.
-double uniform(std::mt19937& random) { return random() * 0x1p-32; }
+double uniform(std::mt19937& random) { return static_cast<double>(random()) * 0x1p-32; }
 
 std::array<double, 3> middle_of(std::size_t cube) {
   return {kDistance * static_cast<double>(cube) + 0.5, 0.5, 0.5};

@@ -49,7 +49,7 @@ void SamplerFilter::evaluate(const PartList& parts, const OutputView& output) co
   light_.to_light(output, count);
   for (std::size_t i = 0; i < count; ++i) {
     const FootprintScale scale(parts.radii[i]);
-    const auto step = static_cast<std::size_t>(scale.level + 1);
+    const auto step = static_cast<std::size_t>(scale.level) + 1;
     fade(measured_->steps, step, scale.fraction, output.from(i * light_.count()));
   }
 }

@@ -25,8 +25,8 @@ std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
                 "parameter \"period\" is " + std::to_string(period) +
                     ", expected 0 for a model of the sampler family: its octaves have no common "
                     "period. Choose a model of the lattice family");
-  return make_sampler_family(Sampler(std::move(std::get<SamplerModel>(model.architecture)),
-                                     model.noise_scheme, seed, precision),
+  return make_sampler_family(Sampler(std::get<SamplerModel>(model.architecture), model.noise_scheme,
+                                     seed, precision),
                              std::move(light));
 }
 

@@ -106,7 +106,7 @@ void place(double at, int axis, int i, OctaveCells& cells) {
 
 OctaveBank::OctaveBank(const Tensor& transforms, std::uint64_t seed)
     : count(static_cast<int>(transforms.shape[0])) {
-  const auto padded = static_cast<std::size_t>((count + kStep - 1) / kStep * kStep);
+  const std::size_t padded = (static_cast<std::size_t>(count) + kStep - 1) / kStep * kStep;
   for (auto& entries : transform) entries.resize(padded);
   for (auto& words : key) words.resize(padded);
   for (int i = 0; i < count; ++i) {

@@ -211,7 +211,7 @@ ordered_json lattice_graph(const LatticeSizes& sizes) {
   const auto convolutions = lattice_convolutions(sizes);
   auto next = convolutions.begin();
   const auto add_convolution = [&](const std::string& input) {
-    const std::string name = add(next->name, "conv3d", {input});
+    std::string name = add(next->name, "conv3d", {input});
     nodes.back()["out_channels"] = next->outputs;
     nodes.back()["kernel"] = next->kernel;
     ++next;

@@ -90,7 +90,8 @@ Image transposed(const Image& image) {
 
 // Returns the mean over channels of their variance.
 double variance(const Image& image) {
-  const double count = static_cast<double>(image.pixels.size() / 3);
+  const std::size_t pixels = image.pixels.size() / 3;
+  const auto count = static_cast<double>(pixels);
   double result = 0;
   for (std::size_t channel = 0; channel < 3; ++channel) {
     double mean = 0, squares = 0;
