@@ -104,10 +104,8 @@ void Atlas::sort_into_cells() {
     const AtlasRegion box = common(box_of(*triangle), whole);
     if (box.width() <= 0 || box.height() <= 0) continue;
     for (int y = box.low[1] / kCell; y <= (box.high[1] - 1) / kCell; ++y)
-      for (int x = box.low[0] / kCell; x <= (box.high[0] - 1) / kCell; ++x) {
-        cells_[static_cast<std::size_t>(y * cells_across_ + x)].push_back(
-            static_cast<std::uint32_t>(t));
-      }
+      for (int x = box.low[0] / kCell; x <= (box.high[0] - 1) / kCell; ++x)
+        cells_[cell_at(y, x)].push_back(static_cast<std::uint32_t>(t));
   }
   if (!has_area) {
     throw MeshError(mesh_->file +
@@ -123,7 +121,7 @@ void Atlas::for_each_covered(const AtlasRegion& region, const Visit& visit) cons
       const AtlasRegion cell{{column * kCell, row * kCell},
                              {(column + 1) * kCell, (row + 1) * kCell}};
       const AtlasRegion part = common(region, cell);
-      for (const std::uint32_t t : cells_[static_cast<std::size_t>(row * cells_across_ + column)]) {
+      for (const std::uint32_t t : cells_[cell_at(row, column)]) {
         const auto triangle = UvTriangle::of(*mesh_, t, size_);
         const AtlasRegion box = common(box_of(*triangle), part);
         for (int y = box.low[1]; y < box.high[1]; ++y)

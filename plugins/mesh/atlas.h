@@ -58,6 +58,10 @@ class Atlas {
   struct Sources;
 
   void sort_into_cells();
+  std::size_t cell_at(int row, int column) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(cells_across_) +
+           static_cast<std::size_t>(column);
+  }
   Sources sources_of(const AtlasRegion& region) const;
   template <class Visit>
   void for_each_covered(const AtlasRegion& region, const Visit& visit) const;

@@ -21,7 +21,7 @@ void fill_in(Target& target, const OIIO::ImageSpec& spec, const Region& region) 
 }
 
 // Converts to the type of the image first, then to the type of the caller.
-void round_to(OIIO::TypeDesc type, std::vector<float>& values) {
+void round_to(const OIIO::TypeDesc& type, std::vector<float>& values) {
   if (type == OIIO::TypeFloat) return;
   std::vector<char> rounded(values.size() * type.size());
   OIIO::convert_pixel_values(OIIO::TypeFloat, values.data(), type, rounded.data(),

@@ -228,8 +228,8 @@ double best_viscosity(const PoreSpace& space, const std::vector<double>& conduct
 // comes to rest, so that one small change says little.
 bool is_steady(const std::vector<double>& values, double tolerance) {
   if (values.size() < 6) return false;
-  const auto [least, most] =
-      std::minmax_element(values.begin() + 2 * values.size() / 3, values.end());
+  const auto begin = static_cast<std::ptrdiff_t>(2 * values.size() / 3);
+  const auto [least, most] = std::minmax_element(values.begin() + begin, values.end());
   return *most - *least <= tolerance * std::abs(values.back());
 }
 

@@ -123,7 +123,7 @@ double Laplace::total_flux(const Vector& potential) const {
     for (std::size_t i = begin; i < end; ++i) {
       const auto pore = static_cast<std::uint32_t>(i);
       for (const int step : {-1, 1}) {
-        const std::size_t face = static_cast<std::size_t>(2 * space_.axis() + (step + 1) / 2);
+        const std::size_t face = 2 * static_cast<std::size_t>(space_.axis()) + (step > 0 ? 1 : 0);
         const std::size_t link = kFaces.size() * i + face;
         const std::uint32_t other = neighbors_[link];
         const int passed = space_.end_passed(pore, kFaces[face]);

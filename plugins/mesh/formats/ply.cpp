@@ -120,7 +120,8 @@ class PlyReader {
                  name_row(element, number),
              "a count");
     }
-    for (double i = 0; i < count; ++i) values.push_back(body.take(property.type));
+    for (std::uint64_t i = 0; static_cast<double>(i) < count; ++i)
+      values.push_back(body.take(property.type));
   }
 
   static std::string name_row(const PlyElement& element, std::uint64_t number) {

@@ -30,6 +30,7 @@ std::vector<glm::dvec2> project(const std::vector<glm::dvec3>& ring) {
   int u = (axis + 1) % 3, v = (axis + 2) % 3;
   if (normal[axis] < 0) std::swap(u, v);
   std::vector<glm::dvec2> flat;
+  flat.reserve(ring.size());
   for (const glm::dvec3& p : ring) flat.emplace_back(p[u], p[v]);
   return flat;
 }
@@ -135,6 +136,7 @@ bool triangulate(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& t
     return true;
   }
   std::vector<glm::dvec3> ring;
+  ring.reserve(kept.size());
   for (const unsigned corner : kept) ring.push_back(corners[corner] - corners[kept[0]]);
   const std::vector<glm::dvec2> flat = project(ring);
   std::vector<glm::uvec3> found;

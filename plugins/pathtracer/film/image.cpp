@@ -14,8 +14,8 @@ namespace solidtex::pathtracer {
 namespace {
 
 // Encodes in memory: OpenEXR completes files in a destructor, which hides a full disk.
-void write(const OIIO::ImageSpec& spec, const char* format, OIIO::TypeDesc type, const void* pixels,
-           const std::filesystem::path& file) {
+void write(const OIIO::ImageSpec& spec, const char* format, const OIIO::TypeDesc& type,
+           const void* pixels, const std::filesystem::path& file) {
   const auto output = OIIO::ImageOutput::create(format);
   OIIO::Filesystem::IOVecOutput encoded;
   if (!output || !output->set_ioproxy(&encoded) || !output->open(file.string(), spec) ||

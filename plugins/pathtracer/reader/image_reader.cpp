@@ -127,7 +127,7 @@ class Reader {
     const int alpha = layer_.spec.alpha_channel;
     const auto [low, high] = std::ranges::minmax(layer_.channels);
     const int first = low, last = alpha == high + 1 ? alpha : high;
-    const auto stride = static_cast<std::size_t>(last - first + 1);
+    const auto stride = static_cast<std::size_t>(last - first) + 1;
     std::vector<float> values(data_.pixel_count() * stride);
     input_->geterror();  // of looking for further parts
     const bool is_read =
