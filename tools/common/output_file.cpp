@@ -109,7 +109,7 @@ void remove_remains(const fs::path& target) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path target)
+AtomicFile::AtomicFile(const fs::path& target)
     : target_(without_trailing_slash(target)), temporary_(temporary_sibling(target_)) {
   const fs::path folder = target_.parent_path();
   std::error_code ignored;
@@ -162,7 +162,7 @@ bool remove_abandoned(const fs::path& target) {
   return all;
 }
 
-OutputFile::OutputFile(fs::path path, fs::path shown)
+OutputFile::OutputFile(const fs::path& path, fs::path shown)
     : shown_(shown.empty() ? path : std::move(shown)),
       file_(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
   if (file_ < 0) fail();

@@ -21,7 +21,7 @@ class WriteError : public std::runtime_error {
 class AtomicFile {
  public:
   // Throws WriteError if nothing can be written beside the target.
-  explicit AtomicFile(std::filesystem::path target);
+  explicit AtomicFile(const std::filesystem::path& target);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -49,7 +49,7 @@ bool remove_abandoned(const std::filesystem::path& target);
 class OutputFile {
  public:
   // Errors name `shown`, or the path itself.
-  explicit OutputFile(std::filesystem::path path, std::filesystem::path shown = {});
+  explicit OutputFile(const std::filesystem::path& path, std::filesystem::path shown = {});
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
