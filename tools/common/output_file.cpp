@@ -162,8 +162,8 @@ bool remove_abandoned(const fs::path& target) {
   return all;
 }
 
-OutputFile::OutputFile(const fs::path& path, fs::path shown)
-    : shown_(shown.empty() ? path : std::move(shown)),
+OutputFile::OutputFile(const fs::path& path, const fs::path& shown)
+    : shown_(shown.empty() ? path : shown),
       file_(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
   if (file_ < 0) fail();
   flock(file_, LOCK_EX | LOCK_NB);  // for remove_abandoned(); some file systems have no locks

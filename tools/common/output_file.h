@@ -49,7 +49,7 @@ bool remove_abandoned(const std::filesystem::path& target);
 class OutputFile {
  public:
   // Errors name `shown`, or the path itself.
-  explicit OutputFile(const std::filesystem::path& path, std::filesystem::path shown = {});
+  explicit OutputFile(const std::filesystem::path& path, const std::filesystem::path& shown = {});
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
