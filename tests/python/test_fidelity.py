@@ -272,12 +272,12 @@ def test_a_note_heads_the_table(tmp_path: Path) -> None:
 
 def test_the_plan_of_the_benchmark_has_both_families(tmp_path: Path) -> None:
     (tmp_path / "SOURCES.csv").write_text("file,licence,split\na.jpg,CC0-1.0,validation\n")
-    plan = read_plan(DOCS / "benchmark.toml", tmp_path)
+    plan = read_plan(DOCS / "fidelity.toml", tmp_path)
     assert plan.methods == ("lattice", "sampler") and plan.exemplars[0].photo == "validation/a.jpg"
 
 
 def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
-    plan = read_plan(DOCS / "fidelity.toml")
+    plan = read_plan(DOCS / "papers.toml")
     assert len(plan.exemplars) >= 12
     assert len(plan.methods) > 5 and set(plan.methods) <= set(shipped())
     assert {entry.solid for entry in plan.exemplars if entry.solid} <= set(SOLIDS)

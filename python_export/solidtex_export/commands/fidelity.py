@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 PROGRAM = "solidtex-fidelity"
 
-EXAMPLES = f"""  {PROGRAM} docs/fidelity.toml --photos photographs -o results/fidelity
-  {PROGRAM} docs/fidelity.toml --photos photographs -o results/fidelity --only granite-grey
-  {PROGRAM} docs/fidelity.toml -o results/fidelity --no-training --table docs/fidelity.md
-  {PROGRAM} docs/benchmark.toml --photos photographs --features squeezenet.safetensors \\
-      --workers 2 -o results/benchmark
+EXAMPLES = f"""  {PROGRAM} docs/papers.toml --photos photographs -o results/papers
+  {PROGRAM} docs/papers.toml --photos photographs -o results/papers --only granite-grey
+  {PROGRAM} docs/papers.toml -o results/papers --no-training --table docs/papers.md
+  {PROGRAM} docs/fidelity.toml --photos photographs --features squeezenet.safetensors \\
+      --workers 2 -o results/fidelity
 
 The same command again resumes, so Ctrl-C is safe at any time. Failed steps are repeated only with
 --retry. A JSON file beside the table records its figures, so that parts of the table can be made in

@@ -95,12 +95,13 @@ class Method(Settings):
 
 
 class Plan(Settings):
-    """All pairs of exemplars and `methods`; `note` heads the table.
+    """All pairs of exemplars and `methods`; `title` and `note` head the page.
 
     Each is trained for `minutes` on a clock, for `processor_minutes` of processor time, or for
     `steps`.
     """
 
+    title: str = "Fidelity of the presets"
     minutes: float | None = None
     processor_minutes: float | None = None
     steps: int | None = None
@@ -133,7 +134,8 @@ class Plan(Settings):
             return f"{self.steps} steps"
         if self.minutes is not None:
             return f"{self.minutes:g} minutes"
-        return f"{self.processor_minutes:g} minutes of processor time"
+        minutes = "minute" if self.processor_minutes == 1 else "minutes"
+        return f"{self.processor_minutes:g} {minutes} of processor time"
 
     def method(self, name: str) -> Method:
         return self.named_methods.get(name) or Method(preset=name)

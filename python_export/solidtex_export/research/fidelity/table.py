@@ -67,7 +67,7 @@ def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) 
         outcomes.take(cell)
         if cell.finished:
             _save_pictures(cell, images)
-    parts = ["# Fidelity of the presets\n"]
+    parts = [f"# {plan.title}\n"]
     for text in (INTRODUCTION.format(plan=plan_name, budget=plan.budget), plan.note):
         parts += [paragraph + "\n" for paragraph in _paragraphs(text)]
     parts.append(summary(plan, outcomes))
