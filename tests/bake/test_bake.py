@@ -197,7 +197,11 @@ def test_a_write_that_fails_is_reported(tmp_path: Path, name: str, limit: int) -
         (["--threads", "0"], 2, "--threads"),
         (["--slices", "gif"], 2, "--slices"),
         (["--slices", "png"], 1, "--slices write a folder"),
-        (["--origin", "9000000000,0,0", "--size", "4"], 1, "found 9000000000 along x with --size 4"),
+        (
+            ["--origin", "9000000000,0,0", "--size", "4"],
+            1,
+            "found 9000000000 along x with --size 4",
+        ),
         (["--size", "1000000"], 1, "needs 10.4 EiB on the disk, "),
     ],
 )
