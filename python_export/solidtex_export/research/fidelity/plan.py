@@ -132,10 +132,9 @@ class Plan(Settings):
         """What each training gets, in words."""
         if self.steps is not None:
             return f"{self.steps} steps"
-        if self.minutes is not None:
-            return f"{self.minutes:g} minutes"
-        minutes = "minute" if self.processor_minutes == 1 else "minutes"
-        return f"{self.processor_minutes:g} {minutes} of processor time"
+        minutes = self.processor_minutes if self.minutes is None else self.minutes
+        text = f"{minutes:g} minute" + ("" if minutes == 1 else "s")
+        return text if self.minutes is not None else f"{text} of processor time"
 
     def method(self, name: str) -> Method:
         return self.named_methods.get(name) or Method(preset=name)

@@ -76,20 +76,17 @@ class AlanovTrainer(ResumableTraining):
                 settings.betas,
                 weight_decay=settings.weight_decay,
             )
+        self._model = nn.ModuleDict({"generator": self.generator, "encoder": self.encoder})
         self._averages: AveragedModel | None = None
         if recipe.average:
             average = get_ema_multi_avg_fn(recipe.average)
-            self._averages = AveragedModel(self._model(), multi_avg_fn=average)
+            self._averages = AveragedModel(self._model, multi_avg_fn=average)
         if not self.ranks.is_main:
             torch.manual_seed(self.ranks.seed(seed))
 
-    def _model(self) -> nn.ModuleDict:
-        return nn.ModuleDict({"generator": self.generator, "encoder": self.encoder})
-
     def _shown(self) -> tuple[Generator, Encoder]:
         """The generator and the encoder that are the model."""
-        model = self._averages.module if self._averages else self._model()
-        return networks_of(model)
+        return networks_of(self._averages.module if self._averages else self._model)
 
     def _train_step(self) -> dict[str, float]:
         """One step of all networks; their losses."""
@@ -109,7 +106,7 @@ class AlanovTrainer(ResumableTraining):
             self.ranks.average_gradients(self.networks[name])
             adam.step()
         if self._averages:
-            self._averages.update_parameters(self._model())
+            self._averages.update_parameters(self._model)
         sums = {name: loss.item() for name, loss in wanted.items()}
         self.watch.check(self.step, sums)
         self.step += 1
