@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""How near the chosen family comes to the nearer one (docs/experiments/ablation.md).
+
+For the pairs of a fidelity page that has both families: what `solidtex-train` would choose for each
+photograph, how far the sampler is relative to the lattice (geometric mean of the five distances),
+and how rules compare. From the repository, built, with `python_export` on PYTHONPATH:
+
+    .venv/bin/python benchmarks/family_choice.py docs/fidelity.toml --photos photographs
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from solidtex_export.analysis.choice import LONG_GRAIN, SAMPLER, choose_preset
+from solidtex_export.analysis.measurements import Measurements
+from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
+from solidtex_export.losses.learned import LearnedDescriptor
+from solidtex_export.research.fidelity.outcome import read_outcomes
+from solidtex_export.research.fidelity.plan import Entry, photograph, read_plan
+from solidtex_export.research.fidelity.summary import MEASURES, distances
+from solidtex_export.training.resolve import Request, load_exemplars, scale
+
+
+@dataclass(frozen=True)
+class Case:
+    """A photograph: what is measured on it, what is chosen, how far each family is."""
+
+    measured: Measurements
+    chosen: str
+    ratio: float
+    """Distance of the sampler relative to the lattice."""
+
+    def beyond(self, is_sampler: bool) -> float:
+        """Distance of a family relative to the nearer one."""
+        return (self.ratio if is_sampler else 1.0) / min(self.ratio, 1.0)
+
+
+def has_long_grain(case: Case) -> bool:
+    return case.measured.directions == "xy" and case.measured.grain >= LONG_GRAIN
+
+
+RULES: dict[str, Callable[[Case], bool]] = {
+    "always `sampler`": lambda case: True,
+    "always `lattice`": lambda case: False,
+    "`sampler` for long grain only": has_long_grain,
+    "as `solidtex-train` chooses": lambda case: case.chosen == SAMPLER,
+}
+"""Whether a rule chooses the sampler."""
+
+
+def measurements(entry: Entry, folder: Path) -> Measurements:
+    request = Request(
+        photos=(photograph(entry, folder),),
+        directions=entry.directions or "xyz",
+        maps=({},),
+        size=entry.size,
+        resolution=entry.resolution,
+    )
+    size, resolution = scale(request)
+    learned = LearnedDescriptor(load_weights(PROCEDURAL))
+    exemplars = load_exemplars(request, resolution, size)
+    return Measurements(exemplars, request.directions, lambda: learned.distances)
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("plan", type=Path, help="the plan; its outcomes stand beside it")
+    options.add_argument("--photos", type=Path, required=True, help="folder of the photographs")
+    given = options.parse_args()
+    plan = read_plan(given.plan, given.photos)
+    outcomes = read_outcomes(given.plan.with_suffix(".json"))
+    far = {
+        family: [distances(plan, outcomes, measure, family) for measure in MEASURES]
+        for family in ("sampler", "lattice")
+    }
+    cases = []
+    print("| photograph | " + " | ".join(MEASURES) + " | mean | chosen |")
+    print("|---" * (len(MEASURES) + 3) + "|")
+    for entry in plan.exemplars:
+        pairs = list(zip(far["sampler"], far["lattice"], strict=True))
+        if not all(entry.name in sampler and entry.name in lattice for sampler, lattice in pairs):
+            continue
+        ratios = [sampler[entry.name] / lattice[entry.name] for sampler, lattice in pairs]
+        mean = float(np.exp(np.mean(np.log(ratios))))
+        measured = measurements(entry, given.photos)
+        cases.append(Case(measured, choose_preset(measured).value, mean))
+        figures = " | ".join(f"{ratio:.2f}" for ratio in (*ratios, mean))
+        print(f"| {entry.name} | {figures} | `{cases[-1].chosen}` |", flush=True)
+    print("\n| rule | nearer | mean |\n|---|---|---|")
+    for name, chooses_sampler in RULES.items():
+        beyond = np.array([case.beyond(chooses_sampler(case)) for case in cases])
+        print(f"| {name} | {(beyond == 1).sum()} | {np.exp(np.log(beyond).mean()):.3f} |")
+
+
+if __name__ == "__main__":
+    main()
