@@ -70,8 +70,9 @@ bool encode(png_structp png, png_infop info, const PngFormat& format, const char
   }
   png_write_info(png, info);
   if (format.has_16_bits) png_set_swap(png);  // to big endian
-  const auto row =
-      static_cast<std::size_t>((format.has_16_bits ? 2 : 1) * format.width * format.channels);
+  const std::size_t value = format.has_16_bits ? 2 : 1;
+  const std::size_t row =
+      value * static_cast<std::size_t>(format.width) * static_cast<std::size_t>(format.channels);
   for (int y = 0; y < format.height; ++y)
     png_write_row(png,
                   reinterpret_cast<png_const_bytep>(pixels) + static_cast<std::size_t>(y) * row);
@@ -191,13 +192,13 @@ void ExrFile::write_rows(const void* values, int count) {
   const std::size_t value = state_->type == Imf::HALF ? sizeof(half) : sizeof(float);
   const std::size_t pixel = value * state_->names.size();
   const std::size_t row = pixel * state_->width;
-  // OpenEXR counts rows from the image's first one.
-  const std::size_t before = row * static_cast<std::size_t>(state_->row);
+  const Imath::V2i first(0, state_->row);
   Imf::FrameBuffer pixels;
   for (std::size_t i = 0; i < state_->names.size(); ++i) {
-    const auto first = reinterpret_cast<std::uintptr_t>(values) + i * value - before;
+    const char* const channel = static_cast<const char*>(values) + i * value;
     pixels.insert(state_->names[i],
-                  Imf::Slice(state_->type, reinterpret_cast<char*>(first), pixel, row));
+                  Imf::Slice::Make(state_->type, channel, first,
+                                   static_cast<std::int64_t>(state_->width), count, pixel, row));
   }
   state_->image->setFrameBuffer(pixels);
   state_->image->writePixels(count);

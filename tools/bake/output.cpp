@@ -106,7 +106,7 @@ std::vector<std::string> words(const char* text) {
 // Returns the name of a depth that the format has.
 std::string depth_name(const Format& format, const std::string& text) {
   const std::vector<std::string> allowed = words(format.depths);
-  const std::string name = text.empty() ? allowed.front() : text;
+  std::string name = text.empty() ? allowed.front() : text;
   if (std::ranges::find(allowed, name) == allowed.end()) {
     throw std::runtime_error(
         fmt::format("--depth {}: {} holds {}", name, format.name, fmt::join(allowed, ", ")));
@@ -260,8 +260,8 @@ Output resolve_output(const OutputRequest& request, const solidtex::texture& tex
     output.groups = {channel_group(texture, request.channels, "--channels")};
   }
   if (begins_with_color(format.kind))
-    std::ranges::stable_partition(
-        output.groups, [](const ChannelGroup& group) { return group.channels.size() == 3; });
+    std::stable_partition(output.groups.begin(), output.groups.end(),
+                          [](const ChannelGroup& group) { return group.channels.size() == 3; });
   for (const ChannelGroup& group : output.groups)
     for (const std::size_t channel : group.channels) output.channels.push_back(channel);
   if (format.kind == FormatKind::npy) std::ranges::sort(output.channels);

@@ -96,7 +96,7 @@ class StoreBake {
     const std::vector<std::int64_t> own = own_shards();
     std::vector<char> is_missing(own.size());
     tbb::parallel_for(std::size_t{0}, own.size(),
-                      [&](std::size_t i) { is_missing[i] = !is_complete(own[i]); });
+                      [&](std::size_t i) { is_missing[i] = is_complete(own[i]) ? 0 : 1; });
     throw_if_interrupted();
     std::vector<std::int64_t> missing;
     for (std::size_t i = 0; i < own.size(); ++i)
