@@ -288,16 +288,30 @@ def test_a_store_beyond_memory_is_refused(tmp_path: Path) -> None:
     assert not os.listdir(tmp_path)
 
 
-def test_a_job_array_of_slurm_makes_the_same_store(store: Path, tmp_path: Path) -> None:
-    """A local stand-in of Slurm: the jobs of the array run at once, with its variables."""
+def job(
+    folder: Path, task: int, first: int, last: int, count: int, **more: str
+) -> subprocess.Popen[str]:
+    """A local stand-in of Slurm: a job of an array, with its variables."""
     script = Path(__file__).resolve().parents[2] / "setup" / "bake_array.slurm"
     command = [script, MODEL, *ARGUMENTS, "-o", "b.zarr", "--voxel-size", "2um"]
-    array = {"SLURM_ARRAY_TASK_MIN": "5", "SLURM_ARRAY_TASK_COUNT": "3", "SOLIDTEX_BAKE": str(BAKE)}
-    jobs = [
-        subprocess.Popen(
-            command, cwd=tmp_path, env=os.environ | array | {"SLURM_ARRAY_TASK_ID": str(job)}
-        )
-        for job in (5, 6, 7)
-    ]
+    array = {"ID": task, "MIN": first, "MAX": last, "COUNT": count}
+    variables = {f"SLURM_ARRAY_TASK_{name}": str(value) for name, value in array.items()}
+    env = os.environ | variables | {"SOLIDTEX_BAKE": str(BAKE)} | more
+    return subprocess.Popen(command, cwd=folder, env=env, stderr=subprocess.PIPE, text=True)
+
+
+def test_a_job_array_of_slurm_makes_the_same_store(store: Path, tmp_path: Path) -> None:
+    jobs = [job(tmp_path, task, 5, 7, 3) for task in (5, 6, 7)]
     assert [job.wait() for job in jobs] == [0, 0, 0]
+    assert content(tmp_path / "b.zarr") == content(store)
+
+
+def test_some_parts_of_a_job_array(store: Path, tmp_path: Path) -> None:
+    with_gaps = job(tmp_path, 3, 1, 3, 2)
+    assert with_gaps.wait() == 2
+    assert "found an array with gaps" in with_gaps.communicate()[1]
+    assert not (tmp_path / "b.zarr").exists()
+    for some in ((1, 3), (2,)):
+        for task in some:
+            assert job(tmp_path, task, some[0], some[-1], len(some), PARTS="3").wait() == 0
     assert content(tmp_path / "b.zarr") == content(store)

@@ -18,13 +18,20 @@ import solidtex
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")
 zarr = pytest.importorskip("zarr", minversion="3", reason="zarr 3 is not installed")
-pytest.importorskip("xarray", reason="xarray is not installed")
+xarray = pytest.importorskip("xarray", reason="xarray is not installed")
 import solidtex.dask  # noqa: E402
 import solidtex.xarray  # noqa: E402
 from solidtex.store import Volume, bake_shard, halved, is_complete, open_store  # noqa: E402
 
 MODEL, ORIGIN, SIZE = "granite-grey", (-9, 1 << 29, 5), (75, 21, 40)
 NO_WORKER = "the scheduler has no worker, the bake waits for one"
+
+
+def program() -> Path:
+    path = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bake"
+    if not path.exists():
+        pytest.skip("solidtex-bake is not built")
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -104,11 +111,8 @@ def test_a_shard_of_zeros_is_complete(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_levels_are_those_of_the_program(client: distributed.Client, tmp_path: Path) -> None:
     bake(client, tmp_path / "a.zarr")
-    program = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bake"
-    if not program.exists():
-        pytest.skip("solidtex-bake is not built")
     options = ["--size", "75,21,40", f"--origin=-9,{1 << 29},5", "--seed", "3"]
-    command = [program, MODEL, *options, "--shard-size", "32", "-o", tmp_path / "b.zarr"]
+    command = [program(), MODEL, *options, "--shard-size", "32", "-o", tmp_path / "b.zarr"]
     subprocess.run(command, check=True, capture_output=True)
     a, b = (zarr.open_group(tmp_path / name, mode="r") for name in ("a.zarr", "b.zarr"))
     assert sorted(a.array_keys()) == sorted(b.array_keys()) == ["0", "1"]
@@ -138,9 +142,20 @@ def test_another_volume_is_refused(client: distributed.Client, tmp_path: Path) -
             bake(client, tmp_path / "c.zarr", size=size)
         with pytest.raises(solidtex.InvalidArgument, match="size: found"):
             solidtex.dask.array(MODEL, size)
+    with pytest.raises(solidtex.InvalidArgument, match=r"size: found .*expected three whole"):
+        solidtex.dask.array(MODEL, 1.5)  # type: ignore[arg-type]
+    with pytest.raises(solidtex.InvalidArgument, match="chunk: found 0, expected numbers above 0"):
+        solidtex.dask.array(MODEL, 8, chunk=0)
+    with pytest.raises(solidtex.InvalidArgument, match=r"origin: found .*expected voxels from"):
+        solidtex.dask.array(MODEL, 8, origin=(2**63, 0, 0))
+    with pytest.raises(solidtex.InvalidArgument, match="GiB are free"):
+        bake(client, tmp_path / "c.zarr", size=1 << 20)
+    zarr.create_array(tmp_path / "d.zarr", shape=(4,), dtype="float32")
+    with pytest.raises(solidtex.InvalidArgument, match="found a Zarr array"):
+        bake(client, tmp_path / "d.zarr")
     with pytest.raises(solidtex.InvalidArgument, match="origin: found"):
         bake(client, tmp_path / "c.zarr", origin=(0, 0))
-    with pytest.raises(solidtex.InvalidArgument, match="expected voxels within"):
+    with pytest.raises(solidtex.InvalidArgument, match="expected voxels from"):
         bake(client, tmp_path / "c.zarr", origin=((1 << 30) + 65500, 0, 0))
     assert not (tmp_path / "c.zarr").exists()
 
@@ -352,7 +367,8 @@ def test_object_storage_through_obstore(
 
 
 def test_a_lazy_array_has_the_values_of_the_engine(expected: np.ndarray) -> None:
-    array = solidtex.dask.array(MODEL, SIZE, origin=ORIGIN, seed=3, chunk=32)
+    array = solidtex.dask.array(MODEL, np.array(SIZE), origin=ORIGIN, seed=3, chunk=(32, 8, 32))
+    assert array.chunksize == (32, 8, 32, 3)
     assert array.shape == (*SIZE, 3) and array.dtype == np.float32
     part = array[20:50, 5:18, 30:].compute(scheduler="synchronous")
     assert np.array_equal(part.transpose(3, 2, 1, 0), expected[:, 30:, 5:18, 20:50])
@@ -368,7 +384,7 @@ def test_xarray_names_what_there_is(expected: np.ndarray) -> None:
     wanted = np.where(low <= 0.04045, low / 12.92, ((low + 0.055) / 1.055) ** 2.4)
     assert np.abs(light[:2, :2, :2].values - wanted).max() < 1e-6
     half = volume.solidtex.halved().compute(scheduler="synchronous")
-    assert half.shape == (37, 10, 20, 3)
+    assert half.shape == (38, 11, 20, 3)
     mean = wanted.mean((0, 1, 2))
     encoded = np.where(mean <= 0.0031308, mean * 12.92, 1.055 * mean ** (1 / 2.4) - 0.055)
     assert np.abs(half[0, 0, 0].values - encoded).max() < 1e-6
@@ -378,11 +394,15 @@ def test_xarray_names_what_there_is(expected: np.ndarray) -> None:
 def test_xarray_opens_a_level_of_a_store(client: distributed.Client, tmp_path: Path) -> None:
     bake(client, tmp_path / "a.zarr")
     level = solidtex.xarray.open_store(tmp_path / "a.zarr", level=1)
-    assert level.dims == ("c", "z", "y", "x") and level.attrs["seed"] == 3
+    assert level.dims == ("channel", "z", "y", "x") and level.attrs["seed"] == 3
     assert np.array_equal(level.x[:2], [-8, -6])
-    assert level.isel(c=0, z=0, y=0, x=0).compute().item() == pytest.approx(
+    assert level.sel(channel="albedo.r").isel(z=0, y=0, x=0).compute().item() == pytest.approx(
         zarr.open_group(tmp_path / "a.zarr", mode="r")["1"][0, 0, 0, 0]
     )
+    half = solidtex.xarray.open_store(tmp_path / "a.zarr").solidtex.halved()
+    assert half.shape == level.shape and np.abs(half.values - level.values).max() < 1e-6
+    with pytest.raises(solidtex.InvalidArgument, match="no path of its model"):
+        level.solidtex.texture  # noqa: B018
 
     for missing in (-1, 2):
         with pytest.raises(
@@ -392,6 +412,17 @@ def test_xarray_opens_a_level_of_a_store(client: distributed.Client, tmp_path: P
     zarr.create_group(tmp_path / "b.zarr")
     with pytest.raises(solidtex.InvalidArgument, match="store of another program"):
         solidtex.xarray.open_store(tmp_path / "b.zarr")
+    other = xarray.DataArray(np.zeros(3), dims=("channel",))
+    with pytest.raises(solidtex.InvalidArgument, match="no attribute color_space"):
+        other.solidtex.light()
+
+
+def test_xarray_reads_integers_of_the_program(tmp_path: Path) -> None:
+    options = ["--size", "6,5,4", "--depth", "8", "-o", str(tmp_path / "a.zarr")]
+    subprocess.run([program(), MODEL, *options], check=True, capture_output=True)
+    light = solidtex.xarray.open_store(tmp_path / "a.zarr").solidtex.light()
+    expected = solidtex.xarray.open(MODEL, (6, 5, 4)).solidtex.light().transpose(*light.dims)
+    assert np.abs(light.values - expected.values).max() < 0.01
 
 
 def test_halves_of_odd_numbers() -> None:

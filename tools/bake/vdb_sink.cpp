@@ -1,5 +1,7 @@
 #include "tools/bake/vdb_sink.h"
 
+#include <fmt/format.h>
+
 #ifdef SOLIDTEX_HAS_NANOVDB
 #include <nanovdb/util/IO.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
@@ -8,11 +10,11 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iostream>
 #include <optional>
 #include <stdexcept>
 
 #include "tools/bake/channels.h"
+#include "tools/common/cli.h"
 #include "tools/common/limits.h"
 #include "tools/common/output_file.h"
 
@@ -95,9 +97,8 @@ class VdbSink : public Sink {
     }
     const double dense = static_cast<double>(voxel_count(volume.size)) *
                          static_cast<double>(output.channels.size() * sizeof(float)) * 1.05;
-    std::cerr << "The OpenVDB grids take about "
-              << static_cast<long long>((mask ? mask->bytes(output) : dense) / (1 << 20)) + 1
-              << " MiB of memory until they are written.\n";
+    say(fmt::format("The OpenVDB grids take about {} MiB of memory until they are written.",
+                    static_cast<long long>((mask ? mask->bytes(output) : dense) / (1 << 20)) + 1));
   }
 
   std::int64_t depth() const override { return volume_.size[2]; }

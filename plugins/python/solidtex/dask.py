@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+import operator
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -17,7 +18,7 @@ import distributed
 import numpy as np
 import zarr
 
-from solidtex.errors import Cancelled
+from solidtex.errors import Cancelled, InvalidArgument
 from solidtex.store import (
     Index3,
     Store,
@@ -28,7 +29,7 @@ from solidtex.store import (
     origin_of,
     size_of,
 )
-from solidtex.texture import Floats, Precision, Texture
+from solidtex.texture import Floats, Precision, Texture, triple
 
 TASKS_PER_THREAD = 3
 """Tasks at the scheduler: enough that no worker waits, few enough for any number of shards."""
@@ -80,7 +81,8 @@ def bake(
     """
     if isinstance(model, Texture):
         seed, precision, model = model.seed, model.precision, model.path
-    volume = Volume(model, size_of(size), origin_of(origin), seed, precision, shard_size)
+    extent = size_of(size)
+    volume = Volume(model, extent, origin_of(origin, extent), seed, precision, shard_size)
     open_store(store, volume, storage_options)
     task = partial(_bake_shard, volume, store, storage_options)
     crew = _Crew(client or distributed.get_client(), task, retries, patience)
@@ -171,17 +173,26 @@ def array(
     origin: Sequence[int] = (0, 0, 0),
     seed: int = 0,
     precision: Precision = "full",
-    chunk: int = 128,
+    chunk: int | Sequence[int] = 128,
 ) -> dask.array.Array:
-    """Volume as an array of Dask, `[x][y][z][channel]`, evaluated chunk by chunk when needed."""
+    """Volume as an array of Dask, `[x][y][z][channel]`, evaluated chunk by chunk when needed.
+
+    chunk: Voxels of a chunk along x, y and z, or one number for all. A chunk is evaluated whole,
+        so chunks that are flat along an axis suit slices across it.
+    """
     texture = model if isinstance(model, Texture) else Texture(model, seed, precision)
-    chunks = dask.array.core.normalize_chunks((chunk, chunk, chunk), shape=size_of(size))
+    extent = size_of(size)
+    corner = origin_of(origin, extent)
+    edges = triple("chunk", [chunk] * 3 if np.ndim(chunk) == 0 else chunk, operator.index)
+    if min(edges) < 1:
+        raise InvalidArgument(f"chunk: found {chunk}, expected numbers above 0")
+    chunks = dask.array.core.normalize_chunks(edges, shape=extent)
     return dask.array.map_blocks(
-        partial(_block, texture, origin_of(origin)),
+        partial(_block, texture, corner),
         chunks=(*chunks, (len(texture.channels),)),
         dtype=np.float32,
         meta=np.empty((0, 0, 0, 0), np.float32),
-        name=f"solidtex-{texture.name}-{dask.base.tokenize(texture.path, seed, origin, chunk)}",
+        name=f"solidtex-{texture.name}-{dask.base.tokenize(texture.path, seed, corner, edges)}",
     )
 
 

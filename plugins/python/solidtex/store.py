@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import math
+import operator
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -19,16 +22,23 @@ import zarr
 from numpy.typing import NDArray
 from zarr.codecs import BloscCodec, Crc32cCodec
 from zarr.core.sync import sync
+from zarr.errors import ContainsArrayError
 
 from solidtex._engine import target, version
 from solidtex.errors import FileError, InvalidArgument
-from solidtex.texture import Floats, Precision, Texture
+from solidtex.texture import Floats, Precision, Texture, triple
 
 LARGEST_CHUNK = 64
 COARSEST_LEVEL = 64
+COMPRESSION = 2
+"""No volume becomes smaller by more than this."""
 SMALLEST_SHARD_OF_A_LEVEL = 16
 LARGEST_SIZE = 1 << 20
+LARGEST_PLACE = (1 << 30) + (1 << 16)
+"""Largest magnitude of a coordinate, in texels."""
 AXES = ("c", "z", "y", "x")
+COLOR = "albedo."
+"""Beginning of the names of color channels."""
 
 Index3 = tuple[int, int, int]
 Store = Any
@@ -37,21 +47,24 @@ Store = Any
 
 def size_of(size: int | Sequence[int]) -> Index3:
     """Voxels along x, y and z of an argument."""
-    numbers = [size] * 3 if isinstance(size, int) else [int(number) for number in size]
-    if len(numbers) != 3 or not all(1 <= number <= LARGEST_SIZE for number in numbers):
+    numbers = triple("size", [size] * 3 if np.ndim(size) == 0 else size, operator.index)
+    if not all(1 <= number <= LARGEST_SIZE for number in numbers):
         raise InvalidArgument(
             f"size: found {size}, expected one integer, or three, from 1 to {LARGEST_SIZE}"
         )
-    x, y, z = numbers
-    return x, y, z
+    return numbers
 
 
-def origin_of(origin: Sequence[int]) -> Index3:
-    """First voxel of an argument."""
-    if len(origin) != 3:
-        raise InvalidArgument(f"origin: found {origin}, expected three integers")
-    x, y, z = map(int, origin)
-    return x, y, z
+def origin_of(origin: Sequence[int], size: Index3) -> Index3:
+    """First voxel of an argument, for a volume of `size` voxels."""
+    numbers = triple("origin", origin, operator.index)
+    for first, extent in zip(numbers, size, strict=True):
+        if not -LARGEST_PLACE <= first <= LARGEST_PLACE - extent:
+            raise InvalidArgument(
+                f"origin: found {numbers} with size {size}, expected voxels from "
+                f"{-LARGEST_PLACE} to {LARGEST_PLACE - 1}"
+            )
+    return numbers
 
 
 @dataclass(frozen=True)
@@ -68,7 +81,7 @@ class Volume:
     """Of the model's file; a process with another file at its path is refused."""
 
     def __post_init__(self) -> None:
-        size_of(self.size)
+        origin_of(self.origin, size_of(self.size))
         if self.shard_size not in (16, 32, 64, 128, 256, 512):
             raise InvalidArgument(
                 f"shard_size: found {self.shard_size}, expected 16, 32, 64, 128, 256 or 512"
@@ -118,6 +131,12 @@ class Volume:
         return x, y, z
 
     @property
+    def size_in_bytes(self) -> int:
+        """Of all levels, before compression."""
+        voxels = sum(math.prod(self.level_size(level)) for level in self.levels)
+        return 4 * len(self.texture().channels) * voxels
+
+    @property
     def identity(self) -> dict[str, Any]:
         """Settings that the values of the store depend on."""
         identity: dict[str, Any] = {
@@ -145,11 +164,18 @@ def open_store(
     options = dict(storage_options) if storage_options else None
     try:
         group = zarr.open_group(store, mode="r+", storage_options=options)
+    except ContainsArrayError as error:
+        raise InvalidArgument(
+            f"{store}: found a Zarr array, expected a store of a bake; give another name"
+        ) from error
     except (FileNotFoundError, FileExistsError):  # the second of a file
         _check_new(store, volume)
         group = zarr.create_group(
             store,
-            attributes={"ome": _ome(volume), "solidtex": volume.identity},
+            attributes={
+                "ome": _ome(volume),
+                "solidtex": volume.identity | _channels(volume.texture()),
+            },
             storage_options=options,
         )
     _check_identity(store, volume, identity_of(store, group))
@@ -162,16 +188,22 @@ def open_store(
 
 def _check_new(store: Store, volume: Volume) -> None:
     """Refuse what cannot become a store, before anything is written."""
-    if isinstance(store, str | Path) and "://" not in str(store) and Path(store).exists():
-        is_folder = Path(store).is_dir()
-        if not is_folder or any(Path(store).iterdir()):
-            found = "a folder without zarr.json" if is_folder else "a file"
-            raise InvalidArgument(
-                f"{store}: found {found}, expected a Zarr store, or no folder; give another name"
-            )
-    last = [first + extent - 1 for first, extent in zip(volume.origin, volume.size, strict=True)]
-    for corner in (volume.origin, last):  # out of range, they raise
-        volume.texture().eval_box(corner, (1, 1, 1))
+    if not isinstance(store, str | Path) or "://" in str(store):
+        return
+    path = Path(store)
+    if path.exists() and (not path.is_dir() or any(path.iterdir())):
+        found = "a folder without zarr.json" if path.is_dir() else "a file"
+        raise InvalidArgument(
+            f"{store}: found {found}, expected a Zarr store, or no folder; give another name"
+        )
+    existing = next(folder for folder in path.absolute().parents if folder.exists())
+    needed = volume.size_in_bytes // COMPRESSION
+    free = shutil.disk_usage(existing).free
+    if needed > free:
+        raise InvalidArgument(
+            f"{store}: needs more than {needed / 2**30:.1f} GiB, {free / 2**30:.1f} GiB are free "
+            "there; give a smaller size, or another disk"
+        )
 
 
 def identity_of(store: Store, group: zarr.Group) -> dict[str, Any]:
@@ -228,6 +260,11 @@ def _ome(volume: Volume) -> dict[str, Any]:
     return {"version": "0.5", "multiscales": [image]}
 
 
+def _channels(texture: Texture) -> dict[str, Any]:
+    """What a store says of its values, as solidtex-bake does."""
+    return {"channels": list(texture.channels), "color space": {"albedo": texture.color_space}}
+
+
 def is_complete(group: zarr.Group, volume: Volume, position: Index3) -> bool:
     """All levels of the shard are there, and their checksums match."""
     for level in volume.levels:
@@ -278,7 +315,7 @@ def _key(array: zarr.Array[Any], position: Index3) -> str:
 def encoded_channels(texture: Texture) -> NDArray[np.bool_]:
     """Which channels are sRGB-encoded."""
     is_srgb = texture.color_space == "srgb"
-    return np.array([is_srgb and name.startswith("albedo.") for name in texture.channels])
+    return np.array([is_srgb and name.startswith(COLOR) for name in texture.channels])
 
 
 def to_light(values: Floats, is_encoded: NDArray[np.bool_]) -> Floats:

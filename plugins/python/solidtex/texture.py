@@ -327,8 +327,8 @@ class Texture:
         Returns out, or a new array: float32 [x, y, z, channel] in the color space of the file, not
         clamped.
         """
-        corner = _triple("origin", origin, operator.index)
-        extent = _triple("size", size, operator.index)
+        corner = triple("origin", origin, operator.index)
+        extent = triple("size", size, operator.index)
         if min(extent) < 0:
             raise InvalidArgument(f"size: found {extent}, expected numbers of 0 or more")
         values = _target(out, (*extent, len(self.channels)))
@@ -398,7 +398,8 @@ def _unsigned(name: str, value: int) -> int:
     return number
 
 
-def _triple(name: str, values: Any, kind: Any) -> tuple[Any, Any, Any]:
+def triple(name: str, values: Any, kind: Any) -> tuple[Any, Any, Any]:
+    """Three numbers of an argument; others are refused by its name."""
     try:
         x, y, z = (kind(value) for value in values)
     except (TypeError, ValueError) as error:
@@ -427,7 +428,7 @@ def _query(points: Any, origin: Any, radii: Any, axes: Any) -> tuple[Floats, Any
         raise InvalidArgument("radii, axes: found both, expected one of them")
     sizes = None if radii is None else _footprints("radii", radii, shape, ())
     edges = None if axes is None else _footprints("axes", axes, shape, (3, 3))
-    return places, _triple("origin", origin, float), sizes, edges
+    return places, triple("origin", origin, float), sizes, edges
 
 
 def _footprints(name: str, found: Any, shape: tuple[int, ...], each: tuple[int, ...]) -> Floats:

@@ -4,7 +4,7 @@
 # mypy: allow-untyped-calls
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,11 @@ import zarr
 
 import solidtex.dask
 from solidtex.errors import InvalidArgument
-from solidtex.store import encoded_channels, from_light, identity_of, to_light
+from solidtex.store import COLOR, from_light, identity_of, to_light
 from solidtex.texture import Precision, Texture
+
+ELEMENTWISE: Any = {"dask": "allowed", "keep_attrs": True}
+"""Options of apply_ufunc for conversions that arrays of Dask understand, too."""
 
 
 def open(
@@ -24,7 +27,7 @@ def open(
     origin: Sequence[int] = (0, 0, 0),
     seed: int = 0,
     precision: Precision = "full",
-    chunk: int = 128,
+    chunk: int | Sequence[int] = 128,
 ) -> xarray.DataArray:
     """Volume of a model, evaluated when needed. Coordinates are centers of voxels in texels."""
     texture = Texture(model, seed, precision)
@@ -38,7 +41,13 @@ def open(
         dims=("x", "y", "z", "channel"),
         coords={**centers, "channel": list(texture.channels)},
         name=texture.name,
-        attrs={"model": texture.path, "seed": seed, "precision": precision, "units": "texel"},
+        attrs={
+            "model": texture.path,
+            "seed": seed,
+            "precision": precision,
+            "units": "texel",
+            "color_space": texture.color_space,
+        },
     )
 
 
@@ -60,40 +69,57 @@ def open_store(
         part[part["type"]] for part in image["datasets"][level]["coordinateTransformations"]
     )
     values = dask.array.from_zarr(group[str(level)])
-    dims = [axis["name"] for axis in image["axes"]]
-    coords = {
+    dims = ["channel" if axis["name"] == "c" else axis["name"] for axis in image["axes"]]
+    coords: dict[str, Any] = {
         dim: first + step * np.arange(extent)
         for dim, first, step, extent in zip(dims, translation, scale, values.shape, strict=True)
-        if dim != "c"
     }
-    return xarray.DataArray(values, dims=dims, coords=coords, name=image["name"], attrs=identity)
+    attributes = dict(identity)
+    if "channels" in identity:
+        coords["channel"] = identity["channels"]
+        attributes["color_space"] = identity["color space"].get("albedo", "")
+    return xarray.DataArray(values, dims=dims, coords=coords, name=image["name"], attrs=attributes)
 
 
 @xarray.register_dataarray_accessor("solidtex")
 class Accessor:
-    """What DataArrays of open() can do beyond those of others."""
+    """What DataArrays of open() and open_store() can do beyond those of others."""
 
     def __init__(self, volume: xarray.DataArray) -> None:
         self._volume = volume
 
     @property
     def texture(self) -> Texture:
-        """The open model."""
+        """The open model of a volume of open()."""
         attributes = self._volume.attrs
+        if "writer" in attributes:
+            raise InvalidArgument("a store has no path of its model: open it by solidtex.Texture")
         return Texture(attributes["model"], attributes["seed"], attributes["precision"])
 
     def light(self) -> xarray.DataArray:
-        """Colors as linear light. Other channels stay."""
-        return self._convert(to_light, self._volume)
+        """Colors as linear light. Other channels stay; integers become 0 to 1."""
+        volume = self._volume
+        if np.issubdtype(volume.dtype, np.integer):
+            volume = volume.astype(np.float32) / np.float32(np.iinfo(volume.dtype).max)
+            volume.attrs = self._volume.attrs
+        return xarray.apply_ufunc(to_light, volume, self._is_encoded, **ELEMENTWISE)
 
     def halved(self) -> xarray.DataArray:
-        """Means of light over two voxels along each axis: half the size, encoded as before."""
-        pairs = dict.fromkeys("xyz", 2)
-        means = self.light().coarsen(pairs, boundary="trim").mean()
-        return self._convert(from_light, means)
+        """Means of light over two voxels along each axis: half the size, encoded as before.
 
-    def _convert(self, convert: Callable[..., Any], volume: xarray.DataArray) -> xarray.DataArray:
-        texture = self.texture
-        flags = dict(zip(texture.channels, encoded_channels(texture), strict=True))
-        is_encoded = np.array([flags[name] for name in volume.channel.values])
-        return volume.copy(data=volume.data.map_blocks(convert, is_encoded, dtype=np.float32))
+        Where a number of voxels is odd, the last one stays alone.
+        """
+        pairs = {axis: 2 for axis in "xyz" if axis in self._volume.dims}
+        means = self.light().coarsen(pairs, boundary="pad").mean(keep_attrs=True)
+        return xarray.apply_ufunc(from_light, means, self._is_encoded, **ELEMENTWISE)
+
+    @property
+    def _is_encoded(self) -> xarray.DataArray:
+        """Which channels are sRGB-encoded."""
+        if "color_space" not in self._volume.attrs:
+            raise InvalidArgument(
+                "found no attribute color_space, expected a volume of solidtex.xarray.open(), or "
+                "of open_store() and a store that names its channels"
+            )
+        is_srgb = self._volume.attrs["color_space"] == "srgb"
+        return self._volume.channel.str.startswith(COLOR) & is_srgb

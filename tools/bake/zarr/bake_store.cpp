@@ -102,8 +102,8 @@ class StoreBake {
     for (std::size_t i = 0; i < own.size(); ++i)
       if (is_missing[i]) missing.push_back(own[i]);
     if (missing.size() < own.size()) {
-      std::cerr << fmt::format("{}: {} of {} shards are there and intact\n", folder_.string(),
-                               own.size() - missing.size(), own.size());
+      say(fmt::format("{}: {} of {} shards are there and intact", folder_.string(),
+                      own.size() - missing.size(), own.size()));
     }
     return missing;
   }

@@ -151,7 +151,9 @@ ordered_json read_metadata(const fs::path& file, const char* remedy) {
 
 void check_identity(const fs::path& folder, const ordered_json& identity) {
   const ordered_json document = read_metadata(
-      folder / metadata_name, "nothing else says what the folder holds: remove the folder");
+      folder / metadata_name,
+      "nothing else says what the folder holds: remove the folder, or copy the zarr.json here that "
+      "the command of this bake begins in another folder");
   const auto attributes = document.value("attributes", ordered_json::object());
   const auto found = attributes.value(identity_key, ordered_json());
   if (!found.is_object()) refuse(folder, "a Zarr store of another program", "one of this program");
