@@ -68,6 +68,17 @@ def test_a_module_needs_a_file_and_no_period() -> None:
 
 
 @pytest.mark.parametrize("name", SHIPPED)
+def test_a_module_refuses_boxes_that_are_none(name: str) -> None:
+    module = solidtex.load(name).to_torch()
+    with pytest.raises(ValueError, match=r"size: found \(0, 1, 1\), expected three whole numbers"):
+        module((0, 0, 0), (0, 1, 1))
+    with pytest.raises(ValueError, match=r"size: found \(2, 1\), expected three whole numbers"):
+        module((0, 0, 0), (2, 1))
+    with pytest.raises(ValueError, match=r"origin: found \(0, 0.5, 0\), expected three whole"):
+        module((0, 0.5, 0), (1, 1, 1))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
 @pytest.mark.parametrize("footprint", [None, "radii", "axes"])
 def test_gradients_of_points_are_those_of_the_jacobians(name: str, footprint: str | None) -> None:
     texture = solidtex.load(name, seed=2)

@@ -7,6 +7,7 @@ import importlib
 import json
 import math
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from small_trainings import PRESETS, SMALL, assert_equal, make_trainer, save_pho
 from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
 from solidtex_export.networks.weights import WeightsError
+from solidtex_export.settings import SettingsError
 from solidtex_export.training.divergence import TrainError
 from solidtex_export.training.presets import PresetError, load_recipe, shipped
 from solidtex_export.training.result import ResultError
@@ -342,6 +344,18 @@ class Tiny(nn.Module):
 
 
 number = 3
+
+
+def three(slices, crops):
+    return 3
+
+
+def each(slices, crops):
+    return (slices - crops).abs()
+
+
+def fixed(slices, crops):
+    return slices.detach().mean()
 """
 
 
@@ -382,3 +396,26 @@ def test_a_loss_that_is_none_is_refused(kind: str, message: str, tmp_path: Path)
     (tmp_path / "my.toml").write_text(f"{text}kind = '{kind}'")
     with pytest.raises(PresetError, match=f'losses.mine.kind: found "{kind}", {message}'):
         load_recipe(str(tmp_path / "my.toml"))
+
+
+@pytest.mark.parametrize(
+    ("function", "what"),
+    [
+        ("three", "int 3"),
+        ("each", "a tensor of shape [1, 3, 32, 32]"),
+        ("fixed", "a tensor without a gradient"),
+    ],
+)
+def test_a_loss_that_returns_no_number_of_the_slices_is_named(
+    function: str, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine_for_a_test.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    photo = save_photo(tmp_path / "photo.png")
+    kind = f"mine_for_a_test:{function}"
+    trainer = make_trainer(
+        [photo], tmp_path / "r", "gutierrez", "--set", f"losses.mine.kind={kind}"
+    )
+    message = f'losses.mine.kind: found "{kind}", which returned {what}, expected a tensor of one'
+    with pytest.raises(SettingsError, match=re.escape(message)):
+        train(trainer)

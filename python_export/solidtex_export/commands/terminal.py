@@ -63,7 +63,7 @@ def _progress_bar(console: Console) -> Iterator[Report]:
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
     with Progress(*columns, console=console) as bar:
         task = bar.add_task("training", total=1.0)
-        yield lambda t: bar.update(task, completed=t.progress, description=_describe(t))
+        yield lambda t: bar.update(task, completed=_progress(t), description=_describe(t))
 
 
 @contextmanager
@@ -74,14 +74,19 @@ def _progress_lines() -> Iterator[Report]:
         nonlocal said
         if time.monotonic() - said >= LOG_SECONDS:
             said = time.monotonic()
-            done = "" if training.activity else f", {training.progress:.0%}"
+            done = "" if training.activity else f", {_progress(training):.0%}"
             say(_describe(training) + done)
 
     yield report
 
 
+def _progress(training: Training) -> float:
+    """Finished fraction to show: the last step may take longer than the time that was left."""
+    return min(training.progress, 1.0)
+
+
 def _describe(training: Training) -> str:
     if training.activity:
         return training.activity
-    left = max(0.0, training.seconds * (1 / max(training.progress, 1e-9) - 1))
+    left = training.seconds * (1 / max(_progress(training), 1e-9) - 1)
     return f"step {training.step}, {left / 60:.1f} min left"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import index
 
 import torch
 from torch import Tensor, nn
@@ -36,4 +37,17 @@ class SolidTexture(nn.Module):
 
     def forward(self, origin: Sequence[int], size: Sequence[int]) -> Tensor:
         """The voxels [origin, origin + size) at their centers: [x, y, z, channel]."""
-        return torch_box(self.document, dict(self.named_parameters()), origin, size, self.seed)
+        lo, extent = _whole("origin", origin), _whole("size", size)
+        if min(extent) < 1:
+            raise ValueError(f"size: found {tuple(size)}, expected three whole numbers above 0")
+        return torch_box(self.document, dict(self.named_parameters()), lo, extent, self.seed)
+
+
+def _whole(name: str, values: Sequence[int]) -> tuple[int, ...]:
+    try:
+        found = tuple(index(value) for value in values)
+    except TypeError:
+        found = ()
+    if len(found) != 3:
+        raise ValueError(f"{name}: found {values!r}, expected three whole numbers")
+    return found

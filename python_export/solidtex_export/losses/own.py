@@ -17,7 +17,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from solidtex_export.settings import expected
+from torch import Tensor
+
+from solidtex_export.settings import SettingsError, expected, show
 
 
 def is_own(kind: str) -> bool:
@@ -38,6 +40,23 @@ def load(kind: str) -> Callable[..., Any]:
     if not callable(found):
         raise expected(f"a function or class, not {type(found).__name__}")
     return found  # type: ignore[no-any-return]
+
+
+def loss(name: str, kind: str, slices: Tensor, crops: Tensor) -> Tensor:
+    """The value of the loss `name`, which is the function `kind`."""
+    found = load(kind)(slices, crops)
+    if not isinstance(found, Tensor):
+        what = f"{type(found).__name__} {found!r:.80}"
+    elif found.numel() != 1:
+        what = f"a tensor of shape {list(found.shape)}"
+    elif not found.requires_grad:
+        what = "a tensor without a gradient"
+    else:
+        return found.reshape(())
+    raise SettingsError(
+        f"losses.{name}.kind: found {show(kind)}, which returned {what}, expected a tensor of one"
+        " number that is computed from the slices, its first argument"
+    )
 
 
 def is_discriminator(kind: str) -> bool:

@@ -145,7 +145,7 @@ class Objective:
                 loss = evaluated[table](term)
             elif own.is_own(term.kind):
                 reals = self._reals(index, len(slices), slices.shape[2])
-                loss = own.load(term.kind)(self._turned(slices), reals)
+                loss = own.loss(name, term.kind, self._turned(slices), reals)
             else:
                 if key not in features:
                     reals = self._reals(index, len(slices), slices.shape[2])
