@@ -317,6 +317,10 @@ def test_without_a_terminal_lines_report_the_progress(
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("step")]
     assert [line.partition(",")[0] for line in lines] == ["step 1", "step 2"]
     assert lines[-1] == "step 2, 0.0 min left, 100%"
+    late = small_trainer(photo, tmp_path / "late", "--minutes", "0.001")
+    late.seconds = 0.05
+    run_in_terminal(late)
+    assert late.progress > 1 and "step 1, 0.0 min left, 100%" in capsys.readouterr().err
 
 
 def test_more_steps_continue_a_finished_training(
@@ -332,8 +336,21 @@ def test_more_steps_continue_a_finished_training(
     assert state["step"] == 3 and state["finished"]
     assert json.loads((result / "config.json").read_text())["steps"] == 3
     assert cli_train.main(arguments(photo, result, "--steps", "2")) == 1
-    assert "steps: found 3, expected 2" in capsys.readouterr().err
+    assert "config.json: --steps: found 3, expected 2" in capsys.readouterr().err
     assert cli_train.main(arguments(photo, result, "--minutes", "2")) == 1
+
+
+def test_another_training_is_refused_by_its_first_option(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = tmp_path / "result"
+    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
+    config = json.loads((result / "config.json").read_text())
+    other = arguments(photo, result, "--steps", "1", "--size", "48", "--preset", "sampler")
+    assert cli_train.main(other) == 1
+    message = f"{result / 'config.json'}: --size: found {SIZE}, expected 48; to resume"
+    assert message in capsys.readouterr().err
+    assert config["preset"] != "sampler"
 
 
 def test_results_are_on_standard_output_and_talk_is_not(
@@ -374,8 +391,8 @@ def test_a_reduction_and_an_unfinished_export_are_announced(
 ) -> None:
     result = tmp_path / "result"
     assert cli_train.main(arguments(photo, result, "--steps", "1", "--resolution", "49")) == 0
-    reduced = "photo.png: 64 x 56 pixels reduced to 56 x 49; --resolution 56 keeps them"
-    assert reduced in capsys.readouterr().err
+    reduced = "photo.png: 64 x 56 pixels reduced to 56 x 49 (a texel is 1.143 pixels wide);"
+    assert f"{reduced} --resolution 56 keeps them" in capsys.readouterr().err
     state = torch.load(result / "checkpoint.pt", weights_only=True)
     torch.save(state | {"finished": False}, result / "checkpoint.pt")
     assert cli_export.main([str(result), "-o", str(tmp_path / "early.solidtex")]) == 0

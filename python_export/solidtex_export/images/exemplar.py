@@ -154,8 +154,8 @@ def reduced(
     size = (round(columns * factor), round(rows * factor))
     resized = [np.array(Image.fromarray(plane).resize(size, resampling)) for plane in planes]
     note = (
-        f"{path}: {columns} x {rows} pixels reduced to {size[0]} x {size[1]};"
-        f" --resolution {min(rows, columns)} keeps them"
+        f"{path}: {columns} x {rows} pixels reduced to {size[0]} x {size[1]} (a texel is"
+        f" {1 / factor:.4g} pixels wide); --resolution {min(rows, columns)} keeps them"
     )
     return torch.from_numpy(np.stack(resized)), (note,)
 

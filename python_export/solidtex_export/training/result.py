@@ -16,6 +16,23 @@ from solidtex_export.images.display import Display
 from solidtex_export.images.exemplar import Exemplar, save_channels, save_image
 from solidtex_export.whole_file import naming, replacing
 
+# What the command line gives of a configuration, in the order in which messages name it: of two
+# values that differ the second may follow from the first, and all others follow from these.
+GIVEN = (
+    "exemplars",
+    "size",
+    "resolution",
+    "crop",
+    "directions",
+    "seed",
+    "minutes",
+    "clock",
+    "steps",
+    "license",
+    "source",
+    "preset",
+)
+
 
 class ResultError(ValueError):
     """A result folder that cannot be used; the message names it."""
@@ -90,7 +107,7 @@ class ResultFolder:
             self._write_config(wanted)
             print(f"{self.path}: continues a training of {longer}", file=sys.stderr)
             return
-        if difference := first_difference(found, wanted):
+        if difference := given_difference(found, wanted) or first_difference(found, wanted):
             raise ResultError(
                 f"{self._config}: {difference}; to resume, repeat the same command, else choose"
                 " another -o"
@@ -157,6 +174,15 @@ def _lengthened(found: object, wanted: dict[str, Any]) -> str | None:
         if found | {key: now} == wanted:
             return f"{before:g} {key}"
     return None
+
+
+def given_difference(found: object, wanted: dict[str, Any]) -> str | None:
+    """The first photograph or option that differs."""
+    if not isinstance(found, dict):
+        return None
+    names = {key: key if key == "exemplars" else f"--{key}" for key in GIVEN}
+    differences = (first_difference(found.get(k), wanted.get(k), n) for k, n in names.items())
+    return next(filter(None, differences), None)
 
 
 def first_difference(found: object, wanted: object, key: str = "") -> str | None:
