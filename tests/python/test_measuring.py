@@ -1,5 +1,6 @@
 """solidtex-measure: figures of analytic solids, files with and without units, refusals."""
 
+import hashlib
 import json
 import math
 import os
@@ -13,6 +14,8 @@ nrrd = pytest.importorskip("nrrd")
 tifffile = pytest.importorskip("tifffile")
 
 from solidtex_export.commands.measure import main  # noqa: E402
+from solidtex_export.export import random_models  # noqa: E402
+from solidtex_export.export.file_format import model_file  # noqa: E402
 from solidtex_export.measuring import geometry, representative  # noqa: E402
 from solidtex_export.measuring.phases import find_phases  # noqa: E402
 from solidtex_export.measuring.volumes import (  # noqa: E402
@@ -257,6 +260,31 @@ def test_labels_of_a_picture_count_by_their_order(tmp_path: Path, capfd) -> None
     error = capfd.readouterr().err
     assert "cut.png: found 3 labels 0, 1, 2, expected 2 as in the volume" in error
     assert "axis x" not in error  # refused before anything is measured
+
+
+@pytest.mark.parametrize("channels", ["albedo.r albedo.g albedo.b", "phase.a phase.b wear"])
+def test_a_picture_has_the_scale_of_the_solid(channels: str, tmp_path: Path, capfd) -> None:
+    from PIL import Image
+
+    picture = tmp_path / "bands.png"
+    bands = np.arange(64) // 8 % 2 * 120
+    Image.fromarray(np.broadcast_to(bands, (72, 64)).astype(np.uint8)).save(picture)
+    model = random_models.sampler_model(4, 3, 7)
+    model.document["channels"] = channels.split()
+    record = {"file": "bands.png", "sha256": hashlib.sha256(picture.read_bytes()).hexdigest()}
+    training = {"resolution": 32, "crop": [0, 0, 64, 64], "exemplars": [record]}
+    options = ["--size", "16", "--exemplar", str(picture), "--voxel-size", "2um", *QUICK]
+    for known, size, note in (
+        (training, [32, 32], "as in the training of model.solidtex, 32 x 32 pixels"),
+        ({}, [64, 72], "a pixel is taken to be as large as a voxel, 2 um"),
+    ):
+        model.document["training"] = known
+        model_file.write(tmp_path / "model.solidtex", model)
+        found = measure(tmp_path, tmp_path / "model.solidtex", *options)["exemplar"]
+        assert found["size"] == size
+        chord = found["axes"]["x"]["mean_chord_um"]
+        assert chord == pytest.approx(8 * size[0] / 64 * 2)  # bands of 8 pixels
+        assert f"bands.png: {note}" in capfd.readouterr().err
 
 
 def test_sizes_and_axes_of_files(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from solidtex_export.commands import cli
 from solidtex_export.export.verification.model_output import OutputError, check_output
+from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.measuring.volumes import (
     METERS,
     Volume,
@@ -76,8 +77,9 @@ def make_parser() -> argparse.ArgumentParser:
                    help="figures of smaller cubes: geometry, or transport along the first axis too"
                    " (default: geometry)")  # fmt: skip
     p.add_argument("--exemplar", metavar="PICTURE", type=Path,
-                   help="picture of the material at the same scale: its figures stand beside"
-                   )  # fmt: skip
+                   help="picture of the material whose figures stand beside: with a model that was"
+                   " trained on it, cropped and reduced as for the training, else with pixels as"
+                   " large as the voxels")  # fmt: skip
     p.add_argument("--size", type=int, default=128, metavar="N",
                    help="edge of a model's cube in voxels (default: 128)")  # fmt: skip
     p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed of a model")
@@ -109,12 +111,8 @@ def run(args: argparse.Namespace) -> cli.Document:
         import matplotlib  # noqa: F401
         import nrrd  # noqa: F401
         import tifffile  # noqa: F401
-    from solidtex_export.measuring.measure import (
-        Settings,
-        measure_picture,
-        measure_volume,
-        read_picture,
-    )
+    from solidtex_export.commands.measure_exemplar import read_exemplar
+    from solidtex_export.measuring.measure import Settings, measure_picture, measure_volume
     from solidtex_export.measuring.phases import find_phases
 
     for path in args.outputs:
@@ -138,15 +136,16 @@ def run(args: argparse.Namespace) -> cli.Document:
         args.refine,
         args.representative,
     )
-    document: dict[str, Any] = {
-        "file": args.volume.name,
-        "notes": _notes(volume, voxel_size, given is not None, phases.note),
-    }
-    for note in document["notes"]:
-        print(note, file=sys.stderr)
+    notes = _notes(volume, voxel_size, given is not None, phases.note)
+    document: dict[str, Any] = {"file": args.volume.name, "notes": notes}
     if args.exemplar:  # first: one that does not fit is refused before hours of flow
+        pixels, note = read_exemplar(args.exemplar, args.volume, voxel_size)
+        notes.append(note)
+    for text in notes:
+        print(text, file=sys.stderr)
+    if args.exemplar:
         document["exemplar"] = measure_picture(
-            read_picture(args.exemplar), args.threshold, args.exemplar.name, settings, phases
+            pixels, args.threshold, args.exemplar.name, settings, phases
         )
     document |= measure_volume(phases, settings, lambda text: print(text, file=sys.stderr))
     print(summary(document))
@@ -201,7 +200,7 @@ def main(arguments: list[str] | None = None) -> int:
         check(p, args)
         return run(args)
 
-    return cli.run(p, arguments, work, (*cli.FAILURES, VolumeError, OutputError))
+    return cli.run(p, arguments, work, (*cli.FAILURES, VolumeError, OutputError, ExemplarError))
 
 
 if __name__ == "__main__":
