@@ -1,17 +1,39 @@
-"""Options that all commands have: --config and --quiet."""
+"""Options that all commands have, wrong ones, and Ctrl-C at any time."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import signal
+import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
-from solidtex_export.commands import cli, solids
+from solidtex_export import __version__
+from solidtex_export.commands import cli, launch, solids
 from solidtex_export.export.verification.model_output import OutputError
+
+PROJECT = Path(__file__).resolve().parents[2] / "python_export" / "pyproject.toml"
+SCRIPTS = tomllib.loads(PROJECT.read_text())["project"]["scripts"]
+
+SLOW_IMPORT = """
+import sys, time
+from importlib import import_module
+
+class Slow:
+    def find_spec(name, path, target=None):
+        if name == "numpy":
+            print("loading", flush=True)
+            time.sleep(60)
+
+sys.meta_path.insert(0, Slow)
+module, _, name = sys.argv.pop(1).partition(":")
+sys.exit(getattr(import_module(module), name)())
+"""
 
 
 def parsed(*arguments: object) -> tuple[list[str], int, list[str], bool, bool]:
@@ -77,3 +99,47 @@ def test_json_replaces_the_text(capsys: pytest.CaptureFixture[str], tmp_path: Pa
     document = json.loads(printed.out)
     assert document["program"] == "solidtex-solids"
     assert document["files"] == [str(tmp_path / "marble.png")]
+
+
+def test_unknown_options_are_named_beside_missing_arguments(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for words, message in (
+        (["--sead=3", "-x"], "unrecognized arguments: --sead=3 -x; the following arguments are"),
+        (
+            ["--sead", "3"],
+            "unrecognized arguments: --sead; the following arguments are required: -o",
+        ),
+        (["--quiet"], "program: the following arguments are required: file, -o\n"),
+    ):
+        p = cli.parser("program", "", "")
+        p.add_argument("file")
+        p.add_argument("-o", required=True)
+        with pytest.raises(SystemExit) as refused:
+            p.parse_args(words)
+        assert refused.value.code == 2 and message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("program", SCRIPTS)
+def test_a_program_that_loads_is_interrupted(program: str) -> None:
+    command = [sys.executable, "-c", SLOW_IMPORT, SCRIPTS[program]]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "loading\n"
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=60) == ("", f"{program}: interrupted\n")
+    assert process.returncode == 130
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"{program} {__version__}\n"
+
+
+def test_a_program_that_reads_its_options_is_interrupted(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def main(_arguments: list[str] | None) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(solids, "main", main)
+    before = signal.getsignal(signal.SIGINT)
+    assert launch.solids([]) == 130
+    assert capsys.readouterr().err == "solidtex-solids: interrupted\n"
+    assert signal.getsignal(signal.SIGINT) is before

@@ -34,7 +34,12 @@ NUMBERS = {"int": "a whole number", "float": "a number"}
 class Parser(argparse.ArgumentParser):
     """Argument parser whose errors are one line: what was found, and what was expected."""
 
+    _arguments: Sequence[str] = ()
+
     def error(self, message: str) -> NoReturn:
+        lacks_some = message.startswith("the following arguments are required")
+        if lacks_some and (unknown := self._unknown_options()):
+            message = f"unrecognized arguments: {' '.join(unknown)}; {message}"
         print(f"{self.prog}: {_in_words(message)}", file=sys.stderr)
         print(f"See {self.prog} --help for all options.", file=sys.stderr)
         raise SystemExit(2)
@@ -55,7 +60,15 @@ class Parser(argparse.ArgumentParser):
         for place in range(len(args) - 2, -1, -1):
             if args[place] == "-o" and args[place + 1].startswith("-."):
                 args[place : place + 2] = [f"-o{args[place + 1]}"]
+        self._arguments = args
         return super().parse_known_args(args, namespace)
+
+    def _unknown_options(self) -> list[str]:
+        """Unknown options of a command line that lacks arguments, which argparse reports first."""
+        for action in self._actions:
+            action.required = False
+        unknown = super().parse_known_args(self._arguments)[1]
+        return [argument for argument in unknown if argument.startswith("-")]
 
     def _options_of(self, config: Path) -> list[str]:
         """Arguments of a TOML file: option = value, true for a flag, a list to repeat an option;
