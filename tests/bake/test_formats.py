@@ -203,6 +203,13 @@ def test_png_tells_the_encoding_of_its_colors(tmp_path: Path, depth: str) -> Non
         assert image.info.get("gamma") == (None if space == "srgb" else 1)
 
 
+def test_png_of_data_has_no_color_space(tmp_path: Path) -> None:
+    for name, options in {"slices": ["--slices", "png"], "a.png": []}.items():
+        output = bake(tmp_path / name, *options, "--channels", "roughness", model="paint-rusted")
+        image = Image.open(output / "0000.png" if options else output)
+        assert not {"srgb", "gamma"} & set(image.info), name
+
+
 def test_exr_slices_of_half(tmp_path: Path) -> None:
     folder = bake(tmp_path / "a", "--slices", "exr", "--depth", "half")
     images = [oiio.ImageBuf(str(folder / f"{z:04}.exr")) for z in range(SIZE[2])]

@@ -283,6 +283,11 @@ def relief_normals(size: int, depth: float) -> tuple[np.ndarray, np.ndarray]:
     return normals / np.linalg.norm(normals, axis=-1, keepdims=True), inside
 
 
+def color_space_of(png: bytes) -> list[bytes]:
+    """The chunks of a PNG file that say its color space."""
+    return [name for name in (b"sRGB", b"gAMA", b"iCCP", b"cHRM", b"cICP") if name in png[:256]]
+
+
 def test_maps_have_the_names_and_values_that_engines_expect(tmp_path: Path) -> None:
     cube, size = cube_obj(tmp_path / "cube.obj"), 192
     where = ("--mesh", cube, "--size", size, *PLACED)
@@ -294,6 +299,8 @@ def test_maps_have_the_names_and_values_that_engines_expect(tmp_path: Path) -> N
     stems = ["BaseColor", "Height", "Normal", "Roughness"]
     assert sorted(p.name for p in png.iterdir()) == [f"cube_{s}.png" for s in stems]
     assert sorted(p.name for p in exr.iterdir()) == [f"cube_{s}.exr" for s in stems]
+    spaces = {p.stem: color_space_of(p.read_bytes()) for p in png.iterdir()}
+    assert spaces == {f"cube_{s}": [b"sRGB"] if s == "BaseColor" else [] for s in stems}
 
     expected = image(atlas)  # R, G, B, height, roughness in the file's order
     order = oiio.ImageInput.open(str(atlas)).spec().channelnames
@@ -342,8 +349,10 @@ def test_a_glb_holds_the_mesh_and_its_maps(tmp_path: Path) -> None:
             material["normalTexture"]]  # fmt: skip
     for number, texture in enumerate(used):
         source = document["textures"][texture["index"]]["source"]
-        (tmp_path / "map.png").write_bytes(views[document["images"][source]["bufferView"]])
+        png = views[document["images"][source]["bufferView"]]
+        (tmp_path / "map.png").write_bytes(png)
         assert image(tmp_path / "map.png").shape == (64, 64, 3), number
+        assert color_space_of(png) == ([b"sRGB"] if number == 0 else []), number
     # The mesh reader of this project reads it, texture coordinates included.
     again = tmp_path / "again.exr"
     baked("--mesh", out, "--to", "uv", "--size", 64, "-o", again, *PLACED, model=MAPS)

@@ -41,11 +41,10 @@ class FlipbookSink : public Sink {
 
   void finish() override {
     write_description();
-    const Encoding encoding = output_.encoding(output_.groups.front());
     write_png(path_,
               {static_cast<int>(sheet_.width), static_cast<int>(sheet_.height),
                static_cast<int>(output_.channels.size()), output_.depth == Depth::uint16,
-               encoding == Encoding::linear},
+               output_.encoding(output_.groups.front())},
               pixels_);
     description_.commit();
   }

@@ -110,11 +110,13 @@ class Document {
   }
 
   // An image with components from 0 to 1; returns its texture.
-  Json add_texture(const std::string& name, int components, const std::vector<float>& values) {
+  Json add_texture(const std::string& name, int components, Encoding colors,
+                   const std::vector<float>& values) {
     std::vector<std::uint8_t> pixels(values.size());
     std::ranges::transform(values, pixels.begin(), quantize<std::uint8_t>);
-    const std::vector<unsigned char> png = encode_png(
-        path_, {maps_.size(), maps_.size(), components}, std::as_bytes(std::span(pixels)));
+    const std::vector<unsigned char> png =
+        encode_png(path_, {maps_.size(), maps_.size(), components, false, colors},
+                   std::as_bytes(std::span(pixels)));
     const std::size_t view = add_view(std::as_bytes(std::span(png)), 0);
     json_["images"].push_back({{"name", name}, {"mimeType", "image/png"}, {"bufferView", view}});
     const std::size_t source = json_["images"].size() - 1;
@@ -145,17 +147,17 @@ class Document {
       std::vector<float> values = albedo->values;
       for (float& value : values) value = display_value(value, albedo->encoding);
       surface["baseColorTexture"] =
-          add_texture("BaseColor", static_cast<int>(albedo->components()), values);
+          add_texture("BaseColor", static_cast<int>(albedo->components()), Encoding::srgb, values);
     }
     if (roughness || metallic) {
       surface["metallicRoughnessTexture"] =
-          add_texture("MetallicRoughness", 3, surface_values(roughness, metallic));
+          add_texture("MetallicRoughness", 3, Encoding::data, surface_values(roughness, metallic));
     }
     material["pbrMetallicRoughness"] = surface;
     if (const MapSet::Map* normal = maps_.find("normal")) {
       std::vector<float> values = normal->values;
       for (float& value : values) value = 0.5f + 0.5f * value;
-      material["normalTexture"] = add_texture("Normal", 3, values);
+      material["normalTexture"] = add_texture("Normal", 3, Encoding::data, values);
     }
     json_["materials"] = Json::array({material});
   }

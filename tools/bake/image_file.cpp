@@ -57,11 +57,8 @@ bool encode(png_structp png, png_infop info, const PngFormat& format, const char
                static_cast<png_uint_32>(format.height), format.has_16_bits ? 16 : 8,
                format.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  if (format.is_linear) {
-    png_set_gAMA(png, info, 1.0);
-  } else {
-    png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-  }
+  if (format.colors == Encoding::srgb) png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  if (format.colors == Encoding::linear) png_set_gAMA(png, info, 1.0);
   write_scale(png, info, format.notes);
   write_description(png, info, description);
   if (!format.has_16_bits) {  // the fast settings of libpng's simplified interface

@@ -42,7 +42,7 @@ struct PngFormat {
   int width, height;
   int channels;  // 1 or 3
   bool has_16_bits = false;
-  bool is_linear = false;  // else sRGB-encoded, or data
+  Encoding colors = Encoding::srgb;
   ImageNotes notes{};
 };
 

@@ -43,11 +43,14 @@ std::vector<float> stored(const MapSet::Map& map, bool is_exr, bool is_directx) 
 }
 
 template <class Integer>
-void write_integers(const std::filesystem::path& file, int size, std::size_t components,
+void write_integers(const std::filesystem::path& file, int size, const MapSet::Map& map,
                     const std::vector<float>& values) {
   std::vector<Integer> pixels(values.size());
   std::ranges::transform(values, pixels.begin(), quantize<Integer>);
-  write_png(file, {size, size, static_cast<int>(components), sizeof(Integer) == 2},
+  const bool is_data = map.encoding == Encoding::data;
+  write_png(file,
+            {size, size, static_cast<int>(map.components()), sizeof(Integer) == 2,
+             is_data ? Encoding::data : Encoding::srgb},
             std::as_bytes(std::span(pixels)));
 }
 
@@ -123,9 +126,9 @@ void MapSet::write(const std::filesystem::path& folder, const std::string& stem,
       file.write_rows(values.data(), size_);
       file.close();
     } else if (map.is_normal() || map.name == "height") {
-      write_integers<std::uint16_t>(folder / name, size_, map.components(), values);
+      write_integers<std::uint16_t>(folder / name, size_, map, values);
     } else {
-      write_integers<std::uint8_t>(folder / name, size_, map.components(), values);
+      write_integers<std::uint8_t>(folder / name, size_, map, values);
     }
   }
 }

@@ -143,11 +143,10 @@ class SliceSink : public Sink {
       file.close();
     } else {
       const ChannelGroup& group = output_.groups[index];
-      write_png(
-          path,
-          {width, height, static_cast<int>(group.channels.size()), output_.depth == Depth::uint16,
-           output_.encoding(group) == Encoding::linear, notes},
-          pixels);
+      write_png(path,
+                {width, height, static_cast<int>(group.channels.size()),
+                 output_.depth == Depth::uint16, output_.encoding(group), notes},
+                pixels);
     }
   }
 
