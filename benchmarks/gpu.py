@@ -26,6 +26,7 @@ import numpy as np
 from timing import seconds_of_calls
 
 from solidtex_export.export.file_format import model_file
+from solidtex_export.export.file_format.checks import ModelFileError
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.verification import engine, reference
 from solidtex_export.generators.regions import Box
@@ -87,7 +88,10 @@ def main() -> None:
     rows: list[Row] = []
     for path in args.models:
         # The engine checks files; without it these are trusted.
-        model = model_file.read(path) if has_engine() else model_file.loaded(path.read_bytes())
+        try:
+            model = model_file.read(path) if has_engine() else model_file.loaded(path.read_bytes())
+        except (OSError, ModelFileError) as error:
+            raise SystemExit(f"gpu.py: {error}") from error
         expected = expected_values(model)
         for runtime in (shaders, onnx_runtime, pytorch):
             for found in runtime(model, args):
@@ -121,9 +125,16 @@ def parse() -> argparse.Namespace:
 
 def sizes(args: argparse.Namespace, is_gpu: bool) -> Sizes:
     base = GPU if is_gpu else SOFTWARE
-    brick = args.brick or min(base.brick, args.edge or base.edge)
-    found = Sizes(args.edge or base.edge, brick, args.points or base.points)
-    if found.edge % found.brick or found.brick < CHECKED_EDGE or found.points < CHECKED_POINTS:
+    edge = base.edge if args.edge is None else args.edge
+    brick = min(base.brick, edge) if args.brick is None else args.brick
+    points = base.points if args.points is None else args.points
+    found = Sizes(edge, brick, points)
+    if (
+        found.brick < 1
+        or found.edge % found.brick
+        or found.brick < CHECKED_EDGE
+        or found.points < CHECKED_POINTS
+    ):
         raise SystemExit(
             f"gpu.py: found --edge {found.edge}, --brick {found.brick}, --points {found.points};"
             f" expected an edge of whole bricks of at least {CHECKED_EDGE} and at least"

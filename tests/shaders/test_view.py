@@ -9,10 +9,8 @@ import json
 import os
 import re
 import shutil
-import struct
 import subprocess
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,69 +18,32 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from PIL import Image, ImageChops
+from view_pages import (
+    CAMERA,
+    EYE,
+    FIELD_OF_VIEW,
+    FLAT,
+    HEIGHT,
+    MODELS,
+    REPOSITORY,
+    SIZE,
+    TEXELS,
+    WIDTH,
+    message,
+    picture,
+)
 
 from solidtex import Texture
 from solidtex_export.commands import export_shader, view
 from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 BINARIES = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin"
-MODELS = REPOSITORY / "models"
 DOCUMENTATION = REPOSITORY / "docs" / "view.md"
-CHROMIUM = shutil.which("chromium-headless-shell") or shutil.which("chromium")
-OPTIONS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-           "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]  # fmt: skip
-SIZE = WIDTH, HEIGHT = 64, 48
-EYE, FIELD_OF_VIEW = np.array([2.5, 2.0, 3.0]), 0.7
-TEXELS = 24  # across: 0.4 a pixel
-CAMERA = {"eye": EYE.tolist(), "target": [0, 0, 0], "fieldOfView": FIELD_OF_VIEW}
-FLAT = {"camera": CAMERA, "lit": False, "filter": False, "texels": TEXELS}
 DEEP = random_models.lattice_model(levels=7, noise=1, step=1)
 LARGE = random_models.sampler_model(octaves=4, hidden=3, width=2100)
 # A byte, and the halves of the weights.
 BOUND = 1 / 255 + 2e-3
-
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(not CHROMIUM, reason="Chromium is not installed")
-
-
-@pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("view") / "view.html"
-    arguments = [MODELS / "stone-grey.solidtex", "-o", path]
-    assert view.main([str(a) for a in arguments]) == 0
-    return path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with playwright.sync_playwright() as p:
-        browser = p.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture(scope="module", params=["webgl", "webgpu"])
-def page(request: pytest.FixtureRequest, file: Path, browser: Any) -> Any:
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(300_000)
-    page.goto(f"file://{file}?backend={request.param}")
-    page.evaluate("solidtex.ready")
-    assert (
-        page.evaluate("solidtex.backend()")
-        == {"webgl": "WebGL 2", "webgpu": "WebGPU"}[request.param]
-    )
-    return page
-
-
-def picture(page: Any, **changes: object) -> np.ndarray:
-    """Pixels of the canvas, 0 to 1, rows from the top."""
-    page.evaluate("changes => solidtex.set(changes)", changes)
-    assert page.evaluate("document.getElementById('message').textContent") == ""
-    url = page.evaluate("document.getElementById('canvas').toDataURL()")
-    image = Image.open(io.BytesIO(base64.b64decode(url.split(",")[1])))
-    return np.asarray(image.convert("RGB")) / 255
 
 
 def hits(side: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -174,57 +135,6 @@ def test_a_drag_turns_the_view(page: Any) -> None:
     assert np.abs(before - after).max() > 0.1
 
 
-def glb(with_normals: bool) -> bytes:
-    """A tetrahedron around the origin."""
-    positions = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]], "<f4") + 7
-    order = np.array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3], "<u2")
-    data = positions.tobytes() + order.tobytes()
-    attributes = {"POSITION": 0} | ({"NORMAL": 0} if with_normals else {})
-    document = {
-        "asset": {"version": "2.0"},
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "scale": [2, 2, 2]}],
-        "meshes": [{"primitives": [{"attributes": attributes, "indices": 1}]}],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
-            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
-        ],
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": 0, "byteLength": 48},
-            {"buffer": 0, "byteOffset": 48, "byteLength": 24},
-        ],
-        "buffers": [{"byteLength": len(data)}],
-    }
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
-    chunks += struct.pack("<II", len(data), 0x004E4942) + data
-    return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
-
-
-def drop(page: Any, name: str, data: bytes) -> str:
-    """Show a file as if it had been dropped; the message of the page."""
-    code = """([name, data]) => solidtex.showFile(
-        new File([Uint8Array.from(atob(data), (c) => c.charCodeAt(0))], name))"""
-    page.evaluate(code, [name, base64.b64encode(data).decode()])
-    return str(page.evaluate("document.getElementById('message').textContent"))
-
-
-def test_a_mesh_of_ones_own(page: Any) -> None:
-    """Also without normals, and moved into view."""
-    assert drop(page, "own.glb", glb(with_normals=False)) == ""
-    found = picture(page, cut="", **FLAT)
-    background = np.abs(found - 0.86).max(axis=-1) < 0.01
-    assert 0.1 < 1 - background.mean() < 0.9
-    whole = glb(with_normals=True)
-    for damaged, message in (
-        (b"solid x", "own.glb: found no binary glTF, expected a .glb file"),
-        (whole[:-16], "own.glb: found a file that ends before its vertices"),
-        (whole.replace(b'"POSITION"', b'"POSITIVE"'), "own.glb: found a damaged file"),
-    ):
-        assert message in drop(page, "own.glb", damaged)
-
-
 def test_the_address_sets_controls(file: Path, browser: Any) -> None:
     page = browser.new_page(viewport={"width": 32, "height": 24})
     page.set_default_timeout(300_000)
@@ -256,9 +166,38 @@ def test_the_picture_of_the_page(file: Path, browser: Any, tmp_path: Path) -> No
 
 def test_refused_values_are_named(page: Any) -> None:
     page.evaluate("solidtex.set({seed: 'x'})")
-    message = page.evaluate("document.getElementById('message').textContent")
-    assert message == "seed: found x, expected a whole number from 0 to 2^64 - 1"
+    assert message(page) == "seed: found x, expected a whole number from 0 to 2^64 - 1"
     page.evaluate("solidtex.set({seed: '0'})")
+
+
+def test_a_place_is_typed(page: Any) -> None:
+    """The text stays while it is no place yet, and the message too."""
+    page.evaluate("document.getElementById('controls').hidden = false")
+    page.focus("#place")
+    page.keyboard.press("Control+A")
+    page.keyboard.type("-40, 12,")
+    assert page.input_value("#place") == "-40, 12,"
+    assert message(page).startswith("place: found -40, 12,, expected three whole numbers")
+    page.keyboard.type(" 7")
+    page.wait_for_function("document.getElementById('message').hidden")
+    assert page.evaluate("solidtex.state.place") == [-40, 12, 7]
+    page.evaluate("solidtex.set({place: [0, 0, 0]})")
+    page.evaluate("document.activeElement.blur()")
+    assert page.input_value("#place") == "0, 0, 0"
+
+
+def test_the_cube_is_shown_whole_beside_the_controls(file: Path, browser: Any) -> None:
+    for width, height in ((320, 120), (90, 120)):
+        page = browser.new_page(viewport={"width": width, "height": height})
+        page.set_default_timeout(300_000)
+        page.goto(f"file://{file}?texels=16")
+        page.evaluate("solidtex.ready")
+        found = picture(page, lit=False)
+        shown = np.abs(found - 0.86).max(axis=-1) > 0.02
+        rows, columns = shown.any(axis=1), shown.any(axis=0)
+        assert not (rows[0] or rows[-1] or columns[0] or columns[-1])
+        covered = page.evaluate("document.getElementById('controls').offsetWidth")
+        assert covered > width / 2 or not columns[:covered].any()
 
 
 def between_voxels(texture: Texture, points: np.ndarray, place: tuple[int, int, int]) -> np.ndarray:
@@ -339,8 +278,7 @@ def test_a_browser_that_draws_no_floats(lattice_file: Path, browser: Any) -> Non
     page.add_init_script("WebGL2RenderingContext.prototype.getExtension = () => null")
     page.goto(f"file://{lattice_file}?backend=webgl")
     page.evaluate("solidtex.ready")
-    message = page.evaluate("document.getElementById('message').textContent")
-    assert message.startswith("granite-grey: a model of the lattice family needs WebGPU, or")
+    assert message(page).startswith("granite-grey: a model of the lattice family needs WebGPU, or")
 
 
 def test_a_lost_device(file: Path, browser: Any) -> None:
@@ -355,8 +293,8 @@ def test_a_lost_device(file: Path, browser: Any) -> None:
         page.evaluate(loss)
         page.wait_for_function("!document.getElementById('message').hidden")
         page.evaluate("solidtex.set({texels: 64})")
-        message = page.evaluate("document.getElementById('message').textContent")
-        assert " was lost" in message and message.endswith("reload the page")
+        told = message(page)
+        assert " was lost" in told and told.endswith("reload the page")
 
 
 def test_gallery_shows_all_shipped_models(browser: Any, tmp_path: Path) -> None:
@@ -390,8 +328,10 @@ def test_a_browser_without_graphics(file: Path, browser: Any) -> None:
                          "delete Navigator.prototype.gpu;")  # fmt: skip
     page.goto(f"file://{file}")
     page.evaluate("solidtex.ready")
-    message = page.evaluate("document.getElementById('message').textContent")
-    assert message == "This page needs WebGPU or WebGL 2; this browser offers neither."
+    assert message(page) == "This page needs WebGPU or WebGL 2; this browser offers neither."
+    page.goto(f"file://{file}?backend=webgpu")
+    page.evaluate("solidtex.ready")
+    assert message(page) == "found no webgpu in this browser; open the page without backend=webgpu"
 
 
 def test_page_is_small_and_needs_no_network(file: Path) -> None:
@@ -403,6 +343,7 @@ def test_page_is_small_and_needs_no_network(file: Path) -> None:
 def test_exemplar_and_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     stone = MODELS / "stone-grey.solidtex"
     Image.new("RGB", (4, 4)).save(tmp_path / "photo.png")
+    (tmp_path / "text.png").write_text("text")
     deep, large = tmp_path / "deep.solidtex", tmp_path / "large.solidtex"
     deep.write_bytes(model_file.serialize(DEEP))
     large.write_bytes(model_file.serialize(LARGE))
@@ -410,7 +351,7 @@ def test_exemplar_and_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str
     arguments = [stone, "--exemplar", tmp_path / "photo.png", "-o", page]
     assert view.main([str(a) for a in arguments]) == 0
     assert "data:image/png;base64," in page.read_text()
-    for wrong, message in (
+    for wrong, told in (
         ([large], "weights, expected at most 4194304"),
         ([deep], "found voxels of 64 texels, expected at most 32"),
         (
@@ -418,11 +359,12 @@ def test_exemplar_and_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str
             "--exemplar: found 2 images, expected at most 1",
         ),
         ([stone, "--exemplar", "a.gif"], "found '.gif', expected .jpg or .png"),
-        ([stone, "--exemplar", "a.png"], "No such file"),
+        ([stone, "--exemplar", "a.png"], "found no such file"),
+        ([stone, "--exemplar", tmp_path / "text.png"], "text.png: "),
     ):
         other = tmp_path / "other.html"
         assert view.main([*map(str, wrong), "-o", str(other)]) == 1
-        assert message in capsys.readouterr().err
+        assert told in capsys.readouterr().err
         assert not other.exists()
 
 

@@ -13,7 +13,7 @@ namespace {
 const std::string old_prefix = "field.", new_prefix = "lattice.";
 
 const solidtex::texture& opened(std::optional<solidtex::texture>& texture, const std::string& model,
-                                solidtex_family family, solidtex::options options = {}) {
+                                solidtex_family family, const solidtex::options& options = {}) {
   if (!texture) texture.emplace(model, options);
   if (texture->family() != family)
     throw std::runtime_error(

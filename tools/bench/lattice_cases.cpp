@@ -18,7 +18,7 @@ Case lattice_case(const solidtex::texture& texture, std::int64_t edge) {
 }
 
 // One call for each offset: a cube whose corner has this offset from an unvisited place.
-Case cubes(const solidtex::texture& texture, std::int64_t edge, std::vector<Place> offsets,
+Case cubes(const solidtex::texture& texture, std::int64_t edge, const std::vector<Place>& offsets,
            bool apart) {
   struct State {
     std::vector<Place> corners;
@@ -52,7 +52,7 @@ Case neighbors(const solidtex::texture& texture, std::int64_t edge, std::int64_t
   std::vector<Place> offsets;
   for (std::int64_t y = 0; y < rows; ++y)
     for (std::int64_t z = 0; z < rows; ++z) offsets.push_back({0, y * edge, z * edge});
-  return cubes(texture, edge, std::move(offsets), false);
+  return cubes(texture, edge, offsets, false);
 }
 
 // Points whose bricks are in the cache: interpolation alone.

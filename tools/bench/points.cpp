@@ -65,7 +65,8 @@ void scatter(Points& points) {
 void lay_on_plane(Points& points) {
   const auto edge = static_cast<std::size_t>(std::lround(std::sqrt(points.size() / 3)));
   for (std::size_t i = 0; i < points.size() / 3; ++i) {
-    const auto u = static_cast<float>(i / edge), v = static_cast<float>(i % edge);
+    const std::size_t row = i / edge, column = i % edge;
+    const auto u = static_cast<float>(row), v = static_cast<float>(column);
     points[3 * i] = 0.8f * u - 0.36f * v;
     points[3 * i + 1] = 0.6f * u + 0.48f * v;
     points[3 * i + 2] = 0.8f * v;

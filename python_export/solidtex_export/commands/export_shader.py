@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -84,10 +86,11 @@ def export(args: argparse.Namespace) -> cli.Document:
     companions = _beside(args, _companions(storage), f"{why} (or --weights constant)")
     name = function_name(args.output)
     made = shader(model, suffix, name, storage, args.precision, args.seed)
-    write_whole(args.output, made.text.encode())
+    with _all_or_none(args.output, *companions):
+        for path in companions:
+            _write_data(path, made)
+        write_whole(args.output, made.text.encode())
     print(f"{args.output}: function {name}, {len(made.text)} bytes of source")
-    for path in companions:
-        _write_data(path, made)
     return cli.files(args.output, *companions)
 
 
@@ -100,7 +103,8 @@ def _export_lattice(args: argparse.Namespace, model: ModelFile) -> cli.Document:
         )
     if args.precision != "float":
         raise OutputError(f"--precision: found {args.precision}, expected float for a lattice")
-    nodes, size = model.document["field"]["nodes"], args.size or BRICK
+    nodes = model.document["field"]["nodes"]
+    size = BRICK if args.size is None else args.size
     if size % alignment(nodes) or not 0 < size <= MAX_BRICK:
         raise OutputError(
             f"--size: found {size}, expected a multiple of {alignment(nodes)}, the coarsest voxel,"
@@ -119,11 +123,24 @@ def _export_lattice(args: argparse.Namespace, model: ModelFile) -> cli.Document:
         "output": program.output,
         "passes": [p.document() for p in passes],
     }
-    write_whole(args.output, program.source.encode())
-    write_whole(weights, program.weights.tobytes())
-    write_whole(listed, (json.dumps(document, indent=1) + "\n").encode())
+    with _all_or_none(weights, listed, args.output):
+        write_whole(weights, program.weights.tobytes())
+        write_whole(listed, (json.dumps(document, indent=1) + "\n").encode())
+        write_whole(args.output, program.source.encode())
     print(f"{args.output}: {len(passes)} compute passes for {size}^3 voxels, {weights}, {listed}")
     return cli.files(args.output, weights, listed)
+
+
+@contextmanager
+def _all_or_none(*paths: Path) -> Iterator[None]:
+    """Where one file cannot be written, new ones are removed; older ones stay."""
+    new = [path for path in paths if not path.exists()]
+    try:
+        yield
+    except BaseException:
+        for path in new:
+            path.unlink(missing_ok=True)
+        raise
 
 
 def _beside(args: argparse.Namespace, suffixes: list[str], why: str) -> list[Path]:
@@ -175,14 +192,16 @@ def _write_data(path: Path, made: Shader) -> None:
 
 def _write_exr(path: Path, texels: np.ndarray) -> None:
     rows, columns, channels = texels.shape
-    spec = oiio.ImageSpec(
-        columns, rows, channels, "half" if texels.dtype == np.float16 else "float"
-    )
+    kind = oiio.HALF if texels.dtype == np.float16 else oiio.FLOAT
+    spec = oiio.ImageSpec(columns, rows, channels, kind)
     spec.attribute("compression", "zip")
     with replacing(path) as temporary:
         out = oiio.ImageOutput.create(str(temporary))
         if not (out and out.open(str(temporary), spec) and out.write_image(texels) and out.close()):
             raise OutputError(f"{path}: cannot be written: {oiio.geterror()}")
+        # OpenEXR keeps quiet about a write that fails while its file is closed.
+        if not np.array_equal(oiio.ImageBuf(str(temporary)).get_pixels(kind), texels):
+            raise OutputError(f"{path}: cannot be written: it reads back damaged")
 
 
 if __name__ == "__main__":

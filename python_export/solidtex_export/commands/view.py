@@ -10,6 +10,8 @@ from solidtex_export.commands import cli
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification.model_output import OutputError, check_output
 from solidtex_export.export.view.page import MIME_TYPES, Material, page
+from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.images.photographs import read_picture
 from solidtex_export.whole_file import write_whole
 
 PROGRAM = "solidtex-view"
@@ -19,7 +21,7 @@ docs/view.md describes the page."""
 
 
 def main(arguments: list[str] | None = None) -> int:
-    return cli.run(make_parser(), arguments, write)
+    return cli.run(make_parser(), arguments, write, (*cli.FAILURES, ExemplarError))
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -47,6 +49,7 @@ def write(args: argparse.Namespace) -> cli.Document:
     for path in exemplars:
         if path.suffix.lower() not in MIME_TYPES:
             raise OutputError(f"{path}: found {path.suffix!r}, expected .jpg or .png")
+        read_picture(path)  # a browser says nothing of a damaged one
     padded = [*exemplars, *[None] * (len(args.models) - len(exemplars))]
     materials = [
         Material(model_file.read(model), exemplar)
@@ -54,7 +57,8 @@ def write(args: argparse.Namespace) -> cli.Document:
     ]
     text = page(materials)
     write_whole(args.output, text.encode())
-    print(f"{args.output}: {len(materials)} models, {len(text.encode())} bytes")
+    models = "1 model" if len(materials) == 1 else f"{len(materials)} models"
+    print(f"{args.output}: {models}, {len(text.encode())} bytes")
     return cli.files(args.output)
 
 

@@ -137,7 +137,7 @@ void write_metadata(const fs::path& file, const ordered_json& document) {
 ordered_json read_metadata(const fs::path& file, const char* remedy) {
   std::ifstream stream(file);
   if (!stream) throw std::runtime_error(file.string() + ": cannot read: " + std::strerror(errno));
-  const ordered_json document = ordered_json::parse(stream, nullptr, false);
+  ordered_json document = ordered_json::parse(stream, nullptr, false);
   if (document.is_object()) return document;
   throw std::runtime_error(
       fmt::format("{}: found a damaged file, expected JSON; {}", file.string(), remedy));

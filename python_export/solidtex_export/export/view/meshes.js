@@ -62,6 +62,13 @@ function knot() {
 
 const SHAPES = { cube, sphere, knot };
 
+// Extensions that change no shape.
+const ABOUT_SURFACES = /^(KHR|EXT)_(materials|texture|lights|xmp)/;
+// Modes of primitives with triangles, and the corners of the i-th one.
+const TRIANGLES = { 4: (i) => [3 * i, 3 * i + 1, 3 * i + 2],
+                    5: (i) => [i, i + 1 + i % 2, i + 2 - i % 2],
+                    6: (i) => [0, i + 1, i + 2] };
+
 // Reads a .glb file. Throws an Error whose message is for the user.
 function readGlb(buffer, name) {
   const view = new DataView(buffer);
@@ -75,7 +82,7 @@ function readGlb(buffer, name) {
   } catch {
     fail("found a damaged JSON part, expected that of a .glb file");
   }
-  const extension = (document.extensionsRequired ?? []).find((e) => !e.startsWith("KHR_mat"));
+  const extension = (document.extensionsRequired ?? []).find((e) => !ABOUT_SURFACES.test(e));
   if (extension) fail(`needs the extension ${extension}; export it without compression`);
   const start = 28 + size;
   const read = (index) => {
@@ -96,24 +103,32 @@ function readGlb(buffer, name) {
   };
   const positions = [], normals = [];
   const addPrimitive = (primitive, matrix) => {
-    if ((primitive.mode ?? 4) !== 4) return;
+    const mode = primitive.mode ?? 4, corners = TRIANGLES[mode];
+    if (!corners) return;
     const from = read(primitive.attributes.POSITION);
     const given = primitive.attributes.NORMAL;
     const facing = given === undefined ? null : read(given);
     const order = primitive.indices === undefined ? null : read(primitive.indices);
     const count = order ? order.length : from.length / 3;
-    for (let i = 0; i + 2 < count; i += 3) {
-      const corners = [i, i + 1, i + 2].map((k) => 3 * (order ? order[k] : k));
-      const placed = corners.map((c) => transformed(matrix, from.subarray(c, c + 3), 1));
+    const { turned, isMirrored } = matrixOfNormals(matrix);
+    for (let i = 0; i < (mode === 4 ? Math.floor(count / 3) : count - 2); ++i) {
+      const starts = corners(i).map((k) => 3 * (order ? order[k] : k));
+      if (isMirrored) starts.reverse();
+      if (Math.max(...starts) >= from.length)
+        fail(`found the vertex ${Math.max(...starts) / 3}, expected one of ${from.length / 3}`);
+      const placed = starts.map((c) => transformed(matrix, from.subarray(c, c + 3), 1));
       const flat = cross(minus(placed[1], placed[0]), minus(placed[2], placed[0]));
-      corners.forEach((c, k) => {
+      starts.forEach((c, k) => {
         positions.push(...placed[k]);
-        const n = facing ? transformed(matrix, facing.subarray(c, c + 3), 0) : flat;
+        const n = facing ? transformed(turned, facing.subarray(c, c + 3), 0) : flat;
         normals.push(...unit(n));
       });
     }
   };
+  const seen = new Set();
   const addNode = (index, parent) => {
+    if (seen.has(index)) fail(`found the node ${index} in two places, expected a tree of nodes`);
+    seen.add(index);
     const node = document.nodes[index];
     const matrix = product(parent, node.matrix ?? matrixOf(node));
     if (node.mesh !== undefined)
@@ -123,16 +138,19 @@ function readGlb(buffer, name) {
   const scene = document.scenes?.[document.scene ?? 0];
   for (const node of scene?.nodes ?? []) addNode(node, IDENTITY);
   if (positions.length === 0) fail("found no triangles, expected a mesh");
-  return fitted({ positions: new Float32Array(positions), normals: new Float32Array(normals) });
+  return fitted(
+    { positions: new Float32Array(positions), normals: new Float32Array(normals) }, fail);
 }
 
-function fitted(mesh) {
+function fitted(mesh, fail) {
   const low = [Infinity, Infinity, Infinity], high = low.map((v) => -v);
   mesh.positions.forEach((v, i) => {
     low[i % 3] = Math.min(low[i % 3], v);
     high[i % 3] = Math.max(high[i % 3], v);
   });
   const half = Math.max(...minus(high, low)) / 2;
+  if (!(half > 0 && half < Infinity) || mesh.positions.some(Number.isNaN))
+    fail("found points at one place, or not finite, expected a surface");
   mesh.positions = mesh.positions.map((v, i) => (v - (low[i % 3] + high[i % 3]) / 2) / half);
   return mesh;
 }
@@ -162,6 +180,14 @@ function product(a, b) {
 function transformed(m, p, w) {
   return [0, 1, 2].map((r) => m[r] * p[0] + m[4 + r] * p[1] + m[8 + r] * p[2] + w * m[12 + r]);
 }
+// Cofactors turn normals, also where lengths change unequally.
+function matrixOfNormals(m) {
+  const [a, b, c] = [0, 4, 8].map((first) => m.slice(first, first + 3));
+  const isMirrored = dot(cross(a, b), c) < 0, side = isMirrored ? -1 : 1;
+  const columns = [cross(b, c), cross(c, a), cross(a, b)];
+  return { isMirrored,
+           turned: [...columns.flatMap((column) => [...column.map((v) => side * v), 0]), 0, 0, 0, 1] };
+}
 function matrixOf({ translation: t = [0, 0, 0], rotation: q = [0, 0, 0, 1], scale: s = [1, 1, 1] }) {
   const [x, y, z, w] = q;
   return [
@@ -171,8 +197,9 @@ function matrixOf({ translation: t = [0, 0, 0], rotation: q = [0, 0, 0, 1], scal
     ...t, 1,
   ];
 }
-// Camera at `eye` that looks at `target`; depth from `near` to 1 in clip space.
-function cameraMatrix(eye, target, fieldOfView, aspect, near) {
+// Camera at `eye` that looks at `target`; depth from `near` to 1 in clip space. `shift` moves the
+// picture to the right, in half widths.
+function cameraMatrix(eye, target, fieldOfView, aspect, near, shift) {
   const back = unit(minus(eye, target));
   const up = Math.abs(back[1]) > 0.999 ? [0, 0, 1] : [0, 1, 0];
   const right = unit(cross(up, back)), above = cross(back, right);
@@ -181,5 +208,5 @@ function cameraMatrix(eye, target, fieldOfView, aspect, near) {
   const f = 1 / Math.tan(fieldOfView / 2), first = 0.01, last = 100;
   const a = (near * first - last) / (last - first);
   const b = (near - 1) * first * last / (last - first);
-  return product([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, a, -1, 0, 0, b, 0], turn);
+  return product([f / aspect, 0, 0, 0, 0, f, 0, 0, -shift, 0, a, -1, 0, 0, b, 0], turn);
 }

@@ -3,8 +3,8 @@
 const canvas = document.getElementById("canvas");
 const control = (id) => document.getElementById(id);
 const state = { model: 0, shape: "cube", texels: 512, cut: "", at: 0, place: [0, 0, 0], seed: "0",
-                lit: true, filter: true, yaw: 0.6, pitch: 0.45, distance: 4.2, camera: null };
-const FIELD_OF_VIEW = Math.PI / 5, COARSE = 4;
+                lit: true, filter: true, yaw: 0.6, pitch: 0.45, distance: 5.6, camera: null };
+const FIELD_OF_VIEW = Math.PI / 5, COARSE = 4, SHOWN_EVERY_MS = 400;
 const GOLDEN = 0x9e3779b97f4a7c15n, MASK = (1n << 64n) - 1n;
 let view = null, mesh = null, loaded = {}, generation = 0, moving = false, isLost = false;
 
@@ -60,6 +60,7 @@ async function load() {
   const seed = readSeed(state.seed);
   if (loaded.model !== state.model) {
     loaded = { ...loaded, model: null };
+    control("progress").value = "compiling";
     await view.setModel(model);
     control("texels").max = model.lattice ? MAX_TEXELS : 2048;
     state.texels = Math.min(state.texels, control("texels").max);
@@ -75,12 +76,20 @@ async function load() {
   loaded = { ...state };
 }
 
-function settingsOf(width, height) {
+// The camera that the user turns. The shape is shown beside the controls where there is room.
+function orbit(aspect) {
   const { yaw, pitch, distance } = state;
-  const orbit = [Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), Math.cos(yaw) * Math.cos(pitch)];
-  const { eye, target, fieldOfView } = state.camera ?? {
-    eye: orbit.map((c) => distance * c), target: [0, 0, 0], fieldOfView: FIELD_OF_VIEW };
-  const clip = cameraMatrix(eye, target, fieldOfView, width / height, view.constructor.near);
+  const back = [Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), Math.cos(yaw) * Math.cos(pitch)];
+  const covered = control("controls").offsetWidth / canvas.clientWidth;
+  const shift = covered < 0.5 ? covered : 0, free = (1 - shift) * aspect;
+  const half = Math.tan(FIELD_OF_VIEW / 2) / Math.min(1, free);
+  return { eye: back.map((c) => distance * c), target: [0, 0, 0], shift,
+           fieldOfView: 2 * Math.atan(half) };
+}
+
+function settingsOf(width, height) {
+  const { eye, target, fieldOfView, shift = 0 } = state.camera ?? orbit(width / height);
+  const clip = cameraMatrix(eye, target, fieldOfView, width / height, view.constructor.near, shift);
   const normal = [0, 0, 0], axis = "xyz".indexOf(state.cut || "x");
   const side = eye[axis] < 0 ? -1 : 1;
   normal[axis] = side;
@@ -97,54 +106,68 @@ async function render() {
     await load();
     if (mine !== generation) return;
     say("");
-    const isCoarse = moving && !MODELS[state.model].lattice;
-    const shrink = isCoarse ? COARSE : 1, ratio = (state.camera ? 1 : devicePixelRatio) / shrink;
+    const ratio = state.camera ? 1 : devicePixelRatio;
     const size = [canvas.clientWidth, canvas.clientHeight].map((s) => Math.max(1, Math.round(s * ratio)));
     if (canvas.width !== size[0]) canvas.width = size[0];
     if (canvas.height !== size[1]) canvas.height = size[1];
-    const settings = settingsOf(canvas.width, canvas.height);
     view.setPlace(state.place, state.texels);
+    const isCurrent = () => mine === generation;
+    if (!MODELS[state.model].lattice) {
+      if (!await drawn(size.map((s) => Math.ceil(s / COARSE)), isCurrent) || moving) return;
+    }
     do {
-      if (!await drawn(settings, () => mine === generation)) return;
-    } while (await view.refine(() => mine === generation));
+      if (!await drawn(size, isCurrent)) return;
+    } while (await view.refine(isCurrent));
   } catch (error) {
     if (!isLost) say(error.message);
+  } finally {
+    if (mine === generation) control("progress").value = "";
   }
 }
 
 // Draws once, in parts. Returns whether it came to an end, which a newer drawing prevents.
-async function drawn(settings, isCurrent) {
-  const { width, height } = canvas;
+async function drawn([width, height], isCurrent) {
+  const settings = settingsOf(width, height);
   view.begin(width, height);
-  let edge = 64;
+  let edge = 64, shown = performance.now();
   for (let y = 0, rows; y < height; y += rows) {
     rows = Math.min(edge, height - y);
     const started = performance.now();
     await view.draw(settings, new Int32Array(state.place), [0, y, width, rows]);
     if (!isCurrent()) return false;
-    const time = performance.now() - started;
+    const now = performance.now(), time = now - started;
     edge = Math.round(Math.min(1024, Math.max(8, edge * Math.min(2, 30 / Math.max(time, 1)))));
+    if (now - shown > SHOWN_EVERY_MS) {
+      await view.show(y + rows);
+      control("progress").value = `drawn: ${Math.floor(100 * (y + rows) / height)} %`;
+      shown = performance.now();
+    }
     if (!moving) await new Promise((done) => setTimeout(done));
     if (!isCurrent()) return false;
   }
-  await view.end();
+  await view.show(height);
   return isCurrent();
 }
 
 async function set(changes) {
   Object.assign(state, changes);
-  for (const id of ["model", "shape", "texels", "cut", "at", "seed"]) control(id).value = state[id];
-  control("place").value = state.place.join(", ");
-  control("lit").checked = state.lit;
+  showControls();
   await render();
 }
 
-function readPlace(text) {
-  const place = text.split(",").map(Number);
-  if (place.length !== 3 || !place.every((c) => Number.isInteger(c) && Math.abs(c) <= 2 ** 30)) {
-    say(`place: found ${text}, expected three whole numbers up to 2^30`);
-    return state.place;
+// A text stays as it is while somebody writes it.
+function showControls() {
+  for (const id of ["model", "shape", "texels", "cut", "at", "place", "seed"]) {
+    const text = id === "place" ? state.place.join(", ") : state[id];
+    if (control(id) !== document.activeElement) control(id).value = text;
   }
+  control("lit").checked = state.lit;
+}
+
+function readPlace(text) {
+  const place = text.split(",").map((part) => part.trim() === "" ? NaN : Number(part));
+  if (place.length !== 3 || !place.every((c) => Number.isInteger(c) && Math.abs(c) <= 2 ** 30))
+    throw new Error(`place: found ${text}, expected three whole numbers up to 2^30`);
   return place;
 }
 
@@ -153,7 +176,8 @@ async function showFile(file) {
     mesh = readGlb(await file.arrayBuffer(), file.name);
     const own = mesh;
     SHAPES[file.name] = () => own;
-    control("shape").add(new Option(file.name));
+    if (![...control("shape").options].some(({ text }) => text === file.name))
+      control("shape").add(new Option(file.name));
     loaded.shape = null;
     await set({ shape: file.name });
   } catch (error) {
@@ -166,9 +190,17 @@ async function showFile(file) {
 const READERS = { model: Number, shape: String, texels: Number, cut: String, at: Number,
                   place: readPlace, seed: String };
 
+// Throws an Error after all values that can be read.
 function readAddress(given) {
+  let problem = null;
   for (const [id, read] of Object.entries(READERS)) {
-    const value = read(given.get(id) ?? String(state[id])), { min, max } = control(id);
+    let value = state[id];
+    try {
+      value = read(given.get(id) ?? String(value));
+    } catch (error) {
+      problem = error;
+    }
+    const { min, max } = control(id);
     if (typeof value !== "number") state[id] = value;
     else if (min && max && !Number.isNaN(value)) state[id] = Math.min(max, Math.max(min, value));
   }
@@ -176,11 +208,20 @@ function readAddress(given) {
   state.model = Math.max(index, 0);
   if (!(state.shape in SHAPES)) state.shape = "cube";
   if (!["x", "y", "z"].includes(state.cut)) state.cut = "";
+  if (problem) throw problem;
 }
 
 function listen() {
-  for (const [id, read] of Object.entries(READERS))
-    control(id).addEventListener("input", ({ target }) => set({ [id]: read(target.value) }));
+  for (const [id, read] of Object.entries(READERS)) {
+    control(id).addEventListener("input", ({ target }) => {
+      try {
+        set({ [id]: read(target.value) });
+      } catch (error) {
+        say(error.message);
+      }
+    });
+    control(id).addEventListener("blur", showControls);
+  }
   control("place").addEventListener("keydown", (e) => e.stopPropagation());
   control("lit").addEventListener("input", ({ target }) => set({ lit: target.checked }));
   control("controls").addEventListener("submit", (event) => event.preventDefault());
@@ -223,11 +264,20 @@ async function start() {
   };
   if (only !== "webgl") view = await WebGpuView.create(canvas, lost).catch(() => null);
   if (!view && only !== "webgpu") view = WebGlView.create(canvas, lost);
-  if (!view) return say("This page needs WebGPU or WebGL 2; this browser offers neither.");
+  if (!view) {
+    return say(only ? `found no ${only} in this browser; open the page without backend=${only}`
+                    : "This page needs WebGPU or WebGL 2; this browser offers neither.");
+  }
   MODELS.forEach((model, i) => control("model").add(new Option(model.name, i)));
   listen();
-  readAddress(given);
+  let problem = "";
+  try {
+    readAddress(given);
+  } catch (error) {
+    problem = error.message;
+  }
   await set({});
+  if (problem) say(problem);
 }
 
 window.solidtex = { set, state, showFile, ready: start(), backend: () => view?.name };

@@ -164,13 +164,15 @@ class WebGlView {
     gl.readPixels(x, this.height - y - 1, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
   }
 
-  // Shows what was drawn.
-  async end() {
-    const { gl, width, height } = this;
+  // Shows the rows that are drawn, on all of the canvas.
+  async show(rows) {
+    const { gl, width, height } = this, { width: right, height: top } = gl.canvas;
+    const bottom = Math.round(top * (height - rows) / height);
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.framebuffer);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
     gl.disable(gl.SCISSOR_TEST);
     gl.readBuffer(gl.COLOR_ATTACHMENT0);
-    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.blitFramebuffer(0, height - rows, width, height, 0, bottom, right, top, gl.COLOR_BUFFER_BIT,
+                       width === right ? gl.NEAREST : gl.LINEAR);
   }
 }

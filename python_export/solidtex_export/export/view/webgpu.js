@@ -120,6 +120,7 @@ class WebGpuView {
       const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_SRC
         | GPUTextureUsage.TEXTURE_BINDING;
       const texture = (format) => this.device.createTexture({ size: [width, height], format, usage });
+      for (const old of [this.target, this.depth, this.missing]) old?.destroy();
       this.target = texture(this.format);
       this.depth = texture("depth32float");
       this.missing = texture("r32uint");
@@ -154,21 +155,23 @@ class WebGpuView {
     await device.queue.onSubmittedWorkDone();
   }
 
-  // Shows what was drawn.
-  async end() {
+  // Shows the rows that are drawn, on all of the canvas.
+  async show(rows) {
     const { width, height } = this.target, bytesPerRow = 256 * Math.ceil(width / 64);
     const usage = GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ;
-    const buffer = this.device.createBuffer({ size: bytesPerRow * height, usage });
+    const buffer = this.device.createBuffer({ size: bytesPerRow * rows, usage });
     const encoder = this.device.createCommandEncoder();
-    encoder.copyTextureToBuffer({ texture: this.target }, { buffer, bytesPerRow }, [width, height]);
+    encoder.copyTextureToBuffer({ texture: this.target }, { buffer, bytesPerRow }, [width, rows]);
     this.device.queue.submit([encoder.finish()]);
     await buffer.mapAsync(GPUMapMode.READ);
     const bytes = new Uint8Array(buffer.getMappedRange());
-    const image = new ImageData(width, height);
-    for (let y = 0; y < height; ++y)
+    const image = new ImageData(width, rows);
+    for (let y = 0; y < rows; ++y)
       image.data.set(bytes.subarray(y * bytesPerRow, y * bytesPerRow + 4 * width), 4 * y * width);
     buffer.destroy();
-    if (this.context.canvas.width === width && this.context.canvas.height === height)
-      this.context.putImageData(image, 0, 0);
+    const { canvas } = this.context;
+    if (canvas.width === width && canvas.height === height) this.context.putImageData(image, 0, 0);
+    else if (rows === height)
+      this.context.drawImage(await createImageBitmap(image), 0, 0, canvas.width, canvas.height);
   }
 }
