@@ -200,7 +200,8 @@ def _write_exr(path: Path, texels: np.ndarray) -> None:
         if not (out and out.open(str(temporary), spec) and out.write_image(texels) and out.close()):
             raise OutputError(f"{path}: cannot be written: {oiio.geterror()}")
         # OpenEXR keeps quiet about a write that fails while its file is closed.
-        if not np.array_equal(oiio.ImageBuf(str(temporary)).get_pixels(kind), texels):
+        written = oiio.ImageBuf(str(temporary)).get_pixels(kind)
+        if written is None or not np.array_equal(written, texels):
             raise OutputError(f"{path}: cannot be written: it reads back damaged")
 
 
