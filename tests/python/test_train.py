@@ -279,6 +279,8 @@ def test_foreign_folders_and_other_trainings_are_refused(
     assert [p.name for p in foreign.iterdir()] == ["thesis.txt"]
 
     result = tmp_path / "result"
+    result.mkdir()
+    (result / ".config.host-1-1.tmp.json").write_text("{")  # of a killed process
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
     assert cli_train.main(arguments(photo, result, "--steps", "1", "--seed", "7")) == 1
     error = capsys.readouterr().err

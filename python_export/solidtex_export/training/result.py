@@ -61,28 +61,36 @@ class ResultFolder:
             raise ResultError(f"{self.path}: found a file, expected a folder or nothing")
         if self._config.exists():
             self._check(config)
-            return
-        if self.path.exists() and any(self.path.iterdir()):
+        else:
+            self._begin(config)
+        for i, exemplar in enumerate(exemplars):
+            self._save_exemplar(exemplar, self.path / f"exemplar-{i}")
+
+    def _begin(self, config: Documented) -> None:
+        """Create the folder. Temporary files of a killed process may be there."""
+        if self.path.exists() and not all(f.name.startswith(".") for f in self.path.iterdir()):
             raise ResultError(
                 f"{self.path}: found a folder without config.json that is not empty, expected a"
                 f" result of {self.program} or a new folder"
             )
         self.path.mkdir(parents=True, exist_ok=True)
-        for i, exemplar in enumerate(exemplars):
-            self._save_exemplar(exemplar, self.path / f"exemplar-{i}")
         self._write_config(config.document())
 
     def _write_config(self, document: dict[str, Any]) -> None:
         text = json.dumps(document, indent=2) + "\n"
         self._replace(self._config, lambda temporary: temporary.write_text(text))
 
-    @staticmethod
-    def _save_exemplar(exemplar: Exemplar, stem: Path) -> None:
-        """Save the first group of channels as PNG, and all channels as EXR if there are more."""
+    def _save_exemplar(self, exemplar: Exemplar, stem: Path) -> None:
+        """Save the first group of channels as PNG, and all channels as EXR if there are more.
+
+        Files that are there stay.
+        """
         images = Display([exemplar]).images(exemplar.image)
-        save_image(images[0], stem.with_suffix(".png"))
-        if len(images) > 1:
-            save_channels(exemplar, stem.with_suffix(".exr"))
+        png, exr = stem.with_suffix(".png"), stem.with_suffix(".exr")
+        if not png.exists():
+            self._replace(png, lambda temporary: save_image(images[0], temporary))
+        if len(images) > 1 and not exr.exists():
+            self._replace(exr, lambda temporary: save_channels(exemplar, temporary))
 
     def _check(self, config: Documented) -> None:
         try:
