@@ -149,11 +149,16 @@ def test_refused_queries(
         ({"bytes": 1000}, "3: model in memory: header length: found "),
         ({"bytes": 0}, "3: model in memory: header length: found an empty file of 0 bytes"),
         (
+            {"options": {"presicion": "fast"}},
+            "1: options: found presicion, expected precision, seed, period,",
+        ),
+        (
             {"options": {"precision": "half"}},
             '1: precision: found half, expected "exact" or',
         ),
         ({"options": {"seed": -1}}, "1: seed: found -1, expected a whole number from 0 to 1844674"),
         ({"options": {"period": 64}}, '1: parameter "period" is 64, expected 0 for a model of the'),
+        ({"model": "none.solidtex"}, "2: none.solidtex: cannot read: ENOENT"),
         ({"model": 5}, "1: model: found 5, expected bytes, a URL or a path"),
         ({"model": 5, "workers": 2}, "1: model: found 5, expected bytes, a URL or a path"),
         ({"workers": 0}, "1: workers: found 0, expected a whole number from 1 to 256"),

@@ -45,7 +45,12 @@ async function read(model) {
   if (typeof model !== "string" && !(model instanceof URL))
     refuse("model", model, "bytes, a URL or a path");
   const isFile = model instanceof URL ? model.protocol === "file:" : !/^[a-z]+:\/\//i.test(model);
-  if (isNode && isFile) return (await import("node:fs/promises")).readFile(model);
+  if (isNode && isFile) {
+    const { readFile } = await import("node:fs/promises");
+    return readFile(model).catch((error) => {
+      throw new SolidtexError(`${model}: cannot read: ${error.code ?? error.message}`, 2);
+    });
+  }
   const response = await fetch(model);
   if (!response.ok) throw new SolidtexError(`${model}: cannot read: HTTP ${response.status}`, 2);
   return new Uint8Array(await response.arrayBuffer());
@@ -196,7 +201,9 @@ class Texture {
 
 export async function load(model, options = {}) {
   const { precision = "exact", seed = 0, period = 0, cacheLimitBytes = 2 ** 28,
-          baseUrl } = options;
+          baseUrl, ...unknown } = options;
+  for (const name of Object.keys(unknown))
+    refuse("options", name, "precision, seed, period, cacheLimitBytes or baseUrl");
   const folder = baseUrl === undefined ? import.meta.url : String(baseUrl).replace(/\/?$/, "/");
   if (precision !== "exact" && precision !== "fast")
     refuse("precision", precision, '"exact" or "fast"');
