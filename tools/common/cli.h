@@ -42,6 +42,7 @@ CLI::Validator one_of(const std::vector<std::string>& names);
 template <class Value>
 CLI::Validator one_of(const std::map<std::string, Value>& values) {
   std::vector<std::string> names;
+  names.reserve(values.size());
   for (const auto& entry : values) names.push_back(entry.first);
   const auto replace = [check = one_of(names), values](std::string& name) {
     std::string message = check(name);
