@@ -194,3 +194,10 @@ def test_info_prints_a_space(tmp_path: Path) -> None:
     for word in ("stone-4 (CC0-1.0)", "4 numbers", "levels: 3", solidtex.Space(path).sha256):
         assert word in text
     assert "Verified." in text
+    environment = os.environ | {"SOLIDTEX_MODEL_PATH": str(tmp_path)}
+    command[1] = path.stem
+    named = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
+    assert named.stdout == text
+    command[1] = "no-such-name"
+    none = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert none.returncode == 1 and 'no model is named "no-such-name"' in none.stderr
