@@ -72,6 +72,14 @@ def test_a_limit_of_file_sizes_is_refused_with_both_numbers(tmp_path: Path, kind
     assert re.search(rf"needs {needed} in one file, 1000 bytes are allowed \(ulimit -f\)", message)
 
 
+def test_the_header_of_an_npy_counts(tmp_path: Path) -> None:
+    values, header = 4 * 4 * 4 * 3 * 4, 128
+    message = refusal(tmp_path, "--size", 4, "-o", "a.npy", FSIZE=values + header - 1)
+    assert "a.npy: needs 896 bytes in one file, 895 bytes are allowed" in message
+    assert bake(tmp_path, "--size", 4, "-o", "a.npy", FSIZE=values + header).returncode == 0
+    assert (tmp_path / "a.npy").stat().st_size == values + header
+
+
 @pytest.mark.parametrize(
     "output", [["--preview", "a.png"], [*VASE, "uv", "--size", 64, "-o", "a.exr"]]
 )

@@ -309,7 +309,7 @@ def test_a_model_of_phases_is_measured(model: Path, tmp_path: Path) -> None:
     [
         ("granite-grey", [], "--labels: granite-grey has the channels albedo.r, albedo.g"),
         ("", ["--channels", "phase.clay"], "--channels excludes --labels"),
-        ("", ["-o", "a.zarr"], "--labels: found it with -o a.zarr, expected another format"),
+        ("", ["-o", "a.zarr"], "--labels: found it with -o a.zarr, expected another format: .npy"),
         ("", ["-o", "a.vol"], "--depth 8: vol holds float"),
     ],
 )

@@ -143,6 +143,18 @@ std::uint64_t period_of(const Index3& size) {
   return static_cast<std::uint64_t>(size[0]);
 }
 
+// The engine names its parameters, the message the options as well.
+solidtex::texture open_texture(const BakeOptions& options, solidtex::options chosen) {
+  try {
+    if (options.is_periodic) chosen.period = period_of(options.size);
+    return solidtex::texture(options.model, std::move(chosen));
+  } catch (const solidtex::error& error) {
+    if (!options.is_periodic || error.status() != SOLIDTEX_INVALID_ARGUMENT) throw;
+    throw std::runtime_error("--periodic with --size " + std::to_string(options.size[0]) + ": " +
+                             error.what());
+  }
+}
+
 void run(BakeOptions& options) {
   install_interrupt_handler();
   name_output(options);
@@ -151,12 +163,11 @@ void run(BakeOptions& options) {
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
   solidtex::options chosen{.seed = options.seed, .precision = options.precision};
-  if (options.is_periodic) chosen.period = period_of(options.size);
   // Ctrl-C also stops the queries of a mesh and of a store, which may be long. Those of a volume
   // are short.
   if (!options.mesh.empty() || is_store(options))
     chosen.progress_callback = [](double) { return interrupted(); };
-  const solidtex::texture texture(options.model, std::move(chosen));
+  const solidtex::texture texture = open_texture(options, std::move(chosen));
   const Volume volume{texture, options.origin, options.size};
   channel_group(texture, options.show);  // refuses a wrong name before anything is written
 

@@ -16,6 +16,9 @@ namespace fs = std::filesystem;
 // larger ends with the error of a full disk.
 constexpr double min_png_bytes = 0.25, min_exr_bytes = 3, min_vdb_bytes = 2;
 
+// Of an .npy file: its dictionary is padded to this size.
+constexpr double npy_header_bytes = 128;
+
 constexpr char streams[] =
     ".zarr, .npy, .nrrd, .vti, .vol, .tif and .raw are written piece by piece, --slices png|exr "
     "slice by slice";
@@ -128,7 +131,8 @@ void check_room(const Output& output, const Volume& volume, std::int64_t block) 
       return;
     }
     default: {
-      const double bytes = values * static_cast<double>(output.bytes_per_value());
+      const double bytes = values * static_cast<double>(output.bytes_per_value()) +
+                           (output.format.kind == FormatKind::npy ? npy_header_bytes : 0);
       // A piece as the model has it, and encoded.
       check_memory(path.string(), 2 * piece_bytes(volume, block), "a smaller --block needs less");
       check_disk(path, bytes, smaller(output));
