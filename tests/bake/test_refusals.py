@@ -35,11 +35,11 @@ def test_extensions_in_capitals(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["--voxel-size", "2"], 2, '--voxel-size: "2" found, expected a length'),
-        (["--voxel-size", "0um"], 2, '--voxel-size: "0um" found'),
-        (["--voxel-size", "1,2um"], 2, '--voxel-size: "1,2um" found'),
-        (["--voxel-size", "nanmm"], 2, '--voxel-size: "nanmm" found'),
-        (["--voxel-size", "1parsec"], 2, '--voxel-size: "1parsec" found'),
+        (["--voxel-size", "2"], 2, "--voxel-size: found 2, expected a length"),
+        (["--voxel-size", "0um"], 2, "--voxel-size: found 0um"),
+        (["--voxel-size", "1,2um"], 2, "--voxel-size: found 1,2um"),
+        (["--voxel-size", "nanmm"], 2, "--voxel-size: found nanmm"),
+        (["--voxel-size", "1parsec"], 2, "--voxel-size: found 1parsec"),
         (["--depth", "32"], 2, "--depth"),
         (["--depth", "half"], 1, "--depth half: nrrd holds float, 8, 16"),
         (["--channels", "gloss"], 1, "--channels gloss: "),

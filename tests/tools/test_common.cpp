@@ -3,7 +3,10 @@
 
 #include <csignal>
 #include <fstream>
+#include <iostream>
 #include <iterator>
+#include <sstream>
+#include <utility>
 
 #include "catch.hpp"
 #include "tools/common/cli.h"
@@ -45,10 +48,23 @@ std::string read(const fs::path& path) {
 int run(std::vector<const char*> arguments, const std::function<void()>& work) {
   CLI::App app("A test.", "a-tool");
   std::string output;
+  std::vector<int> size;
   app.add_option("-o", output)->required();
+  app.add_option("--size", size)->delimiter(',')->expected(2)->option_text("W,H");
   arguments.insert(arguments.begin(), "a-tool");
   return run_tool(app, static_cast<int>(arguments.size()), const_cast<char**>(arguments.data()),
                   work);
+}
+
+// The first line that the tool prints, and its exit code.
+std::pair<std::string, int> answer(const std::vector<const char*>& arguments) {
+  std::ostringstream text;
+  std::streambuf* const out = std::cout.rdbuf(text.rdbuf());
+  std::streambuf* const err = std::cerr.rdbuf(text.rdbuf());
+  const int code = run(arguments, [] {});
+  std::cout.rdbuf(out);
+  std::cerr.rdbuf(err);
+  return {text.str().substr(0, text.str().find('\n')), code};
 }
 
 }  // namespace
@@ -218,6 +234,13 @@ TEST_CASE("Bytes are printed in a suitable unit") {
   CHECK(format_bytes(0x1p80) == "1048576.0 EiB");
 }
 
+TEST_CASE("Counts are printed with the plural of their noun") {
+  CHECK(count_of(1, "sample") == "1 sample");
+  CHECK(count_of(0, "ray") == "0 rays");
+  CHECK(count_of(99'999, "ray") == "99999 rays");
+  CHECK(count_of(1'730'000, "texture point") == "1.7 million texture points");
+}
+
 TEST_CASE("A need beyond the limit is refused with both numbers") {
   CHECK_NOTHROW(check_memory("a.vdb", 1, ""));
   CHECK_THROWS_WITH(check_memory("a.vdb", 0x1p70, "use .npy"),
@@ -272,6 +295,34 @@ TEST_CASE("The exit code says how a tool ended") {
   CHECK(run({"-o", "x"}, [] { throw std::runtime_error("broken"); }) == exit_failure);
   CHECK(run({"-o", "x"}, [] { throw std::bad_alloc(); }) == exit_failure);
   CHECK(run({"-o", "x"}, [] { throw Interrupted(); }) == exit_interrupted);
+}
+
+TEST_CASE("Wrong usage is named as the user wrote it, and help wins over it") {
+  const auto wrong = [](const std::string& text) {
+    return std::pair("a-tool: " + text, static_cast<int>(exit_usage));
+  };
+  CHECK(answer({"-o", "x", "--size", "10"}) == wrong("--size: found 10, expected W,H"));
+  CHECK(answer({"-o", "x", "--size", "1,2,3"}) == wrong("--size: found 1,2,3, expected W,H"));
+  CHECK(answer({"-o", "x", "--size"}) == wrong("--size: found nothing, expected W,H"));
+  CHECK(answer({"--nonsense"}) == wrong("found an unknown option --nonsense"));
+  CHECK(answer({"more", "--size", "10", "--x"}) == wrong("found an argument too many, more"));
+  CHECK(answer({"--size", "10", "--nonsense", "--help"}) ==
+        std::pair(std::string("A test."), exit_success));
+  CHECK(answer({"--size", "10", "--version"}).first.starts_with("a-tool 0."));
+}
+
+TEST_CASE("An unknown option in the file of --config is named with the file") {
+  const Folder folder;
+  const std::string file = folder / "c.toml";
+  write(file, "x = 1\n");
+  CHECK(answer({"-o", "y", "--config", file.c_str()}).first ==
+        "a-tool: --config: " + file + ": found an unknown option x, expected one of --help");
+  CHECK(answer({"--config", file.c_str(), "--help"}).second == exit_success);
+  write(file, "[part]\no = 1\n");
+  CHECK_THAT(answer({"--config", file.c_str()}).first,
+             ContainsSubstring("found an unknown option [part]"));
+  write(file, "o = \"y\"\nsize = [3, 4]\n");
+  CHECK(answer({"--config", file.c_str()}) == std::pair(std::string(), exit_success));
 }
 
 TEST_CASE("Ctrl-C sets a flag, and the work stops where it checks it") {

@@ -23,7 +23,7 @@ std::vector<std::int64_t> integers(const std::string& text, const std::string& o
     const auto [next, error] = std::from_chars(at, end, value);
     const bool good = error == std::errc() && (next == end || *next == ',');
     if (!good) {
-      throw CLI::ValidationError(option, "\"" + text + "\" found, expected " + expected);
+      throw CLI::ValidationError(option, "found " + text + ", expected " + expected);
     }
     values.push_back(value);
     if (next == end) return values;
@@ -41,7 +41,7 @@ Index3 parse_size(const std::string& text) {
   if (values.size() == 3) size = {values[0], values[1], values[2]};
   for (const std::int64_t value : size) {
     if (value < 1 || value > max_size) {
-      throw CLI::ValidationError("--size", "\"" + text + "\" found, expected " + expected);
+      throw CLI::ValidationError("--size", "found " + text + ", expected " + expected);
     }
   }
   return size;
@@ -51,7 +51,7 @@ Index3 parse_origin(const std::string& text) {
   const std::string expected = "three integers X,Y,Z";
   const auto values = integers(text, "--origin", expected);
   if (values.size() != 3) {
-    throw CLI::ValidationError("--origin", "\"" + text + "\" found, expected " + expected);
+    throw CLI::ValidationError("--origin", "found " + text + ", expected " + expected);
   }
   return {values[0], values[1], values[2]};
 }
@@ -62,7 +62,7 @@ std::uint64_t parse_seed(const std::string& text) {
   const char* const end = text.data() + text.size();
   const auto [next, error] = std::from_chars(text.data(), end, seed);
   if (error != std::errc() || next != end) {
-    throw CLI::ValidationError("--seed", "\"" + text + "\" found, expected an integer from 0 to " +
+    throw CLI::ValidationError("--seed", "found " + text + ", expected an integer from 0 to " +
                                              std::to_string(UINT64_MAX));
   }
   return seed;
@@ -78,8 +78,8 @@ void parse_part(const std::string& text, BakeOptions& options) {
   };
   if (slash == std::string::npos || !number(text.substr(0, slash), options.part) ||
       !number(text.substr(slash + 1), options.parts) || options.part > options.parts) {
-    throw CLI::ValidationError(
-        "--shard", "\"" + text + "\" found, expected I/N, one of N parts, from 1/N to N/N");
+    throw CLI::ValidationError("--shard",
+                               "found " + text + ", expected I/N, one of N parts, from 1/N to N/N");
   }
 }
 

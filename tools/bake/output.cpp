@@ -160,7 +160,7 @@ double VoxelSize::micrometers(std::size_t axis) const {
 VoxelSize parse_voxel_size(const std::string& text) {
   const auto fail = [&] {
     throw std::runtime_error(fmt::format(
-        "--voxel-size: \"{}\" found, expected a length or X,Y,Z with a unit, 2.25um or 1,1,2mm "
+        "--voxel-size: found {}, expected a length or X,Y,Z with a unit, 2.25um or 1,1,2mm "
         "(nm, um, mm, cm, m, km, in, ft)",
         text));
   };

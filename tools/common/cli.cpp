@@ -38,6 +38,31 @@ struct Talk {
   nlohmann::ordered_json results = nlohmann::ordered_json::object();
 } talk;
 
+// The file of --config.
+class OptionFile : public CLI::ConfigTOML {
+ public:
+  explicit OptionFile(const CLI::App& app) : app_(app) {}
+
+  std::vector<CLI::ConfigItem> from_config(std::istream& stream) const override {
+    std::vector<CLI::ConfigItem> items = CLI::ConfigTOML::from_config(stream);
+    for (const CLI::ConfigItem& item : items) {
+      const std::string& name = item.name;
+      const bool is_known = item.parents.empty() && (app_.get_option_no_throw("--" + name) ||
+                                                     app_.get_option_no_throw("-" + name) ||
+                                                     app_.get_option_no_throw(name));
+      if (is_known) continue;
+      throw CLI::ConfigError("--config: " + app_.get_config_ptr()->as<std::string>() +
+                             ": found an unknown option " +
+                             (item.parents.empty() ? name : "[" + item.parents.front() + "]") +
+                             ", expected one of --help");
+    }
+    return items;
+  }
+
+ private:
+  const CLI::App& app_;
+};
+
 void add_talk(CLI::App& app) {
   const auto is_new = [&](const char* name) { return !app.get_option_no_throw(name); };
   if (is_new("--quiet")) app.add_flag("-q,--quiet", talk.quiet, "Print results and errors only");
@@ -45,8 +70,9 @@ void add_talk(CLI::App& app) {
   if (is_new("--json")) {
     app.add_flag("--json", talk.json, "Print the results as JSON to standard output");
   }
-  app.allow_config_extras(CLI::config_extras_mode::error);
-  app.set_config("--config", "", "Read options from a TOML file; the command line goes first");
+  app.set_config("--config", "", "Read options from a TOML file; the command line goes first")
+      ->type_name("FILE");
+  app.config_formatter(std::make_shared<OptionFile>(app));
 }
 
 void print_json(const CLI::App& app) {
@@ -77,6 +103,32 @@ CLI::Validator between(Number low, Number high, const char* kind) {
   return CLI::Validator(range.str()).operation(check);
 }
 
+// What an option got, and what it takes: CLI11 says how many values, in its own words.
+std::string mismatch(const CLI::App& app, const std::string& message) {
+  const CLI::Option* option = app.get_option_no_throw(message.substr(0, message.find(':')));
+  if (!option) return message;
+  const std::string separator(1, option->get_delimiter() ? option->get_delimiter() : ' ');
+  const std::string found = CLI::detail::join(option->results(), separator);
+  const std::string& text = option->get_option_text();
+  const std::string type = option->get_type_name();  // the check's description follows
+  return option->get_name() + ": found " + (found.empty() ? "nothing" : found) + ", expected " +
+         (text.empty() ? type.substr(0, type.find(':')) : text);
+}
+
+// Help wins over whatever is wrong, and an argument that no program takes over what is missing.
+int exit_after(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) return app.exit(error);
+  if (app.get_help_ptr()->count() > 0) return app.exit(CLI::CallForHelp());
+  if (app.get_version_ptr()->count() > 0) return app.exit(CLI::CallForVersion(app.version(), 0));
+  for (const std::string& argument : app.remaining()) {
+    if (argument == "--") continue;
+    const char* what = argument.starts_with('-') ? "an unknown option " : "an argument too many, ";
+    return app.exit(
+        CLI::ExtrasError("found " + std::string(what) + argument, CLI::ExitCodes::ExtrasError));
+  }
+  return app.exit(error);
+}
+
 int fail(const CLI::App& app, const char* message, int exit_code = exit_failure) {
   std::cerr << app.get_name() << ": " << message << '\n';
   return exit_code;
@@ -90,6 +142,15 @@ bool is_json() { return talk.json; }
 
 void say(const std::string& text) {
   if (!is_quiet()) std::cerr << text << '\n';
+}
+
+std::string count_of(std::uint64_t count, const std::string& noun) {
+  char text[32];
+  if (count < 100'000)
+    std::snprintf(text, sizeof text, "%llu", static_cast<unsigned long long>(count));
+  else
+    std::snprintf(text, sizeof text, "%.1f million", static_cast<double>(count) * 1e-6);
+  return text + (" " + noun) + (count == 1 ? "" : "s");
 }
 
 std::FILE* results() { return talk.json || !talk.piped.empty() ? stderr : stdout; }
@@ -167,7 +228,9 @@ CLI::Validator one_of(const std::vector<std::string>& names) {
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work) {
   app.failure_message([](const CLI::App* failed, const CLI::Error& error) {
     const std::string& name = failed->get_name();
-    return name + ": " + error.what() + "\nSee " + name + " --help for all options.\n";
+    const bool is_mismatch = error.get_name() == "ArgumentMismatch";
+    return name + ": " + (is_mismatch ? mismatch(*failed, error.what()) : error.what()) + "\nSee " +
+           name + " --help for all options.\n";
   });
   add_completion(app);
   add_talk(app);
@@ -183,7 +246,7 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
       throw WriteError("standard output", std::strerror(errno));
     return exit_success;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? exit_success : exit_usage;
+    return exit_after(app, error) == 0 ? exit_success : exit_usage;
   } catch (const Interrupted& error) {
     return fail(app, error.what(), exit_interrupted);
   } catch (const std::bad_alloc&) {

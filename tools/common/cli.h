@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -60,6 +61,9 @@ bool is_json();
 
 // Prints a remark to standard error unless --quiet.
 void say(const std::string& text);
+
+// "1 sample", "16 samples", "2.5 million samples"
+std::string count_of(std::uint64_t count, const std::string& noun);
 
 // Standard output for results in words; standard error where --json or `-o -` needs it.
 std::FILE* results();

@@ -120,7 +120,7 @@ void run(Options& options) {
   report("windows", windows.codes.size());
   report("window_size", side);
   const std::string edge = std::to_string(side);
-  report_file(options.output, ": " + std::to_string(windows.codes.size()) + " windows of " + edge +
+  report_file(options.output, ": " + count_of(windows.codes.size(), "window") + " of " + edge +
                                   " x " + edge + " pixels");
 }
 

@@ -220,16 +220,17 @@ class Job {
   void report(const std::string& legend) const {
     const pt::RenderStatistics statistics = renderer_.statistics();
     if (statistics.invalid_sample_count > 0) {
-      fmt::print(stderr, "warning: {} samples were not finite and count as black\n",
-                 statistics.invalid_sample_count);
+      fmt::print(stderr, "warning: not finite, and black in the image: {}\n",
+                 count_of(statistics.invalid_sample_count, "sample"));
     }
     if (options_.stats) profile_.print(scene_, statistics);
     if (is_quiet() && results() == stdout) return;
-    std::string about = fmt::format(
-        ": {} x {} pixels, {}{} samples each, {:.1f} million rays, {:.1f} million texture points",
-        settings_.width, settings_.height, settings_.noise > 0 ? "at most " : "", settings_.samples,
-        static_cast<double>(statistics.ray_count) * 1e-6,
-        static_cast<double>(statistics.texture_point_count) * 1e-6);
+    std::string about =
+        fmt::format(": {} x {} pixels, {}{} each, {}, {}", settings_.width, settings_.height,
+                    settings_.noise > 0 ? "at most " : "",
+                    count_of(static_cast<std::uint64_t>(settings_.samples), "sample"),
+                    count_of(statistics.ray_count, "ray"),
+                    count_of(statistics.texture_point_count, "texture point"));
     if (!legend.empty()) about += "\n" + legend;
     report_file(output_, about);
   }
