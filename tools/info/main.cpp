@@ -1,5 +1,4 @@
 // solidtex-info: prints the contents of a model or a texture space and verifies it.
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
@@ -13,17 +12,20 @@ using namespace solidtex::tools;
 
 // A name, in place of a path, is that of a shipped model or of a shipped texture space.
 nlohmann::ordered_json describe_file(const std::string& file) {
-  const std::string extension = lower_extension(file);
-  if (extension == ".solidtex-space") return describe(solidtex::space(file));
-  const bool is_path = std::filesystem::path(file).has_parent_path() || extension == ".solidtex";
-  if (!is_path && std::ranges::count(solidtex::model_names(), file) == 0) {
+  if (lower_extension(file) == ".solidtex-space") return describe(solidtex::space(file));
+  const std::filesystem::path path(file);
+  const bool is_name = !path.has_parent_path() && !path.has_extension();
+  try {
+    return describe(solidtex::texture(file));
+  } catch (const solidtex::error& no_model) {
+    if (!is_name || no_model.status() != SOLIDTEX_IO_ERROR) throw;
     try {
       return describe(solidtex::space(file));
-    } catch (const solidtex::error& error) {
-      if (error.status() != SOLIDTEX_IO_ERROR) throw;
-    }  // no space has the name either: the message on models lists them
+    } catch (const solidtex::error& no_space) {
+      if (no_space.status() != SOLIDTEX_IO_ERROR) throw;
+    }
+    throw;  // the message on models lists their names
   }
-  return describe(solidtex::texture(file));
 }
 
 }  // namespace
