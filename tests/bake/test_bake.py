@@ -166,7 +166,7 @@ def test_interruption_leaves_nothing(tmp_path: Path, name: str, number: int) -> 
 
 # Limits of a file's size that the values alone could keep to, and the file does not.
 @pytest.mark.parametrize(
-    ("name", "limit"), [("a.npy", 4 * 3 * 30**3), ("a.vdb", 200_000), ("folder", 1000)]
+    ("name", "limit"), [("a.nrrd", 4 * 3 * 30**3), ("a.vdb", 200_000), ("folder", 1000)]
 )
 def test_a_write_that_fails_is_reported(tmp_path: Path, name: str, limit: int) -> None:
     def limit_files() -> None:
