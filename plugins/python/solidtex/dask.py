@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import itertools
 import logging
-import operator
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -27,9 +26,10 @@ from solidtex.store import (
     is_complete,
     open_store,
     origin_of,
+    per_axis,
     size_of,
 )
-from solidtex.texture import Floats, Precision, Texture, triple
+from solidtex.texture import Floats, Precision, Texture
 
 TASKS_PER_THREAD = 3
 """Tasks at the scheduler: enough that no worker waits, few enough for any number of shards."""
@@ -183,7 +183,7 @@ def array(
     texture = model if isinstance(model, Texture) else Texture(model, seed, precision)
     extent = size_of(size)
     corner = origin_of(origin, extent)
-    edges = triple("chunk", [chunk] * 3 if np.ndim(chunk) == 0 else chunk, operator.index)
+    edges = per_axis("chunk", chunk)
     if min(edges) < 1:
         raise InvalidArgument(f"chunk: found {chunk}, expected numbers above 0")
     chunks = dask.array.core.normalize_chunks(edges, shape=extent)

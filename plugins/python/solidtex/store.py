@@ -45,9 +45,14 @@ Store = Any
 """A path, a URL of fsspec, or a store of zarr."""
 
 
+def per_axis(name: str, value: int | Sequence[int]) -> Index3:
+    """Whole numbers along x, y and z of an argument, which may be one for all."""
+    return triple(name, [value] * 3 if np.ndim(value) == 0 else value, operator.index)
+
+
 def size_of(size: int | Sequence[int]) -> Index3:
     """Voxels along x, y and z of an argument."""
-    numbers = triple("size", [size] * 3 if np.ndim(size) == 0 else size, operator.index)
+    numbers = per_axis("size", size)
     if not all(1 <= number <= LARGEST_SIZE for number in numbers):
         raise InvalidArgument(
             f"size: found {size}, expected one integer, or three, from 1 to {LARGEST_SIZE}"
