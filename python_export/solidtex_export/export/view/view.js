@@ -112,9 +112,8 @@ async function render() {
     if (canvas.height !== size[1]) canvas.height = size[1];
     view.setPlace(state.place, state.texels);
     const isCurrent = () => mine === generation;
-    if (!MODELS[state.model].lattice) {
-      if (!await drawn(size.map((s) => Math.ceil(s / COARSE)), isCurrent) || moving) return;
-    }
+    const coarse = size.map((s) => Math.ceil(s / COARSE));
+    if (!MODELS[state.model].lattice && (!await drawn(coarse, isCurrent) || moving)) return;
     do {
       if (!await drawn(size, isCurrent)) return;
     } while (await view.refine(isCurrent));
@@ -190,15 +189,15 @@ async function showFile(file) {
 const READERS = { model: Number, shape: String, texels: Number, cut: String, at: Number,
                   place: readPlace, seed: String };
 
-// Throws an Error after all values that can be read.
+// Returns what is wrong with the last value that cannot be read, or "".
 function readAddress(given) {
-  let problem = null;
+  let problem = "";
   for (const [id, read] of Object.entries(READERS)) {
     let value = state[id];
     try {
       value = read(given.get(id) ?? String(value));
     } catch (error) {
-      problem = error;
+      problem = error.message;
     }
     const { min, max } = control(id);
     if (typeof value !== "number") state[id] = value;
@@ -208,7 +207,7 @@ function readAddress(given) {
   state.model = Math.max(index, 0);
   if (!(state.shape in SHAPES)) state.shape = "cube";
   if (!["x", "y", "z"].includes(state.cut)) state.cut = "";
-  if (problem) throw problem;
+  return problem;
 }
 
 function listen() {
@@ -270,12 +269,7 @@ async function start() {
   }
   MODELS.forEach((model, i) => control("model").add(new Option(model.name, i)));
   listen();
-  let problem = "";
-  try {
-    readAddress(given);
-  } catch (error) {
-    problem = error.message;
-  }
+  const problem = readAddress(given);
   await set({});
   if (problem) say(problem);
 }
