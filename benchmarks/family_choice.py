@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,11 @@ RULES: dict[str, Callable[[Case], bool]] = {
 """Whether a rule chooses the sampler."""
 
 
+@cache
+def learned() -> LearnedDescriptor:
+    return LearnedDescriptor(load_weights(PROCEDURAL))
+
+
 def measurements(entry: Entry, folder: Path) -> Measurements:
     request = Request(
         photos=(photograph(entry, folder),),
@@ -63,9 +69,8 @@ def measurements(entry: Entry, folder: Path) -> Measurements:
         resolution=entry.resolution,
     )
     size, resolution = scale(request)
-    learned = LearnedDescriptor(load_weights(PROCEDURAL))
     exemplars = load_exemplars(request, resolution, size)
-    return Measurements(exemplars, request.directions, lambda: learned.distances)
+    return Measurements(exemplars, request.directions, lambda: learned().distances)
 
 
 def main() -> None:

@@ -129,12 +129,8 @@ def sizes(args: argparse.Namespace, is_gpu: bool) -> Sizes:
     brick = min(base.brick, edge) if args.brick is None else args.brick
     points = base.points if args.points is None else args.points
     found = Sizes(edge, brick, points)
-    if (
-        found.brick < 1
-        or found.edge % found.brick
-        or found.brick < CHECKED_EDGE
-        or found.points < CHECKED_POINTS
-    ):
+    is_small = found.brick < CHECKED_EDGE or found.points < CHECKED_POINTS
+    if is_small or found.edge < found.brick or found.edge % found.brick:
         raise SystemExit(
             f"gpu.py: found --edge {found.edge}, --brick {found.brick}, --points {found.points};"
             f" expected an edge of whole bricks of at least {CHECKED_EDGE} and at least"
