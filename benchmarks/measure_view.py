@@ -37,7 +37,8 @@ def main() -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(1920, 1080))
     parser.add_argument("--texels", type=int, default=256, help="across the cube (default 256)")
     parser.add_argument("--frames", type=int, default=10)
-    parser.add_argument("--backend", choices=("webgpu", "webgl"), default="webgpu")
+    parser.add_argument("--backend", choices=("webgpu", "webgl", "webassembly"),
+                        default="webgpu")  # fmt: skip
     parser.add_argument("--gpu", action="store_true", help="draw on the GPU")
     args = parser.parse_args()
     chromium = shutil.which("chromium-headless-shell") or shutil.which("chromium")

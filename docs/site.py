@@ -11,7 +11,7 @@ from typing import Any
 from mkdocs.structure.files import File, Files, InclusionLevel
 
 from solidtex_export.export.file_format import model_file
-from solidtex_export.export.view.page import Material
+from solidtex_export.export.view.page import Material, package_folder
 from solidtex_export.export.view.page import page as view_page
 
 MATERIALS = "materials.html"
@@ -19,7 +19,7 @@ MATERIALS = "materials.html"
 
 def on_files(files: Files, config: Any, **_: Any) -> Files:
     paths = sorted(Path(config.docs_dir).parent.glob("models/*.solidtex"))
-    text = view_page([Material(model_file.read(path)) for path in paths])
+    text = view_page([Material(model_file.read(path)) for path in paths], package_folder())
     included = InclusionLevel.INCLUDED
     files.append(File.generated(config, MATERIALS, content=text, inclusion=included))
     return files

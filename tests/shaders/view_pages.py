@@ -18,7 +18,26 @@ SIZE = WIDTH, HEIGHT = 64, 48
 EYE, FIELD_OF_VIEW = np.array([2.5, 2.0, 3.0]), 0.7
 TEXELS = 24  # across: 0.4 a pixel
 CAMERA = {"eye": EYE.tolist(), "target": [0, 0, 0], "fieldOfView": FIELD_OF_VIEW}
+# A byte, and the halves of the weights.
+BOUND = 1 / 255 + 2e-3
 FLAT = {"camera": CAMERA, "lit": False, "filter": False, "texels": TEXELS}
+
+
+def hits(side: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Points where the rays of the pixels enter the cube whose x ends at `side`, and which do."""
+    back = EYE / np.linalg.norm(EYE)
+    right = np.cross([0, 1, 0], back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    half = np.tan(FIELD_OF_VIEW / 2)
+    x = ((np.arange(WIDTH) + 0.5) / WIDTH * 2 - 1) * half * WIDTH / HEIGHT
+    y = (1 - (np.arange(HEIGHT) + 0.5) / HEIGHT * 2) * half
+    rays = x[None, :, None] * right + y[:, None, None] * up - back
+    low, high = np.array([-1.0, -1, -1]), np.array([side, 1, 1])
+    planes = np.stack([(low - EYE) / rays, (high - EYE) / rays])
+    enter, leave = planes.min(axis=0).max(axis=-1), planes.max(axis=0).min(axis=-1)
+    # Rays that only graze an edge are left out.
+    return EYE + enter[..., None] * rays, leave - enter > 0.03
 
 
 def message(page: Any) -> str:

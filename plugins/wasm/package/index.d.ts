@@ -16,6 +16,11 @@ export interface LoadOptions {
   cacheLimitBytes?: number;
   /** Folder of the package's files, where a bundler moved index.mjs away from them. */
   baseUrl?: string | URL;
+  /**
+   * What solidtex-<precision>.mjs exports, and the bytes of solidtex-<precision>.wasm, where a page
+   * carries both itself. For load() alone: a function cannot be sent to workers.
+   */
+  module?: { create: (settings: object) => Promise<unknown>; wasm: ArrayBuffer | Uint8Array };
 }
 
 export interface EvalOptions {

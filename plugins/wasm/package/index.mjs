@@ -5,7 +5,7 @@ const MAX_MEMORY = 2 ** 31; // that of the modules
 const PAGE = 65536;
 const INVALID_ARGUMENT = 1, OUT_OF_MEMORY = 4, INTERNAL_ERROR = 5; // solidtex_status
 const MAX_WORKERS = 256;
-const modules = new Map(); // by precision and folder: promises
+const modules = new Map(); // promises, by precision and folder or by `create`
 
 export class SolidtexError extends Error {
   constructor(message, status = INVALID_ARGUMENT) {
@@ -56,12 +56,14 @@ async function read(model) {
   return new Uint8Array(await response.arrayBuffer());
 }
 
-async function instantiate(precision, folder) {
+async function instantiate(precision, folder, given) {
   const name = `solidtex-${precision}`;
   const url = (file) => new URL(file, folder).href;
   const memory = new WebAssembly.Memory({ initial: 2 ** 26 / PAGE, maximum: MAX_MEMORY / PAGE });
-  let create, wasmBinary, locateFile = url;
-  if (isNode) {
+  let { create, wasm: wasmBinary } = given ?? {}, locateFile = url;
+  if (given) {
+    locateFile = (file) => file;
+  } else if (isNode) {
     const { createRequire } = await import("node:module");
     const { fileURLToPath } = await import("node:url");
     create = createRequire(folder)(`./${name}.js`);
@@ -201,9 +203,9 @@ class Texture {
 
 export async function load(model, options = {}) {
   const { precision = "exact", seed = 0, period = 0, cacheLimitBytes = 2 ** 28,
-          baseUrl, ...unknown } = options;
+          baseUrl, module, ...unknown } = options;
   for (const name of Object.keys(unknown))
-    refuse("options", name, "precision, seed, period, cacheLimitBytes or baseUrl");
+    refuse("options", name, "precision, seed, period, cacheLimitBytes, baseUrl or module");
   const folder = baseUrl === undefined ? import.meta.url : String(baseUrl).replace(/\/?$/, "/");
   if (precision !== "exact" && precision !== "fast")
     refuse("precision", precision, '"exact" or "fast"');
@@ -213,8 +215,8 @@ export async function load(model, options = {}) {
     cache_limit_bytes: wholeNumber("cacheLimitBytes", cacheLimitBytes, MAX_MEMORY),
   };
   const bytes = await read(model);
-  const key = `${precision} ${folder}`;
-  if (!modules.has(key)) modules.set(key, instantiate(precision, folder));
+  const key = module?.create ?? `${precision} ${folder}`;
+  if (!modules.has(key)) modules.set(key, instantiate(precision, folder, module));
   const texture = new Texture(await modules.get(key));
   try {
     texture._open(bytes, parameters);

@@ -9,7 +9,7 @@ from pathlib import Path
 from solidtex_export.commands import cli
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification.model_output import OutputError, check_output
-from solidtex_export.export.view.page import MIME_TYPES, Material, page
+from solidtex_export.export.view.page import MIME_TYPES, Material, package_folder, page
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.photographs import read_picture
 from solidtex_export.whole_file import write_whole
@@ -28,12 +28,17 @@ def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
         "Write one self-contained page that evaluates models in the browser,"
-        " with WebGPU or WebGL 2, on a cube, a sphere, a knot and meshes of the viewer's own.",
+        " with WebGPU, WebGL 2 or WebAssembly, on a cube, a sphere, a knot and meshes of the"
+        " viewer's own.",
         EXAMPLES,
     )
     cli.add_model_argument(p, "models", nargs="+")
     p.add_argument("--exemplar", metavar="IMAGE", type=Path, nargs="+", default=[],
                    help="photographs (.jpg, .png) to show beside the models, in order")  # fmt: skip
+    p.add_argument("--wasm", metavar="FOLDER", type=Path,
+                   help="folder of the npm package, whose engine draws in browsers without WebGPU"
+                        " and WebGL 2, or none (default: build/wasm/package of the checkout where"
+                        " that is built)")  # fmt: skip
     cli.add_output_arguments(p, "PAGE", ".html")
     return p
 
@@ -55,10 +60,12 @@ def write(args: argparse.Namespace) -> cli.Document:
         Material(model_file.read(model), exemplar)
         for model, exemplar in zip(args.models, padded, strict=True)
     ]
-    text = page(materials)
+    package = None if args.wasm == Path("none") else package_folder(args.wasm)
+    text = page(materials, package)
     write_whole(args.output, text.encode())
     models = "1 model" if len(materials) == 1 else f"{len(materials)} models"
-    print(f"{args.output}: {models}, {len(text.encode())} bytes")
+    fallback = "with WebAssembly" if package else "without WebAssembly"
+    print(f"{args.output}: {models}, {fallback}, {len(text.encode())} bytes")
     return cli.files(args.output)
 
 

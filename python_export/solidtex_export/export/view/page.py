@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,18 +11,24 @@ from importlib import resources
 from pathlib import Path
 
 from solidtex_export.export.file_format.checks import ModelFileError
-from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.file_format.model_file import ModelFile, serialize
 from solidtex_export.export.shader.emitter import TEXTURE_WIDTH
 from solidtex_export.export.shader.lattice import fragment_source, lattice_program
 from solidtex_export.export.shader.network import color_channels
 from solidtex_export.export.shader.shader import shader
 from solidtex_export.export.shader.tables import OCTAVE_WORDS
+from solidtex_export.export.verification.model_output import OutputError
 from solidtex_export.generators.regions import Box, alignment
 
 SCRIPTS = (
     "meshes.js", "bricks.js", "webgl.js", "lattice_webgl.js", "webgpu.js", "lattice_webgpu.js",
-    "view.js",
+    "webassembly.js", "view.js",
 )  # fmt: skip
+PACKAGE_SCRIPTS = ("solidtex-fast.mjs", "index.mjs")
+"""Of the npm package: one module, which engine_worker.js imports."""
+PACKAGE_WASM = "solidtex-fast.wasm"
+PACKAGE = Path(__file__).resolve().parents[4] / "build" / "wasm" / "package"
+"""Where the CMake target solidtex_wasm of a checkout writes the package."""
 BRICK = 32
 """Voxels along each axis that a page computes at once, as bricks.js has it."""
 MAX_NUMBERS = 2**22
@@ -36,18 +43,47 @@ class Material:
     exemplar: Path | None = None
 
 
-def page(materials: Sequence[Material]) -> str:
+def package_folder(given: Path | None = None) -> Path | None:
+    """The folder of the npm package: the given one, or else a built one, or None."""
+    if given is None and not PACKAGE.exists():
+        return None
+    package = given or PACKAGE
+    for name in (*PACKAGE_SCRIPTS, PACKAGE_WASM):
+        if not (package / name).is_file():
+            raise OutputError(
+                f"{package}: found no {name}, expected the folder that the CMake target"
+                " solidtex_wasm writes"
+            )
+    return package
+
+
+def page(materials: Sequence[Material], package: Path | None = None) -> str:
+    """`package` is the folder of the npm package, whose engine draws where nothing else can."""
     source = resources.files(__package__)
     html = source.joinpath("page.html").read_text()
     script = "\n".join(source.joinpath(name).read_text() for name in SCRIPTS)
     script = script.replace('/*FRAGMENTS*/""', json.dumps(fragment_source()))
-    models = json.dumps([_material(m) for m in materials], separators=(",", ":"))
-    # No end of the script inside a string.
-    models = models.replace("</", "<\\/")
-    return html.replace("/*MODELS*/[]", models).replace("/*SCRIPT*/", script)
+    models = [_material(m, package is not None) for m in materials]
+    html = html.replace("/*MODELS*/[]", _inside_script(models))
+    html = html.replace("/*ENGINE*/null", _inside_script(_engine(package)))
+    return html.replace("/*SCRIPT*/", script)
 
 
-def _material(material: Material) -> dict[str, object]:
+def _inside_script(value: object) -> str:
+    return json.dumps(value, separators=(",", ":")).replace("</", "<\\/")
+
+
+def _engine(package: Path | None) -> dict[str, str] | None:
+    if package is None:
+        return None
+    worker = resources.files(__package__).joinpath("engine_worker.js").read_text()
+    script = "\n".join(package.joinpath(name).read_text() for name in PACKAGE_SCRIPTS)
+    wasm = package.joinpath(PACKAGE_WASM).read_bytes()
+    files = {"worker": worker.encode(), "script": script.encode(), "wasm": wasm}
+    return {name: _packed(data) for name, data in files.items()}
+
+
+def _material(material: Material, with_file: bool) -> dict[str, object]:
     model = material.model
     numbers = sum(tensor.size for tensor in model.tensors.values())
     if numbers > MAX_NUMBERS:
@@ -57,7 +93,8 @@ def _material(material: Material) -> dict[str, object]:
         )
     make = _sampler if model.document["family"] == "sampler" else _lattice
     exemplar = _data_url(material.exemplar) if material.exemplar else None
-    return {"name": model.document["name"], "exemplar": exemplar, **make(model)}
+    file = {"file": _packed(serialize(model)), "color": color_channels(model)} if with_file else {}
+    return {"name": model.document["name"], "exemplar": exemplar, **make(model), **file}
 
 
 def _sampler(model: ModelFile) -> dict[str, object]:
@@ -92,6 +129,10 @@ def _lattice(model: ModelFile) -> dict[str, object]:
         "color": color_channels(model),
     }
     return {"lattice": lattice}
+
+
+def _packed(data: bytes) -> str:
+    return _base64(gzip.compress(data, mtime=0))
 
 
 def _base64(data: bytes) -> str:

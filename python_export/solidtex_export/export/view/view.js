@@ -4,6 +4,7 @@ const canvas = document.getElementById("canvas");
 const control = (id) => document.getElementById(id);
 const state = { model: 0, shape: "cube", texels: 512, cut: "", at: 0, place: [0, 0, 0], seed: "0",
                 lit: true, filter: true, yaw: 0.6, pitch: 0.45, distance: 5.6, camera: null };
+const BACKENDS = { webgpu: WebGpuView, webgl: WebGlView, webassembly: WebAssemblyView };
 const FIELD_OF_VIEW = Math.PI / 5, COARSE = 4, SHOWN_EVERY_MS = 400;
 const GOLDEN = 0x9e3779b97f4a7c15n, MASK = (1n << 64n) - 1n;
 let view = null, mesh = null, loaded = {}, generation = 0, moving = false, isLost = false;
@@ -113,7 +114,8 @@ async function render() {
     view.setPlace(state.place, state.texels);
     const isCurrent = () => mine === generation;
     const coarse = size.map((s) => Math.ceil(s / COARSE));
-    if (!MODELS[state.model].lattice && (!await drawn(coarse, isCurrent) || moving)) return;
+    const isFast = MODELS[state.model].lattice && !(view instanceof WebAssemblyView);
+    if (!isFast && (!await drawn(coarse, isCurrent) || moving)) return;
     do {
       if (!await drawn(size, isCurrent)) return;
     } while (await view.refine(isCurrent));
@@ -261,12 +263,13 @@ async function start() {
     isLost = true;
     say(`${message}; reload the page`);
   };
-  if (only !== "webgl") view = await WebGpuView.create(canvas, lost).catch(() => null);
-  if (!view && only !== "webgpu") view = WebGlView.create(canvas, lost);
+  for (const [name, View] of Object.entries(BACKENDS))
+    if (!only || only === name) view ??= await View.create(canvas, lost).catch(() => null);
   if (!view) {
     return say(only ? `found no ${only} in this browser; open the page without backend=${only}`
                     : "This page needs WebGPU or WebGL 2; this browser offers neither.");
   }
+  state.texels = view.constructor.texels ?? state.texels;
   MODELS.forEach((model, i) => control("model").add(new Option(model.name, i)));
   listen();
   const problem = readAddress(given);

@@ -80,7 +80,7 @@ class GlSampler {
 class WebGlView {
   static near = -1;  // of clip space
 
-  static create(canvas, onLost) {
+  static async create(canvas, onLost) {
     const gl = canvas.getContext("webgl2", { preserveDrawingBuffer: true, antialias: false });
     if (!gl) return null;
     canvas.addEventListener("webglcontextlost", () => onLost("the graphics context was lost"));
