@@ -87,7 +87,7 @@ def test_footprints_are_those_of_the_engine(page: Any) -> None:
     assert np.abs(found[is_hit] - expected.clip(0, 1)).max() <= 0.5 / 255 + 2 / 1024
 
 
-@pytest.mark.parametrize("shape", ["sphere", "knot"])
+@pytest.mark.parametrize("shape", ["sphere", "knot", "rabbit"])
 def test_other_shapes_look_as_in_webgl(page: Any, file: Path, browser: Any, shape: str) -> None:
     other = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     other.set_default_timeout(300_000)

@@ -28,8 +28,8 @@ def make_parser() -> argparse.ArgumentParser:
     p = cli.parser(
         PROGRAM,
         "Write one self-contained page that evaluates models in the browser,"
-        " with WebGPU, WebGL 2 or WebAssembly, on a cube, a sphere, a knot and meshes of the"
-        " viewer's own.",
+        " with WebGPU, WebGL 2 or WebAssembly, on a cube, a sphere, a knot, a rabbit and meshes of"
+        " the viewer's own.",
         EXAMPLES,
     )
     cli.add_model_argument(p, "models", nargs="+")

@@ -21,8 +21,8 @@ from solidtex_export.export.verification.model_output import OutputError
 from solidtex_export.generators.regions import Box, alignment
 
 SCRIPTS = (
-    "meshes.js", "bricks.js", "webgl.js", "lattice_webgl.js", "webgpu.js", "lattice_webgpu.js",
-    "webassembly.js", "view.js",
+    "meshes.js", "rabbit.js", "bricks.js", "webgl.js", "lattice_webgl.js", "webgpu.js",
+    "lattice_webgpu.js", "webassembly.js", "view.js",
 )  # fmt: skip
 PACKAGE_SCRIPTS = ("solidtex-fast.mjs", "index.mjs")
 """Of the npm package: one module, which engine_worker.js imports."""
