@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from view_pages import CHROMIUM, HEIGHT, MODELS, OPTIONS, WIDTH
+from view_pages import CHROMIUM, MODELS, OPTIONS, opened
 
 from solidtex_export.commands import view
 
@@ -31,10 +31,7 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture(scope="module", params=["webgl", "webgpu"])
 def page(request: pytest.FixtureRequest, file: Path, browser: Any) -> Any:
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(300_000)
-    page.goto(f"file://{file}?backend={request.param}")
-    page.evaluate("solidtex.ready")
+    page = opened(browser, file, f"?backend={request.param}")
     assert (
         page.evaluate("solidtex.backend()")
         == {"webgl": "WebGL 2", "webgpu": "WebGPU"}[request.param]

@@ -32,6 +32,7 @@ from view_pages import (
     WIDTH,
     hits,
     message,
+    opened,
     picture,
 )
 
@@ -119,10 +120,8 @@ def test_a_drag_turns_the_view(page: Any) -> None:
 
 
 def test_the_address_sets_controls(file: Path, browser: Any) -> None:
-    page = browser.new_page(viewport={"width": 32, "height": 24})
-    page.set_default_timeout(300_000)
-    page.goto(f"file://{file}?texels=1e9&cut=y&at=-0.5&place=1,-2,3&seed=12&shape=sphere")
-    page.evaluate("solidtex.ready")
+    query = "?texels=1e9&cut=y&at=-0.5&place=1,-2,3&seed=12&shape=sphere"
+    page = opened(browser, file, query, size=(32, 24))
     names = ["model", "shape", "texels", "cut", "at", "place", "seed"]
     found = page.evaluate("names => names.map((name) => solidtex.state[name])", names)
     assert found == [0, "sphere", 2048, "y", -0.5, [1, -2, 3], "12"]
@@ -136,10 +135,7 @@ def test_the_picture_of_the_page(file: Path, browser: Any, tmp_path: Path) -> No
     """The image of docs/view.md is a screenshot of the address under it, fonts aside."""
     (address,) = re.findall(r"^\(`materials\.html(.*)`\)$", DOCUMENTATION.read_text(), re.M)
     shown = Image.open(DOCUMENTATION.parent / "images/hosts/view.png").convert("RGB")
-    page = browser.new_page(viewport={"width": shown.width, "height": shown.height})
-    page.set_default_timeout(300_000)
-    page.goto(f"file://{file}{address}")
-    page.evaluate("solidtex.ready")
+    page = opened(browser, file, address, shown.size)
     page.screenshot(path=tmp_path / "view.png")
     made = Image.open(tmp_path / "view.png").convert("RGB")
     right_of_controls = page.evaluate("document.getElementById('controls').offsetWidth + 20")
@@ -171,10 +167,7 @@ def test_a_place_is_typed(page: Any) -> None:
 
 def test_the_cube_is_shown_whole_beside_the_controls(file: Path, browser: Any) -> None:
     for width, height in ((320, 120), (90, 120)):
-        page = browser.new_page(viewport={"width": width, "height": height})
-        page.set_default_timeout(300_000)
-        page.goto(f"file://{file}?texels=16")
-        page.evaluate("solidtex.ready")
+        page = opened(browser, file, "?texels=16", (width, height))
         found = picture(page, lit=False)
         shown = np.abs(found - 0.86).max(axis=-1) > 0.02
         rows, columns = shown.any(axis=1), shown.any(axis=0)
@@ -212,11 +205,7 @@ def lattice_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module", params=["webgl", "webgpu"])
 def lattice_page(request: pytest.FixtureRequest, lattice_file: Path, browser: Any) -> Any:
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(300_000)
-    page.goto(f"file://{lattice_file}?backend={request.param}&{START}")
-    page.evaluate("solidtex.ready")
-    return page
+    return opened(browser, lattice_file, f"?backend={request.param}&{START}")
 
 
 @pytest.mark.parametrize(
@@ -257,10 +246,8 @@ def test_a_lattice_picture_without_new_bricks_computes_none(lattice_page: Any) -
 
 
 def test_a_browser_that_draws_no_floats(lattice_file: Path, browser: Any) -> None:
-    page = browser.new_page()
-    page.add_init_script("WebGL2RenderingContext.prototype.getExtension = () => null")
-    page.goto(f"file://{lattice_file}?backend=webgl")
-    page.evaluate("solidtex.ready")
+    script = "WebGL2RenderingContext.prototype.getExtension = () => null"
+    page = opened(browser, lattice_file, "?backend=webgl", script=script)
     assert message(page).startswith("granite-grey: a model of the lattice family needs WebGPU, or")
 
 
@@ -269,10 +256,7 @@ def test_a_lost_device(file: Path, browser: Any) -> None:
     losses = {"webgl": "view.gl.getExtension('WEBGL_lose_context').loseContext()",
               "webgpu": "view.device.destroy()"}  # fmt: skip
     for backend, loss in losses.items():
-        page = browser.new_page(viewport={"width": 32, "height": 24})
-        page.set_default_timeout(300_000)
-        page.goto(f"file://{file}?backend={backend}")
-        page.evaluate("solidtex.ready")
+        page = opened(browser, file, f"?backend={backend}", size=(32, 24))
         page.evaluate(loss)
         page.wait_for_function("!document.getElementById('message').hidden")
         page.evaluate("solidtex.set({texels: 64})")
@@ -289,10 +273,7 @@ def test_gallery_shows_all_shipped_models(browser: Any, tmp_path: Path) -> None:
     assert view.main([*map(str, models), "--wasm", "none", "-o", str(file)]) == 0
     megabytes = file.stat().st_size / 1e6
     assert f"The page with {len(models)} models has {megabytes:.1f} MB" in text
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(300_000)
-    page.goto(f"file://{file}?{START}&model={models[-1].stem}")
-    page.evaluate("solidtex.ready")
+    page = opened(browser, file, f"?{START}&model={models[-1].stem}")
     assert page.evaluate("solidtex.state.model") == len(models) - 1
     points, is_hit = hits()
     for index, model in enumerate(models):
@@ -306,11 +287,8 @@ def test_gallery_shows_all_shipped_models(browser: Any, tmp_path: Path) -> None:
 
 
 def test_a_browser_without_graphics(file: Path, browser: Any) -> None:
-    page = browser.new_page()
-    page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null;"
-                         "delete Navigator.prototype.gpu;")  # fmt: skip
-    page.goto(f"file://{file}")
-    page.evaluate("solidtex.ready")
+    script = "HTMLCanvasElement.prototype.getContext = () => null; delete Navigator.prototype.gpu;"
+    page = opened(browser, file, script=script)
     assert message(page) == "This page needs WebGPU or WebGL 2; this browser offers neither."
     page.goto(f"file://{file}?backend=webgpu")
     page.evaluate("solidtex.ready")

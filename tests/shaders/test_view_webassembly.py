@@ -15,9 +15,9 @@ from view_pages import (
     MODELS,
     REPOSITORY,
     TEXELS,
-    WIDTH,
     hits,
     message,
+    opened,
     picture,
 )
 
@@ -40,16 +40,13 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def page(file: Path, browser: Any) -> Any:
     """A page that finds no graphics, as in a browser whose graphics card is blocked."""
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(300_000)
-    page.add_init_script(
+    script = (
         "const get = HTMLCanvasElement.prototype.getContext;"
         "HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {"
         " return kind === '2d' ? get.call(this, kind, ...rest) : null; };"
         "delete Navigator.prototype.gpu;"
     )
-    page.goto(f"file://{file}")
-    page.evaluate("solidtex.ready")
+    page = opened(browser, file, script=script)
     assert message(page) == ""
     assert page.evaluate("solidtex.backend()") == "WebAssembly"
     return page
@@ -89,10 +86,7 @@ def test_footprints_are_those_of_the_engine(page: Any) -> None:
 
 @pytest.mark.parametrize("shape", ["sphere", "knot", "rabbit"])
 def test_other_shapes_look_as_in_webgl(page: Any, file: Path, browser: Any, shape: str) -> None:
-    other = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    other.set_default_timeout(300_000)
-    other.goto(f"file://{file}?backend=webgl")
-    other.evaluate("solidtex.ready")
+    other = opened(browser, file, "?backend=webgl")
     changes = {"model": 0, "shape": shape, "cut": "z", "at": 0.1, "seed": "0", "place": (0, 0, 0),
                **FLAT, "lit": True, "texels": 6}  # fmt: skip
     found, expected = picture(page, **changes), picture(other, **changes)
@@ -103,10 +97,7 @@ def test_other_shapes_look_as_in_webgl(page: Any, file: Path, browser: Any, shap
 
 def test_it_is_the_last_choice_and_may_be_asked_for(file: Path, browser: Any) -> None:
     for query, name in (("", "WebGPU"), ("?backend=webassembly", "WebAssembly")):
-        page = browser.new_page(viewport={"width": 32, "height": 24})
-        page.set_default_timeout(300_000)
-        page.goto(f"file://{file}{query}")
-        page.evaluate("solidtex.ready")
+        page = opened(browser, file, query, size=(32, 24))
         assert page.evaluate("solidtex.backend()") == name
 
 
@@ -115,9 +106,7 @@ def test_an_engine_that_fails_is_told(file: Path, browser: Any, tmp_path: Path) 
     start = text.index("const ENGINE = ")
     damaged = tmp_path / "damaged.html"
     damaged.write_text(text[:start] + text[start:].replace('"wasm":"', '"wasm":"AAAA', 1))
-    page = browser.new_page()
-    page.goto(f"file://{damaged}?backend=webassembly")
-    page.evaluate("solidtex.ready")
+    page = opened(browser, damaged, "?backend=webassembly")
     assert message(page).startswith("found no webassembly in this browser")
 
 

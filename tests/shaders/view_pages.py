@@ -40,6 +40,18 @@ def hits(side: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     return EYE + enter[..., None] * rays, leave - enter > 0.03
 
 
+def opened(
+    browser: Any, file: Path, query: str = "", size: tuple[int, int] = SIZE, script: str = ""
+) -> Any:
+    """The page once it has drawn or said why not; `script` runs before those of the page."""
+    page = browser.new_page(viewport=dict(zip(("width", "height"), size, strict=True)))
+    page.set_default_timeout(300_000)
+    page.add_init_script(script)
+    page.goto(f"file://{file}{query}")
+    page.evaluate("solidtex.ready")
+    return page
+
+
 def message(page: Any) -> str:
     return str(page.evaluate("document.getElementById('message').textContent"))
 
