@@ -149,9 +149,11 @@ typedef int (*solidtex_progress_callback)(void* user, double done);
 
 /* Sets the progress callback of a texture that is not open yet. NULL, the default, means none.
  *
- * A query calls it on the calling thread: when the query begins, then about every 50 ms. Calls are
- * 50 ms apart across the queries of a thread, too: short queries in a row share them. A query that
- * is one block, brick or batch never calls it, and no query calls it at its end.
+ * A query calls it on the calling thread: when the query begins, then about every 50 ms. A step
+ * that cannot be divided, such as an operation on one block of a lattice, comes first: on one
+ * thread that may take a second. Calls are at least 50 ms apart across the queries of a thread,
+ * too: short queries in a row share them. A query that is one block, brick or batch never calls
+ * it, and no query calls it at its end.
  *
  * A cancelled query returns SOLIDTEX_CANCELLED. It may have written some of its values. Completed
  * bricks stay in the cache. */
