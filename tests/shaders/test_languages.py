@@ -157,11 +157,6 @@ def test_osl_has_constants_only() -> None:
     assert "shader solidtex_test_shader(" in made.text
 
 
-SHADERTOY = """#version 300 es
-precision highp float;
-uniform vec3 iResolution;
-uniform float iTime;
-"""
 EXAMPLES = {
     "unity/SolidtexStone.hlsl": ("texture", "stone.hlsl", "", """
 float4 main(float3 position : POSITION0) : SV_Target {
@@ -173,9 +168,6 @@ float4 main(float3 position : POSITION0) : SV_Target {
 float4 main(float3 position : POSITION0) : SV_Target {
   return float4(SolidtexColor(position, 1), 1);
 }"""),
-    "shadertoy/image.glsl": ("constant", "stone.glsl", SHADERTOY, """
-out vec4 color;
-void main() { mainImage(color, gl_FragCoord.xy); }"""),
 }  # fmt: skip
 
 

@@ -60,6 +60,10 @@ def picture(page: Any, **changes: object) -> np.ndarray:
     """Pixels of the canvas, 0 to 1, rows from the top."""
     page.evaluate("changes => solidtex.set(changes)", changes)
     assert message(page) == ""
-    url = page.evaluate("document.getElementById('canvas').toDataURL()")
+    return pixels_of(page.evaluate("document.getElementById('canvas').toDataURL()"))
+
+
+def pixels_of(url: str) -> np.ndarray:
+    """Pixels of a data URL, 0 to 1, rows from the top."""
     image = Image.open(io.BytesIO(base64.b64decode(url.split(",")[1])))
     return np.asarray(image.convert("RGB")) / 255

@@ -34,6 +34,8 @@ class Glsl(Emitter):
     storages = ("texture", "buffer", "constant")
     types: ClassVar = named(" ".join(TYPES))
     float_of_bits = "uintBitsToFloat"
+    CONSTANT_BYTES = 32768
+    """Of the largest array of weights: ANGLE, which browsers use, refuses 64 KiB."""
 
     def preamble(self) -> str:
         lines = ["#ifdef GL_ES", "precision highp float;", "precision highp int;"]
@@ -44,10 +46,16 @@ class Glsl(Emitter):
         array = f"{type_}[{len(values)}]"
         return f"const {array} {self.global_name(name)} = {array}(\n{in_lines(values)});\n"
 
+    def weight_arrays(self) -> dict[str, list[str]]:
+        vectors = self.vectors()
+        count = self.CONSTANT_BYTES // (8 if self.precision == "half" else 16)
+        starts = range(0, len(vectors), count)
+        return {f"{WEIGHTS}_{k}": vectors[i : i + count] for k, i in enumerate(starts)}
+
     def resource_declaration(self) -> str:
         name = self.global_name(WEIGHTS)
-        if self.storage == "texture":
-            return f"uniform sampler2D {name};\n"
+        if self.storage == "texture":  # or a macro of that name is another sampler
+            return f"#ifndef {name}\nuniform sampler2D {name};\n#endif\n"
         element = self.types["uvec2" if self.precision == "half" else "uvec4"]
         return (
             "#ifndef SOLIDTEX_LAYOUT\n#define SOLIDTEX_LAYOUT std430, binding = 0\n#endif\n"
