@@ -124,6 +124,8 @@ def test_the_address_sets_controls(file: Path, browser: Any) -> None:
     names = ["model", "shape", "texels", "cut", "at", "place", "seed"]
     found = page.evaluate("names => names.map((name) => solidtex.state[name])", names)
     assert found == [0, "sphere", 2048, "y", -0.5, [1, -2, 3], "12"]
+    assert page.text_content("label[for=texels]") == "texels across: 2048"
+    assert page.text_content("label[for=at]") == "cut at: -0.5"
     page.goto(f"file://{file}?texels=x&model=none&shape=none&at=")
     page.evaluate("solidtex.ready")
     found = page.evaluate("names => names.map((name) => solidtex.state[name])", names)

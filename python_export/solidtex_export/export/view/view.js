@@ -162,6 +162,7 @@ function showControls() {
     const text = id === "place" ? state.place.join(", ") : state[id];
     if (control(id) !== document.activeElement) control(id).value = text;
   }
+  for (const id of ["texels", "at"]) control(`${id}-value`).value = state[id];
   control("lit").checked = state.lit;
 }
 
