@@ -45,13 +45,21 @@ function inFront(polygon) {
   });
 }
 
+// The numbers that settingsOf() packs for shaders.
+function unpackedSettings(s) {
+  const [isLit, isCut, isFiltered] = s.subarray(28);
+  return { clip: s.subarray(0, 16), eye: Array.from(s.subarray(16, 19)), pixel: s[19],
+           cutNormal: Array.from(s.subarray(20, 23)), cutAt: s[23], scale: s[27],
+           isLit, isCut, isFiltered };
+}
+
 // What each pixel shows of a mesh: position and normal.
 class Surface {
   constructor(width, height, mesh, settings) {
     Object.assign(this, { width, height, settings });
     this.nearness = new Float32Array(width * height);  // 1 / w, or 0: nothing
     this.points = new Float32Array(6 * width * height);
-    const { positions, normals } = mesh, m = settings;
+    const { positions, normals } = mesh, m = settings.clip;
     const corner = (i) => {
       const p = positions.subarray(i, i + 3), n = normals.subarray(i, i + 3);
       const clip = [0, 1, 3].map((r) => m[r] * p[0] + m[4 + r] * p[1] + m[8 + r] * p[2] + m[12 + r]);
@@ -87,16 +95,15 @@ class Surface {
     const [u, v, t] = [shares[0] / a[2], shares[1] / b[2], shares[2] / c[2]], nearness = u + v + t;
     if (nearness <= this.nearness[pixel]) return;
     const point = [3, 4, 5, 6, 7, 8].map((k) => (u * a[k] + v * b[k] + t * c[k]) / nearness);
-    const [, , , , eye, cut, , flags] = this.vectors ??= Array.from(
-      { length: 8 }, (_, i) => Array.from(this.settings.subarray(4 * i, 4 * i + 4)));
-    if (flags[1]) {
-      const below = cut[3] - dot(cut, point), above = dot(cut, eye) - cut[3];
+    const { eye, cutNormal, cutAt, isCut } = this.settings;
+    if (isCut) {
+      const below = cutAt - dot(cutNormal, point), above = dot(cutNormal, eye) - cutAt;
       if (below < 0) return;
       if (!isFront && above > 0) {  // the ray enters where the solid is cut
         const along = above / (above + below);
         for (let i = 0; i < 3; ++i) {
           point[i] = eye[i] + along * (point[i] - eye[i]);
-          point[3 + i] = cut[i];
+          point[3 + i] = cutNormal[i];
         }
       }
     }
@@ -147,8 +154,9 @@ class WebAssemblyView {
     for (let i = 3; i < this.image.data.length; i += 4) this.image.data[i] = 255;
   }
 
-  async draw(settings, origin, [x, y, width, height]) {
+  async draw(packed, origin, [x, y, width, height]) {
     await this.loaded;
+    const settings = unpackedSettings(packed);
     this.surface ??= new Surface(this.image.width, this.image.height, this.mesh, settings);
     const { workers, surface } = this, edge = (i) => x + Math.round(i * width / workers.length);
     await Promise.all(workers.map(async (worker, i) => {
@@ -162,15 +170,13 @@ class WebAssemblyView {
     }));
   }
 
-  async shade(worker, pixels, settings, origin) {
-    const eye = settings.subarray(16, 19), scale = settings[27];
-    const [isLit, , isFiltered] = settings.subarray(28);
+  async shade(worker, pixels, { eye, pixel: ofPixel, scale, isLit, isFiltered }, origin) {
     const positions = new Float32Array(3 * pixels.length), radii = new Float32Array(pixels.length);
     const facing = pixels.map((pixel, i) => {
       const point = this.surface.points.subarray(6 * pixel, 6 * pixel + 6);
       const ray = minus(eye, point), normal = unit(point.subarray(3));
       for (let axis = 0; axis < 3; ++axis) positions[3 * i + axis] = scale * point[axis];
-      radii[i] = 0.5 * scale * Math.hypot(...ray) * settings[19];
+      radii[i] = 0.5 * scale * Math.hypot(...ray) * ofPixel;
       return dot(normal, ray) < 0 ? normal.map((v) => -v) : normal;
     });
     const values = await worker.call("evalPoints", positions,
