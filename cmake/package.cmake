@@ -15,4 +15,12 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # The programs find the library of this package in the build.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+# libsolidtex loads ONNX Runtime when it encodes a photograph, so dpkg-shlibdeps does not see it.
+if(SOLIDTEX_DPKG_SHLIBDEPS AND SOLIDTEX_ONNXRUNTIME_FILE)
+  execute_process(COMMAND dpkg-query --search ${SOLIDTEX_ONNXRUNTIME_FILE}
+                  OUTPUT_VARIABLE owner ERROR_QUIET)
+  if(owner MATCHES "^([^:]+):")
+    set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ${CMAKE_MATCH_1})
+  endif()
+endif()
 include(CPack)

@@ -73,6 +73,8 @@ cat <<END
 For a person:
 - Render scenes/demo.json and docs/scenes/*.json, and look at each picture.
 - Follow the README on a fresh machine, from its first line.
+- As root, on Debian 12 and on 13: setup/bare.sh SUITE FOLDER build/*.deb build/*.tar.gz
+  build/wheels/*.whl, which installs and runs them in a Debian that has nothing else.
 - git tag -s v$version, then push the tag with the packages of build/ and build/wheels/.
 END
 [ "$failures" -eq 0 ] || { echo "$failures checks failed"; exit 1; }

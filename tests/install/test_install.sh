@@ -46,6 +46,8 @@ echo "-- installed programs"
 for program in "$build"/bin/solidtex-*; do
   installed=$prefix/bin/$(basename "$program")
   "$installed" --version > /dev/null || fail "$installed does not run"
+  cmp <("$installed" --completion bash) \
+    "$prefix/share/bash-completion/completions/$(basename "$program")" || fail "no completion"
 done
 ldd "$prefix"/bin/solidtex-* | grep libsolidtex | grep -vF "$prefix" &&
   fail "an installed program uses another libsolidtex"

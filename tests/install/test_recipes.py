@@ -19,7 +19,70 @@ PORT = PACKAGING / "vcpkg" / "solidtex"
 SPACK = PACKAGING / "spack" / "packages" / "solidtex" / "package.py"
 OPTIONS = set(
     re.findall(r"^option\((SOLIDTEX_\w+)", (REPOSITORY / "CMakeLists.txt").read_text(), re.M)
-)
+) | {"SOLIDTEX_VALIJSON_INCLUDE"}
+# What CMake looks for, and its names in conda-forge, Spack and vcpkg. None: no dependency there.
+NAMES: dict[str, tuple[str | None, str | None, str | None]] = {
+    "CGAL": ("cgal-cpp", "cgal", None),
+    "CLI11": ("cli11", "cli11", None),
+    "Imath": ("imath", None, None),  # Spack: by way of openexr
+    "OpenEXR": ("openexr", "openexr", None),
+    "OpenImageIO": ("openimageio", "openimageio", None),
+    "PNG": ("libpng", "libpng", None),
+    "PkgConfig": ("pkg-config", "pkgconfig", None),
+    "TBB": ("tbb-devel", "intel-oneapi-tbb", "tbb"),
+    "Threads": (None, None, None),
+    "benchmark": ("benchmark", "benchmark", None),
+    "blosc": ("blosc", "c-blosc", None),
+    "embree": ("embree", "embree", None),
+    "fmt": ("fmt", "fmt", None),
+    "glm": ("glm", "glm", None),
+    "hwy": ("libhwy", "highway", "highway"),
+    "isa-l/crc.h": ("isa-l", "isa-l", None),
+    "isal": ("isa-l", "isa-l", None),
+    "nanovdb/NanoVDB.h": (None, None, None),
+    "nlohmann_json": ("nlohmann_json", "nlohmann-json", "nlohmann-json"),
+    "onnxruntime": (None, None, None),
+    "onnxruntime_cxx_api.h": (None, None, None),
+    "openvdb": ("openvdb", "openvdb", None),
+    "openvdb/openvdb.h": ("openvdb", "openvdb", None),
+    "valijson/validator.hpp": (None, "valijson", None),  # conda: a source of the recipe
+}
+BUILDS = {
+    "cmake",
+    "ninja",
+    "c",
+    "cxx",
+    "pkg-config",
+    "pkgconfig",
+    "vcpkg-cmake",
+    "vcpkg-cmake-config",
+}
+
+
+def looked_for() -> set[str]:
+    """By CMake for library, programs and renderer."""
+    found: set[str] = set()
+    for folder in (
+        "engine",
+        "cmake",
+        "tools",
+        "plugins/mesh",
+        "plugins/spaces",
+        "plugins/pathtracer",
+    ):
+        for file in (REPOSITORY / folder).rglob("*"):
+            if file.suffix != ".cmake" and file.name != "CMakeLists.txt":
+                continue
+            if file.name == "openimageio_of_host.cmake":
+                continue  # for the plugin of another OpenImageIO
+            text = file.read_text()
+            found |= set(re.findall(r"(?:find_package|pkg_check_modules)\((\w+)", text))
+            found |= set(re.findall(r"find_(?:path|library)\(\w+ ([\w./-]+)", text))
+    return found
+
+
+def test_every_dependency_has_a_name() -> None:
+    assert looked_for() == set(NAMES)
 
 
 @pytest.mark.parametrize("recipe", [CONDA, PORT / "portfile.cmake", SPACK], ids=lambda p: p.name)
@@ -35,7 +98,13 @@ def test_the_conda_recipe_renders() -> None:
     (variant,) = recipe.render(rattler.VariantConfig(library))
     made = variant.recipe.to_dict()
     assert made["package"] == {"name": "solidtex", "version": solidtex.__version__}
-    assert [(CONDA.parent / s["path"]).resolve() for s in made["source"]] == [REPOSITORY]
+    clone, valijson = made["source"]
+    assert (CONDA.parent / clone["path"]).resolve() == REPOSITORY
+    assert valijson["url"].endswith(".tar.gz") and re.fullmatch(r"[0-9a-f]{64}", valijson["sha256"])
+    needed = {str(n) for part in ("build", "host") for n in made["requirements"][part]}
+    needed = {n.split()[0] for n in needed if not n.startswith(("gcc_", "gxx_", "sysroot_"))}
+    # FindPNG of CMake needs the headers of zlib.
+    assert needed - BUILDS == {names[0] for names in NAMES.values() if names[0]} - BUILDS | {"zlib"}
     assert (REPOSITORY / made["about"]["license_file"][0]).is_file()
     (test,) = made["tests"]
     for line in test["script"]:
@@ -64,10 +133,7 @@ def test_the_vcpkg_port_configures_this_repository(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert f"vcpkg_cmake_configure SOURCE_PATH;{REPOSITORY};OPTIONS" in done.stderr
     # The library needs what the port names, and the port what the library needs.
-    needed = (REPOSITORY / "engine" / "CMakeLists.txt").read_text()
-    packages = {"TBB": "tbb", "hwy": "highway", "nlohmann_json": "nlohmann-json"}
-    found = re.findall(r"^find_package\((\w+) REQUIRED", needed, re.M)
-    assert {packages[n] for n in found if n != "Threads"} == {n for n in names if "cmake" not in n}
+    assert set(names) - BUILDS == {n[2] for n in NAMES.values() if n[2]}
 
 
 def test_the_spack_package_uses_its_variants() -> None:
@@ -85,4 +151,22 @@ def test_the_spack_package_uses_its_variants() -> None:
     assert variants == set(texts("define_from_variant", 1))
     conditions = [ast.literal_eval(k.value) for c in calls for k in c.keywords if k.arg == "when"]
     conditions += texts("when", 0)
-    assert set(re.findall(r"\+(\w+)", " ".join(conditions))) == variants
+    assert set(re.findall(r"[+~](\w+)", " ".join(conditions))) == variants
+    needed = {re.split("[@+~]", name)[0] for name in texts("depends_on", 0)}
+    assert needed - BUILDS == {names[1] for names in NAMES.values() if names[1]} - BUILDS
+
+
+@pytest.mark.parametrize("renderer", ["ON", "OFF"])
+@pytest.mark.parametrize("tools", ["ON", "OFF"])
+def test_the_options_of_programs_are_independent(tools: str, renderer: str, tmp_path: Path) -> None:
+    """Spack's variants `tools` and `renderer`."""
+    on = {"TOOLS": tools, "RENDERER": renderer}
+    off = dict.fromkeys(("OPENIMAGEIO", "PYTHON", "TESTS"), "OFF")
+    options = [f"-DSOLIDTEX_BUILD_{name}={value}" for name, value in {**on, **off}.items()]
+    command = ["cmake", "-S", REPOSITORY, "-B", tmp_path, "-G", "Ninja", *options]
+    subprocess.run(command, capture_output=True, check=True)
+    made = set(
+        re.findall(r"^build bin/solidtex-(\w+):", (tmp_path / "build.ninja").read_text(), re.M)
+    )
+    expected = {"bake", "bench", "detect", "encode", "info", "mix"} if tools == "ON" else set()
+    assert made == expected | ({"render"} if renderer == "ON" else set())

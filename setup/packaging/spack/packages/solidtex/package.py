@@ -8,7 +8,8 @@ from spack_repo.builtin.build_systems.cmake import CMakePackage
 class Solidtex(CMakePackage):
     """Solid textures learned from one photograph, evaluated anywhere in 3D space."""
 
-    license("Apache-2.0")
+    license("Apache-2.0", when="~cgal")
+    license("Apache-2.0 AND GPL-3.0-or-later", when="+cgal")
     version("develop")
 
     variant("tools", default=False, description="Build the programs beside solidtex-render")
@@ -37,7 +38,7 @@ class Solidtex(CMakePackage):
         depends_on("openimageio")
     with when("+renderer"):
         depends_on("cli11")
-        depends_on("embree@3:")
+        depends_on("embree@3.13:")
         depends_on("fmt")
         depends_on("glm")
         depends_on("openimageio")
