@@ -1,11 +1,15 @@
 """Recipes of package managers: as far as they can be read here, where none can be built."""
 
 import ast
+import contextlib
 import json
 import os
 import re
+import runpy
 import subprocess
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -134,6 +138,27 @@ def test_the_vcpkg_port_configures_this_repository(tmp_path: Path) -> None:
     assert f"vcpkg_cmake_configure SOURCE_PATH;{REPOSITORY};OPTIONS" in done.stderr
     # The library needs what the port names, and the port what the library needs.
     assert set(names) - BUILDS == {n[2] for n in NAMES.values() if n[2]}
+
+
+def test_the_spack_package_imports_what_it_uses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It runs with functions that do nothing in place of Spack's, in the modules that have them."""
+    modules = {
+        "spack.package": ["depends_on", "license", "variant", "version"],
+        "spack_repo.builtin.build_systems.cmake": ["generator"],
+    }
+    for path, functions in modules.items():
+        parts = path.split(".")
+        for length in range(1, len(parts) + 1):
+            name = ".".join(parts[:length])
+            monkeypatch.setitem(sys.modules, name, ModuleType(name))
+        for function in functions:
+            setattr(sys.modules[path], function, lambda *_, **__: None)
+    sys.modules["spack.package"].when = lambda _: contextlib.nullcontext()  # type: ignore[attr-defined]
+    base = {name: lambda *words: words[1] for name in ("define", "define_from_variant")}
+    cmake = sys.modules["spack_repo.builtin.build_systems.cmake"]
+    cmake.CMakePackage = type("CMakePackage", (), base)  # type: ignore[attr-defined]
+    package = runpy.run_path(str(SPACK))["Solidtex"]
+    assert set(package().cmake_args()) <= OPTIONS
 
 
 def test_the_spack_package_uses_its_variants() -> None:

@@ -2,7 +2,7 @@
 # ruff: noqa: F403, F405 (the star is how packages of Spack import)
 
 from spack.package import *
-from spack_repo.builtin.build_systems.cmake import CMakePackage
+from spack_repo.builtin.build_systems.cmake import CMakePackage, generator
 
 
 class Solidtex(CMakePackage):
