@@ -83,7 +83,7 @@ try_deb() {
   local program
   for program in "${programs[@]}"; do
     grep -qx "/usr/bin/solidtex-$program" /try/installed || fail "no solidtex-$program"
-    grep -qx "/usr/share/man/man1/solidtex-$program.1.gz" /try/installed || fail "no page of solidtex-$program"
+    grep -Eqx "/usr/share/man/man1/solidtex-$program.1(.gz)?" /try/installed || fail "no page of solidtex-$program"
   done
   say "programs of the .deb"
   run_programs /usr/bin
