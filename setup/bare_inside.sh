@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # The part of setup/bare.sh that runs in the bare Debian:  bare_inside.sh FILE
+# No `grep -q` in a pipe: it stops reading, and the program before it fails.
 set -euo pipefail
+trap 'echo "error: line $LINENO: $BASH_COMMAND" >&2' ERR
 file=$1
 programs=(bake bench detect encode info mix render)
 
@@ -19,11 +21,11 @@ cd /try/jobs
 export HOME=/try/jobs PATH=$bin:/usr/bin:/bin
 for program in ${programs[*]}; do
   solidtex-\$program --version
-  solidtex-\$program --help | grep -q '^Usage: '
+  solidtex-\$program --help | grep '^Usage: ' >/dev/null
   solidtex-\$program --completion bash >\$program.bash
-  bash -c "source \$program.bash; complete -p solidtex-\$program" | grep -q -- --version
+  bash -c "source \$program.bash; complete -p solidtex-\$program" | grep -- --version >/dev/null
 done
-solidtex-info granite-grey | head -n 3
+solidtex-info granite-grey >info.txt
 solidtex-bake granite-grey --size 64 -o box.npy -q && sha256sum box.npy
 solidtex-bake granite-grey --size 16 -o box.vdb -q
 solidtex-bake rock-veined --size 256,256,1 -o rock.png -q
@@ -45,12 +47,12 @@ check_hardened() {  # of the files in $1
   local binary
   for binary in $(find "$1" -type f \( -path '*/bin/solidtex-*' -o -name 'libsolidtex.so*' \
                     -o -name 'solidtex.imageio.so' \)); do
-    readelf -Wl "$binary" | grep -q GNU_RELRO || fail "$binary: no RELRO"
-    readelf -Wl "$binary" | grep -Eq 'GNU_STACK.* RW ' || fail "$binary: the stack can be executed"
-    readelf -Wd "$binary" | grep -Eq 'FLAGS_1.* NOW' || fail "$binary: RELRO without functions"
-    readelf -Wh "$binary" | grep -Eq 'Type: +DYN' || fail "$binary: a fixed address"
-    readelf -W --dyn-syms "$binary" | grep -q __stack_chk_fail || fail "$binary: unguarded stacks"
-    readelf -W --dyn-syms "$binary" | grep -q _chk@ || fail "$binary: no _FORTIFY_SOURCE"
+    readelf -Wl "$binary" | grep GNU_RELRO >/dev/null || fail "$binary: no RELRO"
+    readelf -Wl "$binary" | grep -E 'GNU_STACK.* RW ' >/dev/null || fail "$binary: the stack can be executed"
+    readelf -Wd "$binary" | grep -E 'FLAGS_1.* NOW' >/dev/null || fail "$binary: RELRO without functions"
+    readelf -Wh "$binary" | grep -E 'Type: +DYN' >/dev/null || fail "$binary: a fixed address"
+    readelf -W --dyn-syms "$binary" | grep __stack_chk_fail >/dev/null || fail "$binary: unguarded stacks"
+    readelf -W --dyn-syms "$binary" | grep _chk@ >/dev/null || fail "$binary: no _FORTIFY_SOURCE"
     echo "hardened: $binary"
   done
 }
@@ -90,10 +92,10 @@ try_deb() {
   say "manual pages, completion, hardening, a host"
   install_packages man-db bash-completion gcc libc6-dev make cmake pkg-config binutils
   for program in "${programs[@]}"; do
-    man "solidtex-$program" | grep -q -- --version || fail "man solidtex-$program"
+    man "solidtex-$program" | grep -- --version >/dev/null || fail "man solidtex-$program"
     bash -c 'source /usr/share/bash-completion/bash_completion
              _comp_load "$1" 2>/dev/null || _completion_loader "$1" || true
-             complete -p "$1"' _ "solidtex-$program" | grep -q -- --version ||
+             complete -p "$1"' _ "solidtex-$program" | grep -- --version >/dev/null ||
       fail "bash does not complete solidtex-$program"
   done
   check_hardened /usr
@@ -106,7 +108,7 @@ try_deb() {
   done </try/installed
   ! ldconfig -p | grep solidtex || fail "ldconfig knows the library"
   ! dpkg -l solidtex 2>/dev/null | grep '^[^un].*solidtex' || fail "dpkg knows the package"
-  find / -xdev \( -path /try -o -path /proc \) -prune -o -iname '*solidtex*' -print >/try/left
+  find / -xdev \( -path /try -o -path /proc -o -path /var/cache/man \) -prune -o -iname '*solidtex*' -print >/try/left
   [ ! -s /try/left ] || { cat /try/left; fail "files stay"; }
   echo "nothing stays"
 }
