@@ -146,7 +146,7 @@ def test_the_picture_of_the_page(file: Path, browser: Any, tmp_path: Path) -> No
 
 def test_refused_values_are_named(page: Any) -> None:
     page.evaluate("solidtex.set({seed: 'x'})")
-    assert message(page) == "seed: found x, expected a whole number from 0 to 2^64 - 1"
+    assert message(page) == 'seed: found "x", expected a whole number from 0 to 2^64 - 1'
     page.evaluate("solidtex.set({seed: '0'})")
 
 
@@ -157,13 +157,23 @@ def test_a_place_is_typed(page: Any) -> None:
     page.keyboard.press("Control+A")
     page.keyboard.type("-40, 12,")
     assert page.input_value("#place") == "-40, 12,"
-    assert message(page).startswith("place: found -40, 12,, expected three whole numbers")
+    assert message(page).startswith('place: found "-40, 12,", expected three whole numbers')
     page.keyboard.type(" 7")
     page.wait_for_function("document.getElementById('message').hidden")
     assert page.evaluate("solidtex.state.place") == [-40, 12, 7]
     page.evaluate("solidtex.set({place: [0, 0, 0]})")
     page.evaluate("document.activeElement.blur()")
     assert page.input_value("#place") == "0, 0, 0"
+
+
+def test_a_seed_that_cannot_be_read_is_not_taken(page: Any) -> None:
+    page.evaluate("document.getElementById('controls').hidden = false")
+    page.focus("#seed")
+    page.keyboard.press("Control+A")
+    page.keyboard.type("a")
+    assert message(page).startswith('seed: found "a", expected a whole number')
+    page.evaluate("document.activeElement.blur()")
+    assert (page.input_value("#seed"), message(page)) == ("0", "")
 
 
 def test_the_cube_is_shown_whole_beside_the_controls(file: Path, browser: Any) -> None:

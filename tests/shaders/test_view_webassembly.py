@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from view_pages import (
     EYE,
     FIELD_OF_VIEW,
@@ -93,6 +94,32 @@ def test_other_shapes_look_as_in_webgl(page: Any, file: Path, browser: Any, shap
     assert np.abs(expected - 0.86).max() > 0.2
     differs = np.abs(found - expected).max(axis=2) > 0.05
     assert differs.mean() < 0.03  # pixels at edges
+
+
+@pytest.mark.parametrize("backend", ["webassembly", "webgl"])
+def test_what_is_chosen_last_is_shown(file: Path, browser: Any, backend: str) -> None:
+    """Also where models, seeds and shapes change while others are loaded or drawn."""
+    page = opened(browser, file, f"?backend={backend}&texels=16")
+    page.evaluate("""async () => {
+      for (const model of [1, 0, 1, 1, 0]) solidtex.set({ model, seed: String(model) });
+      for (const shape of ["knot", "sphere"]) solidtex.set({ shape });
+      await solidtex.set({ model: 1, seed: "5" });
+    }""")
+    found = picture(page)
+    fresh = opened(
+        browser, file, f"?backend={backend}&texels=16&model={NAMES[1]}&shape=sphere&seed=5"
+    )
+    assert np.array_equal(found, picture(fresh))
+
+
+def test_png_is_that_of_its_name(file: Path, browser: Any) -> None:
+    page = opened(browser, file, "?backend=webassembly&texels=16", size=(600, 400))
+    with page.expect_download() as download:
+        page.click("#png")
+        page.evaluate("void solidtex.set({ model: 1 })")
+    assert download.value.suggested_filename == f"{NAMES[1]}.png"
+    saved = np.asarray(Image.open(download.value.path()).convert("RGB")) / 255
+    assert np.array_equal(saved, picture(page))
 
 
 def test_it_is_the_last_choice_and_may_be_asked_for(file: Path, browser: Any) -> None:

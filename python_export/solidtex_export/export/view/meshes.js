@@ -85,12 +85,13 @@ function readGlb(buffer, name) {
   const extension = (document.extensionsRequired ?? []).find((e) => !ABOUT_SURFACES.test(e));
   if (extension) fail(`needs the extension ${extension}; export it without compression`);
   const start = 28 + size;
-  const read = (index) => {
+  const read = (index, type) => {
     const accessor = document.accessors[index], part = document.bufferViews[accessor.bufferView];
     const Kind = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array }[
       accessor.componentType];
     if (!Kind || !part) fail("found vertices of an unknown kind, expected floats");
-    const width = accessor.type === "VEC3" ? 3 : 1, bytes = Kind.BYTES_PER_ELEMENT;
+    if (accessor.type !== type) fail(`found vertices as ${accessor.type}, expected ${type}`);
+    const width = type === "VEC3" ? 3 : 1, bytes = Kind.BYTES_PER_ELEMENT;
     const pitch = part.byteStride ?? width * bytes;
     const first = start + (part.byteOffset ?? 0) + (accessor.byteOffset ?? 0);
     if (first + (accessor.count - 1) * pitch + width * bytes > buffer.byteLength)
@@ -105,10 +106,10 @@ function readGlb(buffer, name) {
   const addPrimitive = (primitive, matrix) => {
     const mode = primitive.mode ?? 4, corners = TRIANGLES[mode];
     if (!corners) return;
-    const from = read(primitive.attributes.POSITION);
+    const from = read(primitive.attributes.POSITION, "VEC3");
     const given = primitive.attributes.NORMAL;
-    const facing = given === undefined ? null : read(given);
-    const order = primitive.indices === undefined ? null : read(primitive.indices);
+    const facing = given === undefined ? null : read(given, "VEC3");
+    const order = primitive.indices === undefined ? null : read(primitive.indices, "SCALAR");
     const count = order ? order.length : from.length / 3;
     const { turned, isMirrored } = matrixOfNormals(matrix);
     for (let i = 0; i < (mode === 4 ? Math.floor(count / 3) : count - 2); ++i) {

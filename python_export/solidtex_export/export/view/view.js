@@ -5,9 +5,11 @@ const control = (id) => document.getElementById(id);
 const state = { model: 0, shape: "cube", texels: 512, cut: "", at: 0, place: [0, 0, 0], seed: "0",
                 lit: true, filter: true, yaw: 0.6, pitch: 0.45, distance: 5.6, camera: null };
 const BACKENDS = { webgpu: WebGpuView, webgl: WebGlView, webassembly: WebAssemblyView };
+const OWN_SHAPES = new Set(Object.keys(SHAPES));
 const FIELD_OF_VIEW = Math.PI / 5, COARSE = 4, SHOWN_EVERY_MS = 400;
 const GOLDEN = 0x9e3779b97f4a7c15n, MASK = (1n << 64n) - 1n;
-let view = null, mesh = null, loaded = {}, generation = 0, moving = false, isLost = false;
+let view = null, loaded = {}, generation = 0, moving = false, isLost = false;
+let last = Promise.resolve();  // drawing
 
 function say(message) {
   control("message").textContent = message;
@@ -51,30 +53,28 @@ function bytesOf(text) {
 
 function readSeed(text) {
   if (!/^\d{1,20}$/.test(text) || BigInt(text) > MASK)
-    throw new Error(`seed: found ${text}, expected a whole number from 0 to 2^64 - 1`);
+    throw new Error(`seed: found "${text}", expected a whole number from 0 to 2^64 - 1`);
   return BigInt(text);
 }
 
-// Loads what changed since the last drawing.
+// Loads what changed since the last drawing. The state may change meanwhile.
 async function load() {
-  const model = MODELS[state.model];
-  const seed = readSeed(state.seed);
-  if (loaded.model !== state.model) {
+  const wanted = { ...state }, model = MODELS[wanted.model];
+  const seed = readSeed(wanted.seed);
+  if (loaded.model !== wanted.model) {
     loaded = { ...loaded, model: null };
     control("progress").value = "compiling";
     await view.setModel(model);
-    control("texels").max = model.lattice ? MAX_TEXELS : 2048;
+    control("texels").max = model.lattice ? view.constructor.mostTexels ?? MAX_TEXELS : 2048;
     state.texels = Math.min(state.texels, control("texels").max);
+    showControls();
     control("exemplar").hidden = !model.exemplar;
     if (model.exemplar) control("exemplar").src = model.exemplar;
   }
-  if (loaded.model !== state.model || loaded.seed !== state.seed)
-    view.setSeed(seed);
-  if (loaded.shape !== state.shape) {
-    mesh = state.shape in SHAPES ? SHAPES[state.shape]() : mesh;
-    view.setMesh(mesh);
-  }
-  loaded = { ...state };
+  if (loaded.model !== wanted.model || loaded.seed !== wanted.seed) view.setSeed(seed);
+  const makeMesh = SHAPES[wanted.shape];
+  if (loaded.makeMesh !== makeMesh) view.setMesh(makeMesh());
+  loaded = { ...wanted, makeMesh };
 }
 
 // The camera that the user turns. The shape is shown beside the controls where there is room.
@@ -99,30 +99,39 @@ function settingsOf(width, height) {
     state.texels / 2, Number(state.lit), Number(state.cut !== ""), Number(state.filter), 0]);
 }
 
-// Draws the state. Returns when it is on the canvas, or a newer drawing has begun.
-async function render() {
+// Draws the state after the drawing before, which ends early. Returns "drawn", "replaced" by a newer
+// drawing or the one after a move, or "failed".
+function render() {
   const mine = ++generation;
-  if (isLost) return;
+  last = last.then(() => mine === generation ? renderNow(() => mine === generation) : "replaced");
+  return last;
+}
+
+async function renderNow(isCurrent) {
+  if (isLost) return "failed";
+  const waiting = setTimeout(() => { control("progress").value ||= "drawn: 0 %"; }, SHOWN_EVERY_MS);
   try {
     await load();
-    if (mine !== generation) return;
+    if (!isCurrent()) return "replaced";
     say("");
     const ratio = state.camera ? 1 : devicePixelRatio;
     const size = [canvas.clientWidth, canvas.clientHeight].map((s) => Math.max(1, Math.round(s * ratio)));
     if (canvas.width !== size[0]) canvas.width = size[0];
     if (canvas.height !== size[1]) canvas.height = size[1];
     view.setPlace(state.place, state.texels);
-    const isCurrent = () => mine === generation;
     const coarse = size.map((s) => Math.ceil(s / COARSE));
     const isFast = MODELS[state.model].lattice && !(view instanceof WebAssemblyView);
-    if (!isFast && (!await drawn(coarse, isCurrent) || moving)) return;
+    if (!isFast && (!await drawn(coarse, isCurrent) || moving)) return "replaced";
     do {
-      if (!await drawn(size, isCurrent)) return;
+      if (!await drawn(size, isCurrent)) return "replaced";
     } while (await view.refine(isCurrent));
+    return "drawn";
   } catch (error) {
     if (!isLost) say(error.message);
+    return "failed";
   } finally {
-    if (mine === generation) control("progress").value = "";
+    clearTimeout(waiting);
+    control("progress").value = "";
   }
 }
 
@@ -130,14 +139,15 @@ async function render() {
 async function drawn([width, height], isCurrent) {
   const settings = settingsOf(width, height);
   view.begin(width, height);
-  let edge = 64, shown = performance.now();
+  const { firstRows = 64, leastRows = 8 } = view.constructor;
+  let edge = firstRows, shown = performance.now();
   for (let y = 0, rows; y < height; y += rows) {
     rows = Math.min(edge, height - y);
     const started = performance.now();
     await view.draw(settings, new Int32Array(state.place), [0, y, width, rows]);
     if (!isCurrent()) return false;
     const now = performance.now(), time = now - started;
-    edge = Math.round(Math.min(1024, Math.max(8, edge * Math.min(2, 30 / Math.max(time, 1)))));
+    edge = Math.round(Math.min(1024, Math.max(leastRows, edge * Math.min(2, 30 / Math.max(time, 1)))));
     if (now - shown > SHOWN_EVERY_MS) {
       await view.show(y + rows);
       control("progress").value = `drawn: ${Math.floor(100 * (y + rows) / height)} %`;
@@ -169,19 +179,18 @@ function showControls() {
 function readPlace(text) {
   const place = text.split(",").map((part) => part.trim() === "" ? NaN : Number(part));
   if (place.length !== 3 || !place.every((c) => Number.isInteger(c) && Math.abs(c) <= 2 ** 30))
-    throw new Error(`place: found ${text}, expected three whole numbers up to 2^30`);
+    throw new Error(`place: found "${text}", expected three whole numbers up to 2^30`);
   return place;
 }
 
 async function showFile(file) {
   try {
-    mesh = readGlb(await file.arrayBuffer(), file.name);
-    const own = mesh;
-    SHAPES[file.name] = () => own;
-    if (![...control("shape").options].some(({ text }) => text === file.name))
-      control("shape").add(new Option(file.name));
-    loaded.shape = null;
-    await set({ shape: file.name });
+    const own = readGlb(await file.arrayBuffer(), file.name);
+    const name = OWN_SHAPES.has(file.name) ? `${file.name}.glb` : file.name;
+    SHAPES[name] = () => own;
+    if (![...control("shape").options].some(({ text }) => text === name))
+      control("shape").add(new Option(name));
+    await set({ shape: name });
   } catch (error) {
     const isDamaged = error instanceof TypeError || error instanceof RangeError;
     say(isDamaged ? `${file.name}: found a damaged file, expected a .glb file` : error.message);
@@ -190,7 +199,7 @@ async function showFile(file) {
 
 // What the controls hold as text, and what the address may set.
 const READERS = { model: Number, shape: String, texels: Number, cut: String, at: Number,
-                  place: readPlace, seed: String };
+                  place: readPlace, seed: (text) => String(readSeed(text)) };
 
 // Returns what is wrong with the last value that cannot be read, or "".
 function readAddress(given) {
@@ -215,20 +224,29 @@ function readAddress(given) {
 
 function listen() {
   for (const [id, read] of Object.entries(READERS)) {
+    let isWrong = false;
     control(id).addEventListener("input", ({ target }) => {
       try {
         set({ [id]: read(target.value) });
+        isWrong = false;
       } catch (error) {
+        isWrong = true;
         say(error.message);
       }
     });
-    control(id).addEventListener("blur", showControls);
+    control(id).addEventListener("blur", () => {
+      showControls();  // a value that could not be read is gone, and its message
+      if (isWrong) say("");
+      isWrong = false;
+    });
   }
   control("place").addEventListener("keydown", (e) => e.stopPropagation());
   control("lit").addEventListener("input", ({ target }) => set({ lit: target.checked }));
   control("controls").addEventListener("submit", (event) => event.preventDefault());
   control("png").addEventListener("click", async () => {
-    await render();
+    let outcome;
+    do outcome = await render(); while (outcome === "replaced");
+    if (outcome === "failed") return;
     canvas.toBlob((blob) => {
       const link = document.createElement("a");
       link.href = URL.createObjectURL(blob);

@@ -114,7 +114,12 @@ class Surface {
 
 class WebAssemblyView {
   static near = -1;  // of clip space
-  static texels = 128;  // across, at first: a processor draws fewer bricks in the same time
+  // A processor computes fewer bricks in the same time: texels across at first and at most, and rows
+  // of a part, which cannot be given up.
+  static texels = 128;
+  static mostTexels = 256;
+  static firstRows = 2;
+  static leastRows = 1;
 
   static async create(canvas, onLost) {
     const context = ENGINE && canvas.getContext("2d");
@@ -137,8 +142,8 @@ class WebAssemblyView {
   async refine() { return false; }
 
   async setModel(model) {
-    this.model = model;
-    this.file = await unpacked(model.file);
+    const file = await unpacked(model.file);
+    Object.assign(this, { model, file });
   }
 
   setSeed(seed) {
