@@ -27,12 +27,12 @@ def ball() -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_shadertoy(browser: Any, tmp_path: Path) -> None:
-    shader = tmp_path / "stone.glsl"
+    shader = tmp_path / "gray-stone.glsl"
     options = ["--weights", "texture", "--precision", "half"]
     assert export_shader.main(["stone-grey", "-o", str(shader), *options]) == 0
     subprocess.run([sys.executable, FOLDER / "tabs.py", shader], check=True)
-    buffers = [(tmp_path / f"stone-buffer-{letter}.glsl").read_text() for letter in "abcd"]
-    image = (tmp_path / "stone-image.glsl").read_text()
+    buffers = [(tmp_path / f"gray-stone-buffer-{letter}.glsl").read_text() for letter in "abcd"]
+    image = (tmp_path / "gray-stone-image.glsl").read_text()
     page = browser.new_page()
     found = pixels_of(page.evaluate(SHADERTOY, [buffers, image, SIZE, TIME]))
     normals, is_inside = ball()
@@ -48,3 +48,20 @@ def test_shadertoy(browser: Any, tmp_path: Path) -> None:
     assert np.quantile(errors, 0.99) < 2 / 255
     shown = np.asarray(Image.open(REPOSITORY / "docs/images/hosts/shadertoy.png").convert("RGB"))
     assert np.abs(found - shown / 255).mean() < 1 / 255
+
+
+def test_refusals(tmp_path: Path) -> None:
+    def told(*arguments: object) -> str:
+        done = subprocess.run(
+            [sys.executable, FOLDER / "tabs.py", *map(str, arguments)],
+            capture_output=True, text=True, cwd=tmp_path, check=False,
+        )  # fmt: skip
+        assert done.returncode == 1 and not list(tmp_path.glob("*-image.glsl"))
+        return done.stderr
+
+    assert "found 0 arguments" in told()
+    assert "none.glsl: found no such file" in told("none.glsl")
+    for options in (["texture", "--precision", "float"], ["buffer", "--precision", "half"]):
+        shader = tmp_path / f"{options[0]}.glsl"
+        assert export_shader.main(["stone-grey", "-o", str(shader), "--weights", *options]) == 0
+        assert "found other weights than a texture of halves" in told(shader)
