@@ -147,6 +147,8 @@ def test_the_folder_of_the_package(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "1 model, with WebAssembly, " in capsys.readouterr().out
     # The engine, and the model file.
     assert without < output.stat().st_size < without + 900_000
+    assert view.main([*arguments, "--wasm", str(tmp_path / "none")]) == 1
+    assert "none: found no such folder" in capsys.readouterr().err
     shutil.copytree(PACKAGE, tmp_path / "package")
     (tmp_path / "package" / "index.mjs").unlink()
     assert view.main([*arguments, "--wasm", str(tmp_path / "package")]) == 1

@@ -48,6 +48,8 @@ def package_folder(given: Path | None = None) -> Path | None:
     if given is None and not PACKAGE.exists():
         return None
     package = given or PACKAGE
+    if not package.is_dir():
+        raise OutputError(f"{package}: found no such folder, expected that of the npm package")
     for name in (*PACKAGE_SCRIPTS, PACKAGE_WASM):
         if not (package / name).is_file():
             raise OutputError(
