@@ -1,4 +1,5 @@
 // What Shadertoy does with tabs: ([buffers A to D, image], size, time) to the picture's address.
+// The page has glProgram() of webgl.js.
 ([buffers, image, [width, height], time]) => {
   const canvas = document.createElement("canvas");
   Object.assign(canvas, { width, height });
@@ -6,29 +7,11 @@
   gl.getExtension("EXT_color_buffer_float");
   const head = `#version 300 es
 precision highp float; precision highp int; precision highp sampler2D;
-uniform vec3 iResolution; uniform float iTime; uniform int iFrame; uniform sampler2D iChannel0;
+uniform vec3 iResolution; uniform float iTime; uniform sampler2D iChannel0;
 out vec4 shown;
 `;
-  const program = (tab) => {
-    const program = gl.createProgram();
-    const corners = "vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0";
-    const sources = {
-      VERTEX_SHADER: `#version 300 es\nvoid main() { gl_Position = vec4(${corners}, 0, 1); }`,
-      FRAGMENT_SHADER: `${head}${tab}\nvoid main() { mainImage(shown, gl_FragCoord.xy); }`,
-    };
-    for (const [kind, source] of Object.entries(sources)) {
-      const shader = gl.createShader(gl[kind]);
-      gl.shaderSource(shader, source);
-      gl.compileShader(shader);
-      gl.attachShader(program, shader);
-      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS))
-        throw new Error(gl.getShaderInfoLog(shader));
-    }
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS))
-      throw new Error(gl.getProgramInfoLog(program));
-    return program;
-  };
+  const corners = "vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0";
+  const vertex = `#version 300 es\nvoid main() { gl_Position = vec4(${corners}, 0, 1); }`;
   const target = () => {
     const texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -42,8 +25,9 @@ out vec4 shown;
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     if (output)
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, output, 0);
-    const used = program(tab), place = (name) => gl.getUniformLocation(used, name);
-    gl.useProgram(used);
+    const main = "void main() { mainImage(shown, gl_FragCoord.xy); }";
+    const program = glProgram(gl, vertex, `${head}${tab}\n${main}`);
+    const place = (name) => gl.getUniformLocation(program, name);
     gl.bindTexture(gl.TEXTURE_2D, input);
     gl.uniform3f(place("iResolution"), width, height, 1);
     gl.uniform1f(place("iTime"), time);

@@ -13,6 +13,7 @@ from solidtex import Texture
 from solidtex_export.commands import export_shader
 
 FOLDER = REPOSITORY / "docs" / "hosts" / "shadertoy"
+VIEW = REPOSITORY / "python_export" / "solidtex_export" / "export" / "view"
 SHADERTOY = Path(__file__).with_name("shadertoy.js").read_text()
 SIZE = WIDTH, HEIGHT = 384, 216  # room for 141 rows of weights
 TIME = 1.0
@@ -34,6 +35,7 @@ def test_shadertoy(browser: Any, tmp_path: Path) -> None:
     buffers = [(tmp_path / f"gray-stone-buffer-{letter}.glsl").read_text() for letter in "abcd"]
     image = (tmp_path / "gray-stone-image.glsl").read_text()
     page = browser.new_page()
+    page.add_script_tag(path=VIEW / "webgl.js")
     found = pixels_of(page.evaluate(SHADERTOY, [buffers, image, SIZE, TIME]))
     normals, is_inside = ball()
     c, s = np.cos(0.3 * TIME), np.sin(0.3 * TIME)

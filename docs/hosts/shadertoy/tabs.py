@@ -40,7 +40,8 @@ def main(arguments: list[str]) -> None:
             fail(f"{file}: found no such file, expected one of {EXPORT}")
     source = shader.read_text()
     sampler = re.search(r"^uniform sampler2D solidtex_(\w+)_weights;$", source, re.M)
-    words = np.fromfile(data, "<f2")[: 4 * WIDTH]  # whole numbers below 2048
+    weights = np.fromfile(data, "<u4")  # pairs of halves
+    words = weights[: 2 * WIDTH].view("<f2")  # whole numbers below 2048
     if sampler is None or words.size < 4 * WIDTH or not np.array_equal(words, words.round()):
         fail(f"{shader}: found other weights than a texture of halves, expected those of {EXPORT}")
     name = sampler[1]
@@ -48,8 +49,7 @@ def main(arguments: list[str]) -> None:
     image = image.replace("solidtex_stone", f"solidtex_{name}")
     write(shader, "image", f"#define solidtex_{name}_weights iChannel0\n{source}{image}")
     first = 0
-    parts = np.array_split(np.fromfile(data, "<u4").reshape(-1, 2), 4)
-    for letter, part in zip("abcd", parts, strict=True):
+    for letter, part in zip("abcd", np.array_split(weights.reshape(-1, 2), 4), strict=True):
         values = ",\n".join(f"uvec2({low}u, {high}u)" for low, high in part)
         last = first + len(part) - 1
         text = BUFFER.format(first=first, last=last, count=len(part), values=values, width=WIDTH)

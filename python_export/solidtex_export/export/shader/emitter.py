@@ -60,8 +60,7 @@ class Emitter:
         parts = [self.comment(), self.preamble()]
         if self.storage == "constant":
             parts += [self.constant(t.name, t.of, self.numbers(t)) for t in self.program.tables]
-            parts += [self.constant(n, self.packed, v) for n, v in self.weight_arrays().items()]
-            parts += [self.weights_at()]
+            parts += [self.constant(WEIGHTS, self.packed, self.vectors()), self.weights_at()]
         else:
             parts += [self.resource_declaration(), self.word_at(), self.weights_at()]
         parts += [self.function(f) for f in self.program.functions]
@@ -272,31 +271,20 @@ class Emitter:
 
     def weights_at(self) -> str:
         """Four weights."""
+        first = 0 if self.storage == "constant" else self.program.first_weight(self.per_element)
+        index = f"{first} + index" if first else "index"
         if self.storage == "constant":
-            lines = self.constant_at()
+            element = f"{self.resource_argument(WEIGHTS)}[{index}]"
         else:
-            first = self.program.first_weight(self.per_element)
-            lines = self.decoded(self.fetched(f"{first} + index" if first else "index"))
-        return self.helper("weights_at", self.types["vec4"], lines)
-
-    def constant_at(self) -> list[str]:
-        """Statements that return four weights of the constant arrays."""
-        lines, first = [], 0
-        for name, vectors in self.weight_arrays().items():
-            index = f"index - {first}" if first else "index"
-            body = self.decoded(f"{self.resource_argument(name)}[{index}]")
-            first += len(vectors)
-            lines.append(f"if (index < {first}) {{ {' '.join(body)} }}")
-        return [*lines[:-1], *body]
-
-    def decoded(self, element: str) -> list[str]:
-        """Statements that return the four weights of an element."""
+            element = self.fetched(index)
         if self.storage == "texture" or (self.storage, self.precision) == ("constant", "float"):
-            return [f"return {element};"]
-        if self.precision == "float":
-            return [f"return {self.vector_of_bits(element)};"]
-        word = self.local("uvec2", "word", element)
-        return [f"{word};", f"return {self.vector_of_halves('word')};"]
+            lines = [f"return {element};"]
+        elif self.precision == "float":
+            lines = [f"return {self.vector_of_bits(element)};"]
+        else:
+            word = self.local("uvec2", "word", element)
+            lines = [f"{word};", f"return {self.vector_of_halves('word')};"]
+        return self.helper("weights_at", self.types["vec4"], lines)
 
     @property
     def per_element(self) -> int:
@@ -329,10 +317,6 @@ class Emitter:
 
     def conversion(self, to: str, value: str) -> str:
         return f"{self.types[to]}({value})"
-
-    def weight_arrays(self) -> dict[str, list[str]]:
-        """Weights as constant arrays, in their order."""
-        return {WEIGHTS: self.vectors()}
 
     def vectors(self) -> list[str]:
         """Weights as constants, four in each."""

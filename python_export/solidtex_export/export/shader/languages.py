@@ -34,8 +34,6 @@ class Glsl(Emitter):
     storages = ("texture", "buffer", "constant")
     types: ClassVar = named(" ".join(TYPES))
     float_of_bits = "uintBitsToFloat"
-    CONSTANT_BYTES = 32768
-    """Of the largest array of weights: ANGLE, which browsers use, refuses 64 KiB."""
 
     def preamble(self) -> str:
         lines = ["#ifdef GL_ES", "precision highp float;", "precision highp int;"]
@@ -45,12 +43,6 @@ class Glsl(Emitter):
     def constant(self, name: str, type_: str, values: Sequence[str]) -> str:
         array = f"{type_}[{len(values)}]"
         return f"const {array} {self.global_name(name)} = {array}(\n{in_lines(values)});\n"
-
-    def weight_arrays(self) -> dict[str, list[str]]:
-        vectors = self.vectors()
-        count = self.CONSTANT_BYTES // (8 if self.precision == "half" else 16)
-        starts = range(0, len(vectors), count)
-        return {f"{WEIGHTS}_{k}": vectors[i : i + count] for k, i in enumerate(starts)}
 
     def resource_declaration(self) -> str:
         name = self.global_name(WEIGHTS)

@@ -59,10 +59,10 @@ function readSeed(text) {
 
 // Loads what changed since the last drawing. The state may change meanwhile.
 async function load() {
-  const wanted = { ...state }, model = MODELS[wanted.model];
-  const seed = readSeed(wanted.seed);
-  if (loaded.model !== wanted.model) {
-    loaded = { ...loaded, model: null };
+  const model = MODELS[state.model], seed = readSeed(state.seed), makeMesh = SHAPES[state.shape];
+  const isNew = loaded.model !== model;
+  if (isNew) {
+    loaded.model = null;
     control("progress").value = "compiling";
     await view.setModel(model);
     control("texels").max = model.lattice ? view.constructor.mostTexels ?? MAX_TEXELS : 2048;
@@ -71,10 +71,9 @@ async function load() {
     control("exemplar").hidden = !model.exemplar;
     if (model.exemplar) control("exemplar").src = model.exemplar;
   }
-  if (loaded.model !== wanted.model || loaded.seed !== wanted.seed) view.setSeed(seed);
-  const makeMesh = SHAPES[wanted.shape];
+  if (isNew || loaded.seed !== seed) view.setSeed(seed);
   if (loaded.makeMesh !== makeMesh) view.setMesh(makeMesh());
-  loaded = { ...wanted, makeMesh };
+  loaded = { model, seed, makeMesh };
 }
 
 // The camera that the user turns. The shape is shown beside the controls where there is room.
@@ -147,7 +146,8 @@ async function drawn([width, height], isCurrent) {
     await view.draw(settings, new Int32Array(state.place), [0, y, width, rows]);
     if (!isCurrent()) return false;
     const now = performance.now(), time = now - started;
-    edge = Math.round(Math.min(1024, Math.max(leastRows, edge * Math.min(2, 30 / Math.max(time, 1)))));
+    const wanted = edge * Math.min(2, 30 / Math.max(time, 1));
+    edge = Math.round(Math.min(1024, Math.max(leastRows, wanted)));
     if (now - shown > SHOWN_EVERY_MS) {
       await view.show(y + rows);
       control("progress").value = `drawn: ${Math.floor(100 * (y + rows) / height)} %`;

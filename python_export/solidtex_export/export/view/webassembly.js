@@ -142,8 +142,8 @@ class WebAssemblyView {
   async refine() { return false; }
 
   async setModel(model) {
-    const file = await unpacked(model.file);
-    Object.assign(this, { model, file });
+    this.model = model;
+    this.file = await unpacked(model.file);
   }
 
   setSeed(seed) {
