@@ -9,7 +9,9 @@ say "1/3  Debian packages"
 install_debian_packages setup/debian-build.txt
 prepare_onnxruntime
 say "2/3  building solidtex into build/"
-build_solidtex
+tests=()
+[ -e build/CMakeCache.txt ] || tests=(-DSOLIDTEX_BUILD_TESTS=OFF)  # test.sh builds them
+build_solidtex "${tests[@]}"
 say "3/3  rendering scenes/demo.json"
 build/bin/solidtex-render scenes/demo.json -o build/demo.png --force
 

@@ -20,7 +20,7 @@ prepare_onnxruntime
 say "2/4  Python environment in .venv"
 prepare_venv
 say "3/4  building solidtex into build/"
-build_solidtex -DSOLIDTEX_LONG_TESTS=$long
+build_solidtex -DSOLIDTEX_BUILD_TESTS=ON -DSOLIDTEX_LONG_TESTS=$long
 say "4/4  running the tests"
 ctest --test-dir build --output-on-failure --parallel "$(nproc)" "${label[@]}" "$@"
 
