@@ -8,6 +8,7 @@ import importlib
 import json
 import os
 import subprocess
+import tempfile
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -202,6 +203,7 @@ def test_the_file_goes_to_standard_output(program: str, execute: Execute, make_r
     piped = execute(program, *arguments(program, run.pipe))
     assert piped.code == 0, piped.err.decode()
     assert piped.out == expected
+    assert tempfile.gettempdir().encode() not in piped.err  # where the file was meanwhile
     both = execute(program, *arguments(program, run.pipe), "--json")
     assert both.code == 2 and both.out == b"" and b"both are for standard output" in both.err
 

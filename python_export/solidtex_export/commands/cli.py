@@ -223,6 +223,11 @@ def is_pipe(args: argparse.Namespace) -> bool:
     return hasattr(args, "piped_suffix") and re.fullmatch(r"-(\.[\w-]+)?", output) is not None
 
 
+def output_name(args: argparse.Namespace) -> Path:
+    """The output for messages; with -o - without the folder of the temporary file."""
+    return Path(args.output.name) if args.is_piped else args.output
+
+
 @contextmanager
 def _piped(args: argparse.Namespace) -> Iterator[None]:
     """With `-o -`, let the command write a temporary file, and copy it to standard output."""

@@ -59,7 +59,7 @@ def export(args: argparse.Namespace) -> cli.Document:
         ) from error
     data = onnx_model(model, box).SerializeToString()
     write_whole(args.output, data)
-    print(f"{args.output}: {len(data)} bytes, {describe(box)}")
+    print(f"{cli.output_name(args)}: {len(data)} bytes, {describe(box)}")
     return cli.files(args.output)
 
 

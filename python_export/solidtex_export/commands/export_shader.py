@@ -90,7 +90,7 @@ def export(args: argparse.Namespace) -> cli.Document:
         for path in companions:
             _write_data(path, made)
         write_whole(args.output, made.text.encode())
-    print(f"{args.output}: function {name}, {len(made.text)} bytes of source")
+    print(f"{cli.output_name(args)}: function {name}, {len(made.text)} bytes of source")
     return cli.files(args.output, *companions)
 
 

@@ -76,14 +76,14 @@ def export(args: argparse.Namespace) -> cli.Document:
         space = read_space(args.result, name, args.license)
         write_space(args.output, space)
         count = len(space.photographs)
-        then = f"solidtex-encode photo.jpg --space {args.output} -o mine.solidtex"
+        then = f"solidtex-encode photo.jpg --space {cli.output_name(args)} -o mine.solidtex"
     else:
         start = read_start(args.result, name, args.license)
         write_start(args.output, start)
         count = len(start.document.photographs)
-        then = f"solidtex-train photo.jpg --start {args.output} -o results/mine"
+        then = f"solidtex-train photo.jpg --start {cli.output_name(args)} -o results/mine"
     size = args.output.stat().st_size / 2**20
-    print(f"{args.output}: {count} photographs, {size:.1f} MiB")
+    print(f"{cli.output_name(args)}: {count} photographs, {size:.1f} MiB")
     cli.say(f"next: {then}")
     return cli.files(args.output)
 
@@ -108,7 +108,8 @@ def _export_model(args: argparse.Namespace, name: str) -> None:
     waves = waves_of(result.generator, code, phases)
     model = result.model(name, args.license, code, waves)
     network = generator_network(result.generator, code, waves)
-    print(summary(args.output, model, write_verified(args.output, model, network)))
+    found = write_verified(args.output, model, network)
+    print(summary(cli.output_name(args), model, found))
 
 
 def main(arguments: list[str] | None = None) -> int:

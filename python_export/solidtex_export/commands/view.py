@@ -65,7 +65,7 @@ def write(args: argparse.Namespace) -> cli.Document:
     write_whole(args.output, text.encode())
     models = "1 model" if len(materials) == 1 else f"{len(materials)} models"
     fallback = "with WebAssembly" if package else "without WebAssembly"
-    print(f"{args.output}: {models}, {fallback}, {len(text.encode())} bytes")
+    print(f"{cli.output_name(args)}: {models}, {fallback}, {len(text.encode())} bytes")
     return cli.files(args.output)
 
 
