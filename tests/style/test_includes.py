@@ -65,3 +65,11 @@ def test_plugins_and_tools_see_only_the_public_header(
     found = list(includes(REPOSITORY / folder))
     assert any(name.startswith("solidtex/") for _, name in found)
     assert not [f"{path}: {name}" for path, name in found if name.startswith(forbidden)]
+
+
+def test_names_of_catch2_are_in_one_place() -> None:
+    """Versions 2 and 3 name matchers differently; tests/unit/catch.hpp alone knows both."""
+    paths = sorted((REPOSITORY / "tests").rglob("*.[ch]pp"))
+    assert len(paths) > 50
+    found = [path.name for path in paths if re.search(r"\bCatch::|\bContains\(", path.read_text())]
+    assert found == ["catch.hpp"]
