@@ -77,7 +77,7 @@ class SpaceTrainer(ResumableTraining):
         self._noise: TiledNoise | None = None
 
     def _groups(self) -> list[dict[str, Any]]:
-        """Learning rates of convolutions follow the size of their weights, as per_layer_scaling."""
+        """Learning rates of layers follow the size of their weights, as per_layer_scaling."""
         if not self.recipe.optimizer.per_layer_scaling:
             return [{"params": list(self._trained.parameters()), "scale": 1.0}]
         groups = []
@@ -86,7 +86,7 @@ class SpaceTrainer(ResumableTraining):
             if not parameters:
                 continue
             size = 1.0
-            if isinstance(module, nn.Conv3d | nn.Linear):
+            if isinstance(module, nn.Conv2d | nn.Conv3d | nn.Linear):
                 size = 3.0**0.5 * float(module.weight.detach().square().mean().sqrt())
             groups.append({"params": parameters, "scale": size})
         return groups
