@@ -101,7 +101,7 @@ def test_arithmetic_is_that_of_the_papers(tmp_path: Path) -> None:
     expected += sum(three(width, width) / 8**level for width, level in joined)
     expected += 3 * step * scales
     assert counts["lattice.voxel"] == pytest.approx(expected)
-    assert counts["sampler.point"] == 4 * 128 * 128 + 16 * 128 + 3 * 128
+    assert counts["sampler.point"] == 4 * 128 * 128 + 64 * 128 + 3 * 128
 
 
 def test_scaling_and_targets(tmp_path: Path) -> None:
