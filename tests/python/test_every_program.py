@@ -200,6 +200,7 @@ def test_the_file_goes_to_standard_output(program: str, execute: Execute, make_r
     ):
         pytest.skip("built without ONNX Runtime")
     expected = Path(run.out).read_bytes()
+    Path(run.out).unlink()
     piped = execute(program, *arguments(program, run.pipe))
     assert piped.code == 0, piped.err.decode()
     assert piped.out == expected

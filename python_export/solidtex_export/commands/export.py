@@ -53,7 +53,7 @@ def export(args: argparse.Namespace) -> cli.Document:
         print(f"{args.result}: {unfinished(result)}", file=sys.stderr)
     model = build_model(result, args.name or args.output.stem, args.license)
     found = write_verified(args.output, model, unfolded_network(result))
-    print(summary(cli.output_name(args), model, found))
+    print(f"{cli.output_name(args)}: {summary(args.output, model, found)}")
     return cli.files(args.output)
 
 

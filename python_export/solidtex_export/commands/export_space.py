@@ -109,7 +109,7 @@ def _export_model(args: argparse.Namespace, name: str) -> None:
     model = result.model(name, args.license, code, waves)
     network = generator_network(result.generator, code, waves)
     found = write_verified(args.output, model, network)
-    print(summary(cli.output_name(args), model, found))
+    print(f"{cli.output_name(args)}: {summary(args.output, model, found)}")
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -72,7 +72,7 @@ def convert(args: argparse.Namespace) -> cli.Document:
     model = ModelFile(document(args, graph), tensors)
     network = lattice_network(generator, SCHEME)
     found = write_verified(args.output, model, network, BOUND)
-    print(summary(cli.output_name(args), model, found))
+    print(f"{cli.output_name(args)}: {summary(args.output, model, found)}")
     return cli.files(args.output)
 
 

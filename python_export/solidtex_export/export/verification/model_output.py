@@ -42,9 +42,9 @@ def write_verified(
 
 
 def summary(path: Path, model: ModelFile, found: Differences) -> str:
-    """One-line summary for the user."""
+    """What the user is told of the file that was written."""
     parameters = sum(values.size for values in model.tensors.values())
     return (
-        f"{path}: {path.stat().st_size} bytes, {parameters} parameters; the C++ engine is within"
+        f"{path.stat().st_size} bytes, {parameters} parameters; the C++ engine is within"
         f" {found.largest:.2g} of the float64 network"
     )
