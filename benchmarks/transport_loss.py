@@ -15,9 +15,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-SIDE = 7  # of a patch, in pixels of its octave
-OCTAVES = (1, 2, 3)  # as losses/patches.py
-FAKES, REALS = 1536, 2048  # patches of each octave; those of the photograph are kept
+from solidtex_export.losses import patches
+from solidtex_export.losses.patches import FAKES, FIRST_OCTAVE, REALS, random_patches
+
+OCTAVES = range(FIRST_OCTAVE, FIRST_OCTAVE + patches.OCTAVES)
 REAL_CALLS = 16  # in which the photograph's patches are collected
 RATE = 0.02  # of potentials, relative to the mean squared distance
 
@@ -30,12 +31,12 @@ class Transport:
         self.potentials = torch.empty(0)
 
     def collect(self, images: Tensor) -> None:
-        found = _patches(images, REALS // REAL_CALLS)
+        found = random_patches(images, REALS // REAL_CALLS)
         self.reals = torch.cat([self.reals.to(found), found])
         self.potentials = torch.cat([self.potentials.to(found), found.new_zeros(len(found))])
 
     def __call__(self, images: Tensor) -> Tensor:
-        fakes = _patches(images, FAKES)
+        fakes = random_patches(images, FAKES)
         with torch.no_grad():
             squared = torch.cdist(fakes, self.reals).square() / fakes.shape[1]
             nearest = (squared - self.potentials).argmin(1)
@@ -62,10 +63,3 @@ def transport(slices: Tensor, reals: Tensor) -> Tensor:
             losses.append(place(F.avg_pool2d(slices.float(), 2**octave)))
     _calls += 1
     return torch.stack(losses).sum()
-
-
-def _patches(images: Tensor, count: int) -> Tensor:
-    """Patches at random places, at most the given number: [patch, value]."""
-    windows = images.unfold(2, SIDE, 1).unfold(3, SIDE, 1).permute(0, 2, 3, 1, 4, 5)
-    places = torch.randperm(windows.shape[:3].numel())[:count].to(images.device)
-    return windows[torch.unravel_index(places, windows.shape[:3])].flatten(1)

@@ -42,14 +42,14 @@ def patch_distance(slices: Tensor, reals: Tensor) -> Tensor:
 
 def _distance(slices: Tensor, reals: Tensor) -> Tensor:
     with torch.autocast(slices.device.type, enabled=False):
-        fakes, reals = _patches(slices, FAKES), _patches(reals, REALS)
+        fakes, reals = random_patches(slices, FAKES), random_patches(reals, REALS)
         between = torch.cdist(fakes.detach(), reals)
         strange = (fakes - reals[between.argmin(1)]).square().mean()
         missing = (reals - fakes[between.argmin(0)]).square().mean()
         return strange + MISSING * missing
 
 
-def _patches(images: Tensor, count: int) -> Tensor:
+def random_patches(images: Tensor, count: int) -> Tensor:
     """Patches at random places, at most the given number: [patch, value]."""
     windows = images.unfold(2, SIDE, 1).unfold(3, SIDE, 1).permute(0, 2, 3, 1, 4, 5)
     places = torch.randperm(windows.shape[:3].numel())[:count].to(images.device)
