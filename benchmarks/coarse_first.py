@@ -13,17 +13,14 @@ docs/experiments/ablation.md has the figures.
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import shutil
 import sys
 from pathlib import Path
 from typing import Any
 
+from space_curves import trainer_of
+
 from solidtex_export.commands import cli
-from solidtex_export.commands.train import make_trainer
-from solidtex_export.commands.train_options import parser as train_parser
-from solidtex_export.commands.train_options import request_of
 from solidtex_export.research.fidelity.plan import photograph, read_plan
 
 PROGRAM = "coarse_first.py"
@@ -55,7 +52,7 @@ def train_all(args: argparse.Namespace) -> None:
         shutil.rmtree(coarse_result, ignore_errors=True)
         photo = str(photograph(entry, args.photos))
         common = [photo, "--preset=lattice", f"--size={entry.size}", "--threads=1"]
-        coarse = trainer(
+        coarse = trainer_of(
             *common,
             f"--resolution={entry.resolution // 2}",
             f"--steps={COARSE_STEPS}",
@@ -63,7 +60,7 @@ def train_all(args: argparse.Namespace) -> None:
             f"-o={coarse_result}",
         )
         coarse.run(lambda: False, lambda _: None)
-        whole = trainer(
+        whole = trainer_of(
             *common,
             f"--resolution={entry.resolution}",
             f"--steps={plan.method(METHOD).options[-1]}",
@@ -72,13 +69,6 @@ def train_all(args: argparse.Namespace) -> None:
         continue_from(coarse.generator.state_dict(), whole)
         whole.run(lambda: False, lambda _: None)
         print(f"{entry.name}: {coarse.seconds:.0f} s and {whole.seconds:.0f} s", flush=True)
-
-
-def trainer(*command: str) -> Any:
-    p = train_parser()
-    args = p.parse_args([*command, "--device=cpu"])
-    with contextlib.redirect_stderr(io.StringIO()):
-        return make_trainer(request_of(p, args), args.result, use_cuda=False, compiled=False)
 
 
 def continue_from(state: dict[str, Any], whole: Any) -> None:

@@ -121,8 +121,7 @@ def measure(case: Case, args: argparse.Namespace) -> None:
     result = folder / "result"
     folder.mkdir(parents=True)
     setup = time.process_time()
-    with contextlib.redirect_stderr(io.StringIO()):
-        trainer = begin(case, result)
+    trainer = begin(case, result)
     setup = time.process_time() - setup
     trainer.run(lambda: case.seconds == 0, lambda _: None)
     trained = read_result(result)
@@ -139,12 +138,16 @@ def measure(case: Case, args: argparse.Namespace) -> None:
 
 def begin(case: Case, result: Path) -> Any:
     """The trainer of a case. With zero seconds it makes no step."""
-    command = [str(case.photo), "-o", str(result), "--device", "cpu", *case.options]
-    command += ["--clock", "processor"]
-    command += ["--minutes", str(max(case.seconds, 1) / 60)]
+    command = [str(case.photo), "-o", str(result), *case.options, "--clock", "processor"]
+    return trainer_of(*command, "--minutes", str(max(case.seconds, 1) / 60))
+
+
+def trainer_of(*command: str) -> Any:
+    """The trainer of a command line of solidtex-train, on the processor, without its talk."""
     p = train_parser()
-    args = p.parse_args(command)
-    return make_trainer(request_of(p, args), args.result, use_cuda=False, compiled=False)
+    args = p.parse_args([*command, "--device", "cpu"])
+    with contextlib.redirect_stderr(io.StringIO()):
+        return make_trainer(request_of(p, args), args.result, use_cuda=False, compiled=False)
 
 
 def compared(

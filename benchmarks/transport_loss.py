@@ -29,6 +29,7 @@ class Transport:
     def __init__(self) -> None:
         self.reals = torch.empty(0)
         self.potentials = torch.empty(0)
+        self.calls = 0
 
     def collect(self, images: Tensor) -> None:
         found = random_patches(images, REALS // REAL_CALLS)
@@ -36,6 +37,7 @@ class Transport:
         self.potentials = torch.cat([self.potentials.to(found), found.new_zeros(len(found))])
 
     def __call__(self, images: Tensor) -> Tensor:
+        self.calls += 1
         fakes = random_patches(images, FAKES)
         with torch.no_grad():
             squared = torch.cdist(fakes, self.reals).square() / fakes.shape[1]
@@ -46,20 +48,15 @@ class Transport:
         return (fakes - self.reals[nearest]).square().mean()
 
 
-_octaves: list[Transport] = []
-_calls = 0
+_octaves = {octave: Transport() for octave in OCTAVES}  # a training is a process of its own
 
 
 def transport(slices: Tensor, reals: Tensor) -> Tensor:
     """Sum over octaves of mean squared distances of patches that belong together."""
-    global _calls  # a training is a process of its own
     with torch.autocast(slices.device.type, enabled=False):
-        if not _octaves:
-            _octaves.extend(Transport() for _ in OCTAVES)
         losses = []
-        for octave, place in zip(OCTAVES, _octaves, strict=True):
-            if _calls < REAL_CALLS:
-                place.collect(F.avg_pool2d(reals.float(), 2**octave))
-            losses.append(place(F.avg_pool2d(slices.float(), 2**octave)))
-    _calls += 1
+        for octave, distance in _octaves.items():
+            if distance.calls < REAL_CALLS:
+                distance.collect(F.avg_pool2d(reals.float(), 2**octave))
+            losses.append(distance(F.avg_pool2d(slices.float(), 2**octave)))
     return torch.stack(losses).sum()
