@@ -3,7 +3,8 @@
 # SOLIDTEX_ONNXRUNTIME_NAME, the file name of the library, and SOLIDTEX_ONNXRUNTIME_FILE, its path.
 #
 # setup/common.sh puts both into the folder build where the system has none. A library from there
-# lies beside libsolidtex, in the build tree and in an installation. Wheels hold either.
+# lies in a folder solidtex beside libsolidtex, in the build tree and in an installation, where no
+# other program finds it. Wheels hold either.
 set(bundle ${PROJECT_BINARY_DIR}/onnxruntime)
 if(SKBUILD)
   set(bundle ${PROJECT_SOURCE_DIR}/build/onnxruntime)
@@ -20,9 +21,11 @@ if(NOT SOLIDTEX_ONNXRUNTIME_INCLUDE)
                  "encoded (on Debian demo.sh installs it)")
 elseif(bundled)
   message(STATUS "ONNX Runtime: ${bundled}")
-  file(MAKE_DIRECTORY ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
-  file(CREATE_LINK ${bundled} ${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/${SOLIDTEX_ONNXRUNTIME_NAME} SYMBOLIC)
-  install(FILES ${bundled} DESTINATION ${CMAKE_INSTALL_LIBDIR} RENAME ${SOLIDTEX_ONNXRUNTIME_NAME})
+  set(private ${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/solidtex)
+  file(MAKE_DIRECTORY ${private})
+  file(CREATE_LINK ${bundled} ${private}/${SOLIDTEX_ONNXRUNTIME_NAME} SYMBOLIC)
+  install(FILES ${bundled} DESTINATION ${CMAKE_INSTALL_LIBDIR}/solidtex
+          RENAME ${SOLIDTEX_ONNXRUNTIME_NAME})
 elseif(SOLIDTEX_ONNXRUNTIME_LIBRARY)
   message(STATUS "ONNX Runtime: ${SOLIDTEX_ONNXRUNTIME_LIBRARY}")
   file(REAL_PATH ${SOLIDTEX_ONNXRUNTIME_LIBRARY} library)

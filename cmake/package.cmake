@@ -7,6 +7,12 @@ if(SOLIDTEX_DPKG_SHLIBDEPS)
 endif()
 set(CPACK_PACKAGE_CONTACT "the solidtex authors <solidtex@users.noreply.github.com>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
+"Trained on one photograph of a material, a small network gives its color
+at every point of a solid, without seams and without repetition. The
+package has programs that bake volumes and textures of meshes, render
+scenes and measure speed, the library with its C and C++ interface, and
+trained models. Training is another package, in Python.")
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -23,4 +29,6 @@ if(SOLIDTEX_DPKG_SHLIBDEPS AND SOLIDTEX_ONNXRUNTIME_FILE)
     set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ${CMAKE_MATCH_1})
   endif()
 endif()
+set(CPACK_SOLIDTEX_SOURCE ${PROJECT_SOURCE_DIR})
+set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/debian.cmake)
 include(CPack)

@@ -87,6 +87,8 @@ try_deb() {
     grep -qx "/usr/bin/solidtex-$program" /try/installed || fail "no solidtex-$program"
     grep -Eqx "/usr/share/man/man1/solidtex-$program.1(.gz)?" /try/installed || fail "no page of solidtex-$program"
   done
+  grep -qx /usr/share/doc/solidtex/copyright /try/installed || fail "no copyright file"
+  ! ldconfig -p | grep '/solidtex/' || fail "ldconfig knows a library that only solidtex is to load"
   say "programs of the .deb"
   run_programs /usr/bin
   say "manual pages, completion, hardening, a host"

@@ -22,7 +22,8 @@ constexpr std::size_t batch = 8;                          // patches at a time
 constexpr const char* input_name = "patches";
 constexpr const char* output_name = "codes";
 
-// Places of the library: a path in SOLIDTEX_ONNXRUNTIME, beside libsolidtex, the system's folders.
+// Places of the library: a path in SOLIDTEX_ONNXRUNTIME, in the folder solidtex beside
+// libsolidtex, the system's folders.
 std::vector<std::string> library_candidates() {
   std::vector<std::string> result;
   if (const char* chosen = std::getenv("SOLIDTEX_ONNXRUNTIME"); chosen && *chosen) return {chosen};
@@ -30,7 +31,7 @@ std::vector<std::string> library_candidates() {
   if (dladdr(reinterpret_cast<const void*>(&library_candidates), &info) != 0 && info.dli_fname) {
     std::error_code ignored;
     const auto folder = std::filesystem::canonical(info.dli_fname, ignored).parent_path();
-    if (!folder.empty()) result.push_back(folder / "libonnxruntime.so.1");
+    if (!folder.empty()) result.push_back(folder / "solidtex/libonnxruntime.so.1");
   }
   for (const char* name : {SOLIDTEX_ONNXRUNTIME_NAME, "libonnxruntime.so.1", "libonnxruntime.so"})
     result.emplace_back(name);

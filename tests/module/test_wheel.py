@@ -72,7 +72,7 @@ def test_content(wheel: Path) -> None:
     assert models and models <= names
     libraries = {f"solidtex/lib/libsolidtex.so.{'.'.join(version.split('.')[:2])}"}
     if "SOLIDTEX_ONNXRUNTIME_FILE:INTERNAL=/" in (BUILD / "CMakeCache.txt").read_text():
-        libraries.add("solidtex/lib/libonnxruntime.so.1")  # which the linker does not know
+        libraries.add("solidtex/lib/solidtex/libonnxruntime.so.1")  # which the linker does not know
     assert {n for n in names if n.startswith("solidtex/lib/")} == libraries
     assert any(n.endswith("licenses/LICENSE") for n in names)
     extra = {n for n in names if not n.startswith(("solidtex/", f"solidtex-{version}.dist-info/"))}
