@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -61,9 +62,11 @@ const Encoder& encoder(const solidtex_space& space) {
   return *space.encoder;
 }
 
-// The file appears complete or not at all; an older one stays until then.
+// The file appears whole or not at all, and an older one stays until then. Threads may write one.
 void write_file(const std::string& path, std::span<const std::byte> bytes) {
-  const std::string temporary = path + ".tmp-" + std::to_string(getpid());
+  static std::atomic<unsigned> written = 0;
+  const std::string temporary =
+      path + ".tmp-" + std::to_string(getpid()) + "-" + std::to_string(++written);
   std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
   const bool is_open = file.is_open();
   file.write(reinterpret_cast<const char*>(bytes.data()),

@@ -1,10 +1,13 @@
 // solidtex.h's texture spaces as a host uses and misuses them.
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <solidtex/solidtex.hpp>
 #include <thread>
+#include <vector>
 
 #include "catch.hpp"
 #include "tiny_space.h"
@@ -62,6 +65,30 @@ TEST_CASE("SHA-256 has the published values") {
   CHECK(digest(std::string(1000000, 'a')) ==
         "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
   CHECK_THROWS_AS(solidtex::file_sha256(folder.file("none")), solidtex::error);
+}
+
+TEST_CASE("Threads that write one model file leave it whole, and nothing else") {
+  const TemporaryFolder folder;
+  write_tiny_space(folder.file("tiny.solidtex-space"));
+  const solidtex::space space(folder.file("tiny.solidtex-space"));
+  namespace fs = std::filesystem;
+  const std::string path = folder.file("models/m.solidtex");
+  fs::create_directory(fs::path(path).parent_path());
+  std::vector<std::thread> writers;
+  std::atomic<int> failures = 0;
+  for (int i = 0; i < 4; ++i)
+    writers.emplace_back([&] {
+      try {
+        for (int j = 0; j < 50; ++j) space.write_model(space.photograph(0), "", path);
+      } catch (const solidtex::error&) {
+        ++failures;
+      }
+    });
+  for (std::thread& writer : writers) writer.join();
+  CHECK(failures == 0);
+  CHECK_NOTHROW(solidtex::texture(path));
+  const fs::directory_iterator entries(fs::path(path).parent_path());
+  CHECK(std::distance(begin(entries), end(entries)) == 1);
 }
 
 TEST_CASE("A texture of a code has the bits of the written model, and both are the space's") {

@@ -406,8 +406,8 @@ SOLIDTEX_API solidtex_status solidtex_space_texture(const solidtex_space* space,
                                                     const float* colors, const char* details,
                                                     solidtex_texture* texture);
 
-/* Writes the material of a code as a .solidtex file. Replaces an existing file; a failed write
- * removes it. */
+/* Writes the material of a code as a .solidtex file. It replaces an existing file as a whole: a
+ * failed write leaves the older one. A process that is killed meanwhile may leave PATH.tmp-*. */
 SOLIDTEX_API solidtex_status solidtex_space_write_model(const solidtex_space* space,
                                                         const float* code, const float* colors,
                                                         const char* details, const char* path);
