@@ -151,6 +151,7 @@ def test_refused_values_are_named(page: Any) -> None:
 
 
 def test_a_place_is_typed(page: Any) -> None:
+    page.evaluate("document.getElementById('controls').open = true")
     """The text stays while it is no place yet, and the message too."""
     page.evaluate("document.getElementById('controls').hidden = false")
     page.focus("#place")
@@ -167,6 +168,7 @@ def test_a_place_is_typed(page: Any) -> None:
 
 
 def test_a_seed_that_cannot_be_read_is_not_taken(page: Any) -> None:
+    page.evaluate("document.getElementById('controls').open = true")
     page.evaluate("document.getElementById('controls').hidden = false")
     page.focus("#seed")
     page.keyboard.press("Control+A")
@@ -185,6 +187,12 @@ def test_the_cube_is_shown_whole_beside_the_controls(file: Path, browser: Any) -
         assert not (rows[0] or rows[-1] or columns[0] or columns[-1])
         covered = page.evaluate("document.getElementById('controls').offsetWidth")
         assert covered > width / 2 or not columns[:covered].any()
+
+
+def test_controls_are_folded_where_they_would_cover_half(file: Path, browser: Any) -> None:
+    for width, is_open in ((1000, True), (600, False)):
+        page = opened(browser, file, "?texels=16", (width, 60))
+        assert page.evaluate("document.getElementById('controls').open") == is_open
 
 
 def between_voxels(texture: Texture, points: np.ndarray, place: tuple[int, int, int]) -> np.ndarray:

@@ -242,7 +242,10 @@ function listen() {
   }
   control("place").addEventListener("keydown", (e) => e.stopPropagation());
   control("lit").addEventListener("input", ({ target }) => set({ lit: target.checked }));
-  control("controls").addEventListener("submit", (event) => event.preventDefault());
+  const panel = control("controls");
+  if (panel.offsetWidth > window.innerWidth / 2) panel.open = false;
+  panel.addEventListener("toggle", render);
+  panel.addEventListener("submit", (event) => event.preventDefault());
   control("png").addEventListener("click", async () => {
     let outcome;
     do outcome = await render(); while (outcome === "replaced");
