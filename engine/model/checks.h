@@ -27,8 +27,21 @@ std::string show_shape(const std::vector<std::int64_t>& shape);
 // Returns the value if it is an integer that fits.
 std::optional<std::int64_t> as_integer(const nlohmann::json& value);
 
-// Parses strict JSON that begins with "{": unique keys, bounded depth.
-nlohmann::json parse_json(const std::string& label, const std::string& what, std::string_view text);
+// Strict JSON that begins with "{": unique keys, bounded depth. To destroy an object or array with
+// members, nlohmann-json allocates memory, and ends the process if there is none. This does not.
+class JsonDocument {
+ public:
+  JsonDocument(const std::string& label, const std::string& what, std::string_view text);
+  ~JsonDocument();
+  JsonDocument(const JsonDocument&) = delete;
+
+  const nlohmann::json& root() const { return root_; }
+
+ private:
+  JsonDocument() = default;
+
+  nlohmann::json root_;
+};
 
 // Checks a name. Names are printed and passed as C strings, so they have no control characters.
 void check_name(const std::string& label, const std::string& where, const nlohmann::json& value);

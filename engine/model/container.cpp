@@ -127,16 +127,17 @@ void check_contiguous(std::vector<Extent> extents, std::size_t data_bytes,
 
 // Returns the document. The metadata may hold more strings, which other tools put there.
 std::string read_document(const json& header, const std::string& label, const FileKind& kind) {
-  const json metadata = header.value("__metadata__", json::object());
-  const auto is_string = [](const json& entry) { return entry.is_string(); };
-  if (!metadata.is_object() || !std::ranges::all_of(metadata, is_string))
-    throw invalid(label, "__metadata__", show(metadata), "an object of strings");
-  if (const auto found = metadata.find(kind.key); found != metadata.end())
-    return found->get<std::string>();
-  for (const FileKind& other : {model_file, space_file})
-    if (metadata.contains(other.key))
-      throw Error(SOLIDTEX_INVALID_MODEL,
-                  label + ": this is a " + other.what + ", expected a " + kind.what);
+  if (const auto metadata = header.find("__metadata__"); metadata != header.end()) {
+    const auto is_string = [](const json& entry) { return entry.is_string(); };
+    if (!metadata->is_object() || !std::ranges::all_of(*metadata, is_string))
+      throw invalid(label, "__metadata__", show(*metadata), "an object of strings");
+    if (const auto found = metadata->find(kind.key); found != metadata->end())
+      return found->get<std::string>();
+    for (const FileKind& other : {model_file, space_file})
+      if (metadata->contains(other.key))
+        throw Error(SOLIDTEX_INVALID_MODEL,
+                    label + ": this is a " + other.what + ", expected a " + kind.what);
+  }
   throw invalid(label, std::string("__metadata__.") + kind.key, "nothing",
                 "the " + std::string(kind.what) + "'s JSON document");
 }
@@ -168,7 +169,9 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   if (size > max_file_bytes)
     throw invalid(path.string(), "file size", std::to_string(size) + " bytes",
                   "at most " + std::to_string(max_file_bytes));
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
+  if (!file && errno == ENOMEM) throw std::bad_alloc();
   if (!file) throw unreadable(path, std::strerror(errno));
   std::vector<std::byte> bytes(size);
   if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
@@ -185,7 +188,8 @@ Container parse_container(std::span<const std::byte> bytes, const std::string& l
     throw invalid(label, "tensor data", std::to_string(data.size()) + " bytes",
                   "at most " + std::to_string(max_data_bytes));
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + 8, header_bytes);
-  const json header = parse_json(label, "header", text);
+  const JsonDocument parsed(label, "header", text);
+  const json& header = parsed.root();
 
   Container result{read_document(header, label, kind), {}};
   std::vector<Extent> extents;

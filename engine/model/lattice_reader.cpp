@@ -193,9 +193,10 @@ Node read_node(const Context& context) {
   const Fields& fields = context.fields;
   const std::string name = fields.name("name");
   if (context.indices.contains(name)) throw fields.wrong("name", "a name that no earlier node has");
+  const auto* op = fields.value("op").get_ptr<const std::string*>();
   std::vector<std::string> ops;
   for (const Reader& reader : readers) {
-    if (fields.value("op") == reader.op) {
+    if (op && *op == reader.op) {
       Node node = reader.read(context);
       if (node.channels <= max_channels) return node;
       throw invalid(fields.label(), fields.where() + " (" + show(name) + ")",

@@ -23,8 +23,8 @@ Model parse_model(std::span<const std::byte> bytes, const std::string& label) {
   const Container container = parse_container(bytes, label, model_file);
   Model model;
   model.metadata_json = container.document;
-  const nlohmann::json json = parse_json(label, "__metadata__.solidtex", model.metadata_json);
-  const Fields document(label, "", json);
+  const JsonDocument json(label, "__metadata__.solidtex", model.metadata_json);
+  const Fields document(label, "", json.root());
   read_document(document, model);
   TensorSource tensors(label, container.tensors);
   read_architecture(document, tensors, model);

@@ -254,8 +254,8 @@ ordered_json origin(const Space& space, const Material& material) {
 
 // Returns the model's document.
 ordered_json describe(const Space& space, const Material& material, const std::string& details) {
-  const auto given =
-      details.empty() ? nlohmann::json::object() : parse_json(space.label, "details", details);
+  const JsonDocument parsed(space.label, "details", details.empty() ? "{}" : details);
+  const nlohmann::json& given = parsed.root();
   const Fields fields(space.label + ": details", "", given);
   fields.allow_only({"name", "license", "exemplar", "training"});
   const LatticeSizes* lattice = std::get_if<LatticeSizes>(&space.sizes);

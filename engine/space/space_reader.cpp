@@ -182,8 +182,8 @@ Space parse_space(std::span<const std::byte> bytes, const std::string& label) {
   Space space;
   space.label = label;
   space.metadata_json = container.document;
-  const nlohmann::json json = parse_json(label, "__metadata__.solidtex-space", container.document);
-  const std::int64_t style_width = read_document(Fields(label, "", json), space);
+  const JsonDocument json(label, "__metadata__.solidtex-space", container.document);
+  const std::int64_t style_width = read_document(Fields(label, "", json.root()), space);
   TensorSource source(label, container.tensors);
   TensorReader reader(space, source, style_width);
   reader.style();

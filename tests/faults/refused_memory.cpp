@@ -76,8 +76,8 @@ void free(void* memory) {
 
 namespace {
 
-constexpr std::size_t kPointCount = 64;
-constexpr std::int64_t kEdge = 6;
+constexpr std::size_t kPointCount = 2;
+constexpr std::int64_t kEdge = 2;
 
 enum Outcome { same_values = 0, out_of_memory, wrong_status, wrong_values, not_repeated, leak };
 const char* const names[] = {"same values",  "out of memory",         "another status",
