@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <string>
 
 namespace solidtex::engine {
@@ -65,10 +66,20 @@ const OrtApi& load_api() {
   throw unavailable(problem);
 }
 
+// Debian 13's ONNX Runtime registers all operators twice, and says so on std::cerr, in 570 lines.
+class QuietErrors {
+ public:
+  ~QuietErrors() { std::cerr.rdbuf(buffer_); }
+
+ private:
+  std::streambuf* buffer_ = std::cerr.rdbuf(nullptr);
+};
+
 // Lives as long as the process: the library's threads may outlast every texture.
 const Ort::Env& environment() {
   static const Ort::Env& instance = [&]() -> const Ort::Env& {
     Ort::InitApi(&load_api());
+    const QuietErrors quiet;
     auto* env = new Ort::Env(ORT_LOGGING_LEVEL_FATAL, "solidtex");
     const auto memory = Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault);
     env->CreateAndRegisterAllocator(memory, Ort::ArenaCfg(max_memory, -1, -1, -1));

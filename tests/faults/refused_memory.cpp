@@ -7,6 +7,7 @@
 #include <solidtex/solidtex.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
+#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -219,6 +220,7 @@ solidtex_status run_refused(const Scenario& scenario, long n, float* values) {
 Outcome refuse(const Scenario& scenario, long n, bool is_warm, const float* expected) {
   std::vector<float> found(scenario.value_count);
   float* const values = found.data();
+  tbb::task_arena(1).initialize();  // oneTBB waits for ever if its own start lacked memory
   try {  // the C library loads what unwinds the stack at the first exception of a process
     throw n;
   } catch (long) {
