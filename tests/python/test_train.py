@@ -342,6 +342,16 @@ def test_more_steps_continue_a_finished_training(
     assert cli_train.main(arguments(photo, result, "--minutes", "2")) == 1
 
 
+def test_license_and_source_may_be_told_later(photo: Path, tmp_path: Path) -> None:
+    args = arguments(photo, tmp_path / "result", "--preset", "sampler", "--steps", "1")
+    assert cli_train.main([*args, "--source", "a quarry"]) == 0
+    saved = (tmp_path / "result/checkpoint.pt").read_bytes()
+    assert cli_train.main([*args, "--license", "CC0-1.0"]) == 0
+    config = json.loads((tmp_path / "result/config.json").read_text())
+    assert (config["license"], config["source"]) == ("CC0-1.0", "a quarry")
+    assert (tmp_path / "result/checkpoint.pt").read_bytes() == saved
+
+
 def test_another_training_is_refused_by_its_first_option(
     photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -28,10 +28,10 @@ GIVEN = (
     "minutes",
     "clock",
     "steps",
-    "license",
-    "source",
     "preset",
 )
+# What decides nothing. The newest that was told is kept.
+RECORDED = ("license", "source", "reasons")
 
 
 class ResultError(ValueError):
@@ -97,29 +97,33 @@ class ResultFolder:
             found = json.loads(self._config.read_text())
         except (OSError, ValueError) as error:
             raise ResultError(f"{self._config}: found no readable JSON ({error})") from error
+        if not isinstance(found, dict):
+            raise ResultError(f"{self._config}: found no JSON object, expected a configuration")
         wanted = json.loads(json.dumps(config.document()))
-        if isinstance(found, dict) and found.get("version") != wanted.get("version"):
+        if found.get("version") != wanted.get("version"):
             raise ResultError(
                 f"{self._config}: version: found {json.dumps(found.get('version'))}, expected"
                 f" {json.dumps(wanted.get('version'))}: another version of solidtex began this"
                 " training, and only that version can resume it; export it as it is, or choose"
                 " another -o"
             )
-        if isinstance(found, dict) and "reasons" in wanted:
-            found["reasons"] = wanted["reasons"]  # they decide nothing
-        if isinstance(found, dict) and isinstance(found.get("space"), dict) and "space" in wanted:
+        records = {k: wanted[k] or found.get(k) for k in RECORDED if k in wanted}
+        changed = found | records != found
+        found |= records
+        wanted |= records
+        if isinstance(found.get("space"), dict) and "space" in wanted:
             encoded = ("code", "colors")  # of the photograph; their last bits depend on the machine
             found["space"] |= {k: wanted["space"][k] for k in encoded}
         longer = _lengthened(found, wanted) if "recipe" in wanted else None  # of solidtex-train
         if longer:
-            self._write_config(wanted)
             print(f"{self.path}: continues a training of {longer}", file=sys.stderr)
-            return
-        if difference := given_difference(found, wanted) or first_difference(found, wanted):
+        elif difference := given_difference(found, wanted) or first_difference(found, wanted):
             raise ResultError(
                 f"{self._config}: {difference}; to resume, repeat the same command, else choose"
                 " another -o"
             )
+        if longer or changed:
+            self._write_config(wanted)
 
     def resume(self, restore: Callable[[dict[str, Any]], None]) -> None:
         """Pass the checkpoint, if there is one, to `restore`."""
@@ -171,10 +175,8 @@ class ResultFolder:
             write(temporary)
 
 
-def _lengthened(found: object, wanted: dict[str, Any]) -> str | None:
+def _lengthened(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
     """Return the old length, "60 steps" say, if `wanted` differs by a larger one only."""
-    if not isinstance(found, dict):
-        return None
     for key in ("steps", "minutes"):
         before, now = found.get(key), wanted.get(key)
         if before is None or now is None or not before < now:
@@ -184,10 +186,8 @@ def _lengthened(found: object, wanted: dict[str, Any]) -> str | None:
     return None
 
 
-def given_difference(found: object, wanted: dict[str, Any]) -> str | None:
+def given_difference(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
     """The first photograph or option that differs."""
-    if not isinstance(found, dict):
-        return None
     names = {key: key if key == "exemplars" else f"--{key}" for key in GIVEN}
     differences = (first_difference(found.get(k), wanted.get(k), n) for k, n in names.items())
     return next(filter(None, differences), None)
