@@ -1,6 +1,7 @@
 #include "engine/model/container.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cctype>
 #include <cerrno>
@@ -10,6 +11,7 @@
 #include <string_view>
 
 #include "engine/model/checks.h"
+#include "engine/model/json_text.h"
 
 namespace solidtex::engine {
 namespace {
@@ -213,15 +215,20 @@ Container parse_container(std::span<const std::byte> bytes, const std::string& l
 
 std::vector<std::byte> container_bytes(const FileKind& kind, const std::string& document,
                                        const std::map<std::string, Tensor>& tensors) {
-  nlohmann::ordered_json header = {{"__metadata__", {{kind.key, document}}}};
+  ObjectText header;
+  header.add_text("__metadata__", ObjectText().add(kind.key, document).text());
   std::size_t data_bytes = 0;
   for (const auto& [name, tensor] : tensors) {
     const std::size_t begin = data_bytes;
     data_bytes += tensor.values.size() * sizeof(float);
-    header[name] = {
-        {"dtype", "F32"}, {"shape", tensor.shape}, {"data_offsets", {begin, data_bytes}}};
+    const std::array<std::size_t, 2> offsets = {begin, data_bytes};
+    header.add_text(name, ObjectText()
+                              .add("dtype", "F32")
+                              .add_text("shape", array_text(tensor.shape))
+                              .add_text("data_offsets", array_text(offsets))
+                              .text());
   }
-  std::string text = header.dump();
+  std::string text = header.text();
   text.resize((text.size() + 7) / 8 * 8, ' ');  // aligns the tensors
   std::vector<std::byte> bytes(8 + text.size() + data_bytes);
   const std::uint64_t header_bytes = text.size();

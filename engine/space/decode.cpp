@@ -3,16 +3,18 @@
 #include "engine/space/decode.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "engine/model/checks.h"
 #include "engine/model/container.h"
+#include "engine/model/json_text.h"
 
 namespace solidtex::engine {
 namespace {
 
-using nlohmann::ordered_json;
 using Vector = std::vector<double>;
 using Tensors = std::map<std::string, Tensor>;
 
@@ -191,29 +193,30 @@ class Decoder {
 };
 
 // Nodes of the lattice generator in the order of exported models.
-ordered_json lattice_graph(const LatticeSizes& sizes) {
-  ordered_json nodes = ordered_json::array();
-  const auto add = [&](const std::string& name, const std::string& op,
+std::string lattice_graph(const LatticeSizes& sizes) {
+  std::vector<ObjectText> nodes;
+  const auto begin = [&](const std::string& name, const char* op) -> ObjectText& {
+    return nodes.emplace_back().add("name", name).add("op", op);
+  };
+  const auto add = [&](const std::string& name, const char* op,
                        const std::vector<std::string>& inputs) {
-    nodes.push_back({{"name", name}, {"op", op}, {"inputs", inputs}});
+    begin(name, op).add_text("inputs", array_text(inputs));
     return name;
   };
   const auto add_noise = [&](int level) {
     std::string name = "z";  // appended to: GCC 12 warns of "z" + std::to_string(level)
     name += std::to_string(level);
-    nodes.push_back({{"name", name},
-                     {"op", "noise"},
-                     {"level", level},
-                     {"channels", sizes.noise_channels},
-                     {"distribution", "uniform"}});
+    begin(name, "noise")
+        .add("level", level)
+        .add("channels", sizes.noise_channels)
+        .add("distribution", "uniform");
     return name;
   };
   const auto convolutions = lattice_convolutions(sizes);
   auto next = convolutions.begin();
   const auto add_convolution = [&](const std::string& input) {
     std::string name = add(next->name, "conv3d", {input});
-    nodes.back()["out_channels"] = next->outputs;
-    nodes.back()["kernel"] = next->kernel;
+    nodes.back().add("out_channels", next->outputs).add("kernel", next->kernel);
     ++next;
     return name;
   };
@@ -221,7 +224,7 @@ ordered_json lattice_graph(const LatticeSizes& sizes) {
     for (int i = 1; i <= 3; ++i) {
       const std::string block = next->name.substr(0, next->name.find('.'));
       last = add(block + ".act" + std::to_string(i), "leaky_relu", {add_convolution(last)});
-      nodes.back()["slope"] = sizes.negative_slope;
+      nodes.back().add("slope", sizes.negative_slope);
     }
     return last;
   };
@@ -233,51 +236,64 @@ ordered_json lattice_graph(const LatticeSizes& sizes) {
         stage == 1 ? fine : add_block(add("cat" + std::to_string(stage), "concat", {last, fine}));
   }
   const std::string output = add_convolution(last);
-  return {{"nodes", nodes}, {"output", output}};
+  const auto text = [](const ObjectText& node) { return node.text(); };
+  return ObjectText().add_text("nodes", array_text(nodes, text)).add("output", output).text();
 }
 
-ordered_json sampler_graph(const SamplerSizes& sizes) {
-  return {{"octaves", sizes.octaves},
-          {"hidden_layers", sizes.hidden_layers},
-          {"width", sizes.width},
-          {"slope", sizes.negative_slope}};
+std::string sampler_graph(const SamplerSizes& sizes) {
+  return ObjectText()
+      .add("octaves", sizes.octaves)
+      .add("hidden_layers", sizes.hidden_layers)
+      .add("width", sizes.width)
+      .add("slope", sizes.negative_slope)
+      .text();
 }
 
 // Origin of a model, for its `training`.
-ordered_json origin(const Space& space, const Material& material) {
-  ordered_json result = {{"name", space.name}, {"sha256", space.sha256}, {"code", material.code}};
-  if (!space.has_colors) return result;
-  for (std::size_t r = 0; r < 3; ++r)
-    result["colors"].push_back(std::span(material.colors.data() + 4 * r, 4));
-  return result;
+std::string origin(const Space& space, const Material& material) {
+  ObjectText result;
+  result.add("name", space.name)
+      .add("sha256", space.sha256)
+      .add_text("code", array_text(material.code));
+  if (!space.has_colors) return result.text();
+  const auto row = [&](std::size_t r) {
+    return array_text(std::span(material.colors.data() + 4 * r, 4));
+  };
+  return result.add_text("colors", array_text(std::array<std::size_t, 3>{0, 1, 2}, row)).text();
 }
 
 // Returns the model's document.
-ordered_json describe(const Space& space, const Material& material, const std::string& details) {
+std::string describe(const Space& space, const Material& material, const std::string& details) {
   const JsonDocument parsed(space.label, "details", details.empty() ? "{}" : details);
   const nlohmann::json& given = parsed.root();
   const Fields fields(space.label + ": details", "", given);
   fields.allow_only({"name", "license", "exemplar", "training"});
   const LatticeSizes* lattice = std::get_if<LatticeSizes>(&space.sizes);
   const std::string family = lattice ? "field" : "sampler";
-  ordered_json document = {
-      {"version", 1},          {"name", given.value("name", nlohmann::json(space.name))},
-      {"family", family},      {"channels", {"albedo.r", "albedo.g", "albedo.b"}},
-      {"color_space", "srgb"}, {"noise", {{"scheme", "solidtex-1"}}}};
-  document[family] =
-      lattice ? lattice_graph(*lattice) : sampler_graph(std::get<SamplerSizes>(space.sizes));
-  if (given.contains("exemplar")) document["exemplar"] = given["exemplar"];
-  document["training"] = {{"space", origin(space, material)}};
-  if (given.contains("training")) {
+  const auto text_of = [&](const char* key) { return fields.value(key).dump(); };
+  ObjectText training;
+  training.add_text("space", origin(space, material));
+  if (fields.contains("training")) {
     if (fields.child("training").contains("space"))
       throw invalid(fields.label(), "training.space", "this key", "none: the library writes it");
-    document["training"].update(ordered_json(given["training"]));
+    for (const auto& [key, value] : given["training"].items()) training.add_text(key, value.dump());
   }
-  if (given.contains("license"))
-    document["license"] = given["license"];
+  ObjectText document;
+  document.add("version", 1)
+      .add_text("name", fields.contains("name") ? text_of("name") : scalar_text(space.name))
+      .add("family", family)
+      .add_text("channels", R"(["albedo.r","albedo.g","albedo.b"])")
+      .add("color_space", "srgb")
+      .add_text("noise", R"({"scheme":"solidtex-1"})")
+      .add_text(family, lattice ? lattice_graph(*lattice)
+                                : sampler_graph(std::get<SamplerSizes>(space.sizes)));
+  if (fields.contains("exemplar")) document.add_text("exemplar", text_of("exemplar"));
+  document.add_text("training", training.text());
+  if (fields.contains("license"))
+    document.add_text("license", text_of("license"));
   else if (!space.license.empty())
-    document["license"] = space.license;
-  return document;
+    document.add("license", space.license);
+  return document.text();
 }
 
 void check_finite(std::span<const float> values, const std::string& what) {
@@ -294,9 +310,9 @@ std::vector<std::byte> decode(const Space& space, const Material& material,
                               const std::string& details) {
   check_finite(material.code, "code");
   check_finite(material.colors, "colors");
-  const ordered_json document = describe(space, material, details);
+  const std::string document = describe(space, material, details);
   const Tensors tensors = std::visit(Decoder(space, material), space.sizes);
-  return container_bytes(model_file, document.dump(), tensors);
+  return container_bytes(model_file, document, tensors);
 }
 
 }  // namespace solidtex::engine
