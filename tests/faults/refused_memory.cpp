@@ -10,6 +10,7 @@
 #include <tbb/task_arena.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
@@ -176,12 +177,12 @@ void add_model(std::vector<Scenario>& scenarios, const std::string& path) {
 solidtex_status open_material(const solidtex_space* space, bool encodes,
                               solidtex_texture* texture) {
   constexpr std::size_t side = 160;
-  static const std::vector<float> pixels(3 * side * side, 0.5f);
-  static float code[4096], colors[12];
-  const solidtex_status status = encodes
-                                     ? solidtex_space_encode(space, pixels.data(), side, side,
-                                                             SOLIDTEX_PATCHES_AVERAGE, code, colors)
-                                     : solidtex_space_photograph(space, 0, code, colors);
+  static float pixels[3 * side * side], code[4096], colors[12];
+  std::ranges::fill(pixels, 0.5f);
+  const solidtex_status status =
+      encodes
+          ? solidtex_space_encode(space, pixels, side, side, SOLIDTEX_PATCHES_AVERAGE, code, colors)
+          : solidtex_space_photograph(space, 0, code, colors);
   return status == SOLIDTEX_OK ? solidtex_space_texture(space, code, colors, nullptr, texture)
                                : status;
 }
