@@ -18,7 +18,7 @@ namespace {
 constexpr int kEdge = 96;  // texels
 
 struct SystemCloser {
-  void operator()(OIIO::TextureSystem* system) const { OIIO::TextureSystem::destroy(system); }
+  void operator()(OIIO::TextureSystem* system) const { OIIO::TextureSystem::destroy(system, true); }
 };
 using System = std::unique_ptr<OIIO::TextureSystem, SystemCloser>;
 
