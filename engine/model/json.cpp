@@ -38,10 +38,10 @@ class Builder : public nlohmann::json_sax<json> {
   bool end_array() override { return close(); }
 
   bool key(string_t& key) override {
-    const auto [place, is_new] = open_.back()->get_ref<json::object_t&>().try_emplace(key);
+    const auto [member, is_new] = open_.back()->get_ref<json::object_t&>().try_emplace(key);
     if (!is_new)
       throw invalid(label_, what_, "key " + show(key) + " twice in one object", "unique keys");
-    member_ = &place->second;
+    member_ = &member->second;
     return true;
   }
 
