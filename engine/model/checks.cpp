@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/model/json_text.h"
+
 namespace solidtex::engine {
 namespace {
 
@@ -13,8 +15,6 @@ std::string join(const std::vector<std::string>& words) {
   for (const std::string& word : words) result += (result.empty() ? "" : ", ") + word;
   return result;
 }
-
-std::string short_number(double value) { return nlohmann::json(value).dump(); }
 
 }  // namespace
 
@@ -94,7 +94,7 @@ double Fields::number(const std::string& key, double low, double high) const {
   const nlohmann::json& found = value(key);
   const double result = found.is_number() ? found.get<double>() : 0;
   if (!found.is_number() || result < low || result > high)
-    throw wrong(key, "a number from " + short_number(low) + " to " + short_number(high));
+    throw wrong(key, "a number from " + scalar_text(low) + " to " + scalar_text(high));
   return result;
 }
 

@@ -3,7 +3,6 @@
 #include "engine/space/decode.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <span>
@@ -259,7 +258,7 @@ std::string origin(const Space& space, const Material& material) {
   const auto row = [&](std::size_t r) {
     return array_text(std::span(material.colors.data() + 4 * r, 4));
   };
-  return result.add_text("colors", array_text(std::array<std::size_t, 3>{0, 1, 2}, row)).text();
+  return result.add_text("colors", '[' + row(0) + ',' + row(1) + ',' + row(2) + ']').text();
 }
 
 // Returns the model's document.

@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kEdge = 96;  // texels
 
+// With its cache, which version 2.4 leaves.
 struct SystemCloser {
   void operator()(OIIO::TextureSystem* system) const { OIIO::TextureSystem::destroy(system, true); }
 };

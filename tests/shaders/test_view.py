@@ -150,10 +150,13 @@ def test_refused_values_are_named(page: Any) -> None:
     page.evaluate("solidtex.set({seed: '0'})")
 
 
+def show_controls(page: Any) -> None:
+    page.evaluate("Object.assign(document.getElementById('controls'), {hidden: false, open: true})")
+
+
 def test_a_place_is_typed(page: Any) -> None:
-    page.evaluate("document.getElementById('controls').open = true")
     """The text stays while it is no place yet, and the message too."""
-    page.evaluate("document.getElementById('controls').hidden = false")
+    show_controls(page)
     page.focus("#place")
     page.keyboard.press("Control+A")
     page.keyboard.type("-40, 12,")
@@ -168,8 +171,7 @@ def test_a_place_is_typed(page: Any) -> None:
 
 
 def test_a_seed_that_cannot_be_read_is_not_taken(page: Any) -> None:
-    page.evaluate("document.getElementById('controls').open = true")
-    page.evaluate("document.getElementById('controls').hidden = false")
+    show_controls(page)
     page.focus("#seed")
     page.keyboard.press("Control+A")
     page.keyboard.type("a")

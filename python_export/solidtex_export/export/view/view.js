@@ -244,7 +244,7 @@ function listen() {
   control("lit").addEventListener("input", ({ target }) => set({ lit: target.checked }));
   const panel = control("controls");
   if (panel.offsetWidth > window.innerWidth / 2) panel.open = false;
-  panel.addEventListener("toggle", render);
+  panel.querySelector("summary").addEventListener("click", () => setTimeout(render));
   panel.addEventListener("submit", (event) => event.preventDefault());
   control("png").addEventListener("click", async () => {
     let outcome;
