@@ -114,6 +114,7 @@ def test_what_is_chosen_last_is_shown(file: Path, browser: Any, backend: str) ->
 
 def test_png_is_that_of_its_name(file: Path, browser: Any) -> None:
     page = opened(browser, file, "?backend=webassembly&texels=16", size=(600, 400))
+    page.click("summary")  # the controls are folded on so narrow a page
     with page.expect_download() as download:
         page.click("#png")
         page.evaluate("void solidtex.set({ model: 1 })")
