@@ -357,7 +357,7 @@ THREE = os.environ.get("SOLIDTEX_THREE", "")
 def test_three_js_example(browser: Any, tmp_path: Path) -> None:
     """The page of docs/hosts/threejs/ shows the stone's mean color on the knot."""
     shutil.copy(REPOSITORY / "docs/hosts/threejs/index.html", tmp_path)
-    (tmp_path / "node_modules").symlink_to(Path(THREE, "node_modules"))
+    (tmp_path / "node_modules").symlink_to(Path(REPOSITORY, THREE, "node_modules"))
     arguments = [MODELS / "stone-grey.solidtex", "-o", tmp_path / "stone.glsl"]
     options = ["--weights", "texture", "--precision", "half"]
     assert export_shader.main([*map(str, arguments), *options]) == 0

@@ -65,6 +65,19 @@ class Glsl(Emitter):
         return f"vec4(unpackHalf2x16({word}.x), unpackHalf2x16({word}.y))"
 
 
+class Godot(Glsl):
+    """Godot's shading language, as a file for `#include`: its textures are uniforms, no macros."""
+
+    language, suffix = "Godot", ".gdshaderinc"
+    storages = ("texture",)
+
+    def preamble(self) -> str:
+        return ""
+
+    def resource_declaration(self) -> str:
+        return f"uniform sampler2D {self.global_name(WEIGHTS)} : filter_nearest;\n"
+
+
 class Wgsl(Emitter):
     language, suffix = "WGSL", ".wgsl"
     storages = ("buffer", "texture", "constant")
@@ -340,4 +353,4 @@ class Osl(Emitter):
         )
 
 
-EMITTERS: Sequence[type[Emitter]] = (Wgsl, Glsl, Hlsl, Osl, Metal, Slang)
+EMITTERS: Sequence[type[Emitter]] = (Wgsl, Glsl, Godot, Hlsl, Osl, Metal, Slang)

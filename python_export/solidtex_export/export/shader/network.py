@@ -253,7 +253,7 @@ def _octave(name: str, bits: Function, deviate: Function, place: Function) -> Fu
     key = [f.let(f"k{k}", TableEntry("uint", WORDS, word + integer(k))) for k in range(4)]
     edge = f.array("edge", "float", 4)
     with f.loop("i", 4) as i:
-        x = f.let("x", corner[integer(0)] + convert("uint", i >> 1))
+        x = f.let("x", corner[integer(0)] + (convert("uint", i) >> 1))
         y = f.let("y", corner[integer(1)] + convert("uint", i & integer(1)))
         z = f.let("z", corner[integer(2)])
         low = f.let("low", deviate(bits(x, y, z, *key)))
