@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Builds the fuzz targets with clang's libFuzzer, AddressSanitizer and UndefinedBehaviorSanitizer
 # into build-fuzz/, and runs each of them.
-#   ./fuzz.sh [SECONDS [TARGET...]]     seconds of each target: 60; one hour of all targets: 3600
+#   ./fuzz.sh [SECONDS [TARGET...]]     seconds of each target: 60
+# As many targets run at a time as there are cores.
 # New inputs are kept in build-fuzz/corpus/TARGET, so that the next run goes on from them. An input
 # that fails is kept in build-fuzz/found/TARGET: mend the reader, and move the input to
 # tests/fuzz/corpus/TARGET, where it is a test of every build. Exit code: 1 if an input failed.
@@ -24,18 +25,30 @@ targets=("$@")
   mapfile -t targets < <(cd tests/fuzz/corpus && printf '%s\n' *)
 cmake --build build-fuzz --parallel "$(build_jobs)" --target "${targets[@]/#/fuzz_}"
 
-failed=()
+fuzz() {  # becomes the target $1
+  mkdir -p "build-fuzz/corpus/$1" "build-fuzz/found/$1"
+  local options=(-max_total_time="$seconds" -timeout=25 -rss_limit_mb=4096 -max_len=65536
+                 -print_final_stats=1 -artifact_prefix="build-fuzz/found/$1/")
+  # OpenImageIO 2.4 leaks its message about a PNG that ends early.
+  export ASAN_OPTIONS=detect_leaks=$([ "$1" = image ] && echo 0 || echo 1)
+  [ ! -e "tests/fuzz/$1.dict" ] || options+=(-dict="tests/fuzz/$1.dict")
+  exec "build-fuzz/bin/fuzz_$1" "${options[@]}" "build-fuzz/corpus/$1" "tests/fuzz/corpus/$1" \
+    >"build-fuzz/$1.log" 2>&1
+}
+
+say "${#targets[@]} targets, $seconds seconds each, $(build_jobs) at a time"
+declare -A started
+trap 'kill $(jobs -rp) 2>/dev/null || true' EXIT  # Ctrl-C
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 for target in "${targets[@]}"; do
-  say "$target, $seconds seconds"
-  mkdir -p "build-fuzz/corpus/$target" "build-fuzz/found/$target"
-  options=(-max_total_time="$seconds" -timeout=25 -rss_limit_mb=4096 -max_len=65536
-           -print_final_stats=1 -artifact_prefix="build-fuzz/found/$target/")
-  # OpenImageIO 2.4 leaks its message about a PNG that ends early.
-  export ASAN_OPTIONS=detect_leaks=$([ "$target" = image ] && echo 0 || echo 1)
-  [ ! -e "tests/fuzz/$target.dict" ] || options+=(-dict="tests/fuzz/$target.dict")
-  "build-fuzz/bin/fuzz_$target" "${options[@]}" "build-fuzz/corpus/$target" \
-    "tests/fuzz/corpus/$target" >"build-fuzz/$target.log" 2>&1 || failed+=("$target")
+  while [ "$(jobs -rp | wc -l)" -ge "$(build_jobs)" ]; do wait -n || true; done
+  fuzz "$target" &
+  started[$target]=$!
+done
+failed=()
+for target in "${targets[@]}"; do
+  wait "${started[$target]}" || failed+=("$target")
+  say "$target"
   grep -E "stat::number_of_executed_units|ERROR|SUMMARY" "build-fuzz/$target.log" || true
   grep -E " cov: " "build-fuzz/$target.log" | tail -n 1 || true
 done
