@@ -4,7 +4,7 @@ namespace solidtex::transport {
 
 TransportResult diffusivity(const VoxelImage& image, const DiffusionSettings& settings,
                             const Progress& progress) {
-  const PoreSpace space(image, settings.axis, settings.boundary, 0);
+  const PoreSpace space(image, settings.axis, settings.boundary);
   TransportResult result;
   result.conducting_voxels = space.count();
   if (space.count() == 0) return result;

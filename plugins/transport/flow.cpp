@@ -8,6 +8,11 @@
 // One array holds the populations. An even step reads and writes the slots of the pore itself, an
 // odd step those of its neighbors (Bailey et al. 2009, the AA pattern); both touch the same slots
 // for reading and writing, so pores need no order and threads no lock.
+//
+// A pressure is held on an open face by a mirror image beyond it. The force along the axis is the
+// mean gradient. Mirrored and turned round, the flow meets the same force, so the deviation of the
+// pressure changes its sign at the face, and is zero on it: a population that leaves comes back as
+// its mirror image with the other sign. A straight channel has its flow at any length.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -23,7 +28,6 @@ namespace {
 constexpr int kPairs = 9, kVelocities = 2 * kPairs + 1;
 constexpr int kBlock = 64;  // pores that collide together
 constexpr std::size_t kBlocksPerTask = 64;
-constexpr int kReservoir = 8;  // layers, enough to even out the pressure across a face
 constexpr int kCheckSteps = 50;
 constexpr double kMaxViscosity = 1;
 constexpr double kLayerTolerance = 2;  // times the tolerance of the value
@@ -39,6 +43,15 @@ Offset velocity(int q) {
   if (q % 2 == 0)
     for (int& component : along) component = -component;
   return along;
+}
+
+// The number of the velocity whose component along the axis is turned round.
+int mirrored(int q, int axis) {
+  Offset image = velocity(q);
+  image[axis] = -image[axis];
+  int number = 1;
+  while (velocity(number) != image) ++number;
+  return number;
 }
 
 struct Relaxation {
@@ -102,6 +115,7 @@ class Flow {
     slots_.assign(kVelocities * pitch_, 0);
     links_.resize((kVelocities - 1) * pitch_);
     for_each_block([&](std::size_t block) { link(block); });
+    link_open_ends();
     for (int q = 0; q < kVelocities; ++q) {
       const float weight_of_q = q == 0 ? kWeightAtRest : weight((q - 1) / 2);
       for (std::size_t i = 0; i < count_; ++i)
@@ -111,10 +125,12 @@ class Flow {
 
   void two_steps() {
     for_each_block([&](std::size_t block) { even_step(block * kBlock); });
+    turn_at_open_ends();
     for_each_block([&](std::size_t block) { odd_step(block * kBlock); });
+    turn_at_open_ends();
   }
 
-  // Sum of the velocity along the axis in each layer across it, those of the reservoir included.
+  // Sum of the velocity along the axis in each layer across it.
   std::vector<double> layers() const {
     std::vector<double> sums(static_cast<std::size_t>(space_.layers()));
     for (std::size_t i = 0; i < count_; ++i)
@@ -144,6 +160,29 @@ class Flow {
         }
         links_[(q - 1) * pitch_ + i] = static_cast<std::uint32_t>(slot);
       }
+  }
+
+  // A velocity that leaves through an open end comes back, mirrored, in the layer that it leaves.
+  void link_open_ends() {
+    if (space_.repeats_along_axis()) return;
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      const std::int64_t at = space_.position(i)[axis_];
+      if (at != 0 && at != space_.layers() - 1) continue;
+      for (int q = 1; q < kVelocities; ++q) {
+        Offset across = velocity(q);
+        if (!space_.passes_open_end(i, across)) continue;
+        across[axis_] = 0;
+        const std::uint32_t to = space_.neighbor(i, across);
+        if (to == PoreSpace::kSolid) continue;
+        const std::size_t slot = mirrored(q, axis_) * pitch_ + to;
+        links_[(q - 1) * pitch_ + i] = static_cast<std::uint32_t>(slot);
+        open_slots_.push_back(slot);
+      }
+    }
+  }
+
+  void turn_at_open_ends() {
+    for (const std::size_t slot : open_slots_) slots_[slot] = -slots_[slot];
   }
 
   void even_step(std::size_t first) {
@@ -183,8 +222,9 @@ class Flow {
   Relaxation rate_;
   int axis_;
   std::size_t count_, blocks_ = 0, pitch_ = 0;
-  std::vector<float> slots_;          // [velocity][pore]
-  std::vector<std::uint32_t> links_;  // [velocity - 1][pore]
+  std::vector<float> slots_;             // [velocity][pore]
+  std::vector<std::uint32_t> links_;     // [velocity - 1][pore]
+  std::vector<std::size_t> open_slots_;  // of velocities that leave through an open end
 };
 
 // Conductivity of each pore as the square of its distance to the wall.
@@ -207,11 +247,11 @@ std::vector<double> first_pressures(const PoreSpace& space,
   std::vector<double> pressures =
       Laplace(space, conductivities).solve(kTolerance, 10000, {}, ignored);
   // The potential is the pressure less the work of the force.
+  const auto length = static_cast<double>(space.layers());
   for (std::uint32_t i = 0; i < space.count(); ++i)
-    pressures[i] = pressures[i] * static_cast<double>(space.layers()) +
-                   static_cast<double>(space.position(i)[space.axis()]);
-  const double mean = mean_of(pressures);
-  for (double& pressure : pressures) pressure -= mean;
+    pressures[i] = pressures[i] * length + static_cast<double>(space.position(i)[space.axis()]);
+  const double zero = space.repeats_along_axis() ? mean_of(pressures) : length - 0.5;
+  for (double& pressure : pressures) pressure -= zero;
   return pressures;
 }
 
@@ -245,28 +285,22 @@ double variation(const std::vector<double>& values) {
 
 TransportResult permeability(const VoxelImage& image, const FlowSettings& settings,
                              const Progress& progress) {
-  const bool is_open = settings.boundary == Boundary::open;
-  const PoreSpace space(image, settings.axis, settings.boundary, is_open ? kReservoir : 0);
+  const PoreSpace space(image, settings.axis, settings.boundary);
   TransportResult result;
+  result.conducting_voxels = space.count();
   if (space.count() == 0) return result;
-  for (std::uint32_t i = 0; i < space.count(); ++i)
-    result.conducting_voxels += space.is_of_image(i);
   const std::vector<double> conductivities = conductivities_of(space);
   const double viscosity =
       settings.viscosity > 0 ? settings.viscosity : best_viscosity(space, conductivities);
   Flow flow(space, viscosity, settings.axis, first_pressures(space, conductivities));
-  const std::int64_t length = image.size[settings.axis];
-  // The force acts in the reservoir too, where next to no pressure is lost: the image takes it all.
-  const double gradient = static_cast<double>(space.layers()) / static_cast<double>(length);
   std::vector<double> values;
   result.has_converged = false;
   while (!result.has_converged && result.steps < settings.max_steps) {
     for (int step = 0; step < kCheckSteps; step += 2) flow.two_steps();
     result.steps += kCheckSteps;
-    std::vector<double> layers = flow.layers();
-    layers.resize(static_cast<std::size_t>(length));
+    const std::vector<double> layers = flow.layers();
     const double total = std::accumulate(layers.begin(), layers.end(), 0.0);
-    result.value = viscosity * total / voxels_of(image) / gradient;
+    result.value = viscosity * total / voxels_of(image);
     values.push_back(result.value);
     // As much passes through every layer once the pressure has settled along the whole volume. It
     // may drift for so long that the value seems steady before.

@@ -45,7 +45,7 @@ void Laplace::set_row(std::size_t i, const Vector& conductivities) {
     neighbors_[kFaces.size() * i + face] = other;
     const int end = space_.end_passed(pore, kFaces[face]);
     if (other == PoreSpace::kSolid) {
-      if (end == 0 || space_.repeats_along_axis()) continue;
+      if (!space_.passes_open_end(pore, kFaces[face])) continue;
       const double conductance = conductivities.empty() ? 2 : 2 * conductivities[i];
       diagonal_[i] += conductance;
       if (end < 0) right_side_[i] += conductance;
@@ -130,7 +130,7 @@ double Laplace::total_flux(const Vector& potential) const {
         if (other != PoreSpace::kSolid && step > 0) {
           const double conductance = conductances_.empty() ? 1 : conductances_[link];
           sum += conductance * (potential[i] - potential[other] + passed);
-        } else if (other == PoreSpace::kSolid && passed != 0 && !space_.repeats_along_axis()) {
+        } else if (space_.passes_open_end(pore, kFaces[face])) {
           // Half a voxel at twice the conductance.
           sum += passed < 0 ? 1 - potential[i] : potential[i];
         }

@@ -92,21 +92,18 @@ std::int64_t count_conducting(const VoxelImage& image, int axis, Boundary bounda
   return std::ranges::count(conducting_voxels(image, axis, boundary), 1);
 }
 
-PoreSpace::PoreSpace(const VoxelImage& image, int axis, Boundary boundary, int reservoir)
-    : size_(image.size), length_(image.size[axis]), axis_(axis) {
+PoreSpace::PoreSpace(const VoxelImage& image, int axis, Boundary boundary)
+    : size_(image.size), axis_(axis) {
   const std::vector<std::uint8_t> conducts = conducting_voxels(image, axis, boundary);
   repeats_.fill(boundary == Boundary::periodic);
   if (std::ranges::find(conducts, 1) == conducts.end()) return;
-  if (reservoir > 0) repeats_[axis] = true;
-  size_[axis] += reservoir;
-  numbers_.assign(static_cast<std::size_t>(size_[0] * size_[1] * size_[2]), kSolid);
-  for (std::int64_t index = 0; index < static_cast<std::int64_t>(numbers_.size()); ++index) {
-    const Position at = position_of(index, size_);
-    if (at[axis] < length_ && !conducts[index_of(at, image.size)]) continue;
+  numbers_.assign(conducts.size(), kSolid);
+  for (std::size_t index = 0; index < numbers_.size(); ++index) {
+    if (!conducts[index]) continue;
     if (positions_.size() == kSolid / 32)
       throw std::length_error("more than 134 million pore voxels, expected fewer: cut the volume");
     numbers_[index] = count();
-    positions_.push_back(index);
+    positions_.push_back(static_cast<std::int64_t>(index));
   }
 }
 
@@ -119,7 +116,7 @@ std::vector<int> PoreSpace::depths() const {
   std::vector<std::uint32_t> front;
   for (std::uint32_t pore = 0; pore < count(); ++pore)
     for (const Offset& face : kFaces)
-      if (depths[pore] == 0 && neighbor(pore, face) == kSolid) {
+      if (depths[pore] == 0 && neighbor(pore, face) == kSolid && !passes_open_end(pore, face)) {
         depths[pore] = 1;
         front.push_back(pore);
       }

@@ -25,17 +25,12 @@ class PoreSpace {
  public:
   static constexpr std::uint32_t kSolid = std::numeric_limits<std::uint32_t>::max();
 
-  // `reservoir` layers of pores are added past the far face of the axis, where the image then
-  // repeats. They join the two faces.
-  PoreSpace(const VoxelImage& image, int axis, Boundary boundary, int reservoir);
+  PoreSpace(const VoxelImage& image, int axis, Boundary boundary);
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(positions_.size()); }
   int axis() const { return axis_; }
   bool repeats_along_axis() const { return repeats_[axis_]; }
-  // Layers along the axis, those of the reservoir included.
-  std::int64_t layers() const { return size_[axis_]; }
-  // Whether a pore is of the image itself, not of the reservoir.
-  bool is_of_image(std::uint32_t pore) const { return position(pore)[axis_] < length_; }
+  std::int64_t layers() const { return size_[axis_]; }  // along the axis
   std::array<std::int64_t, 3> position(std::uint32_t pore) const;
   // Number of the pore at an offset of at most one voxel an axis, or kSolid.
   std::uint32_t neighbor(std::uint32_t pore, const Offset& offset) const;
@@ -45,12 +40,15 @@ class PoreSpace {
     const std::int64_t at = position(pore)[axis_] + offset[axis_];
     return at < 0 ? -1 : at >= size_[axis_] ? 1 : 0;
   }
-  // Steps from face to face to the nearest wall, 1 beside it.
+  // Whether an open end of the axis lies between a pore and its neighbor.
+  bool passes_open_end(std::uint32_t pore, const Offset& offset) const {
+    return !repeats_along_axis() && end_passed(pore, offset) != 0;
+  }
+  // Steps from face to face to the nearest wall, 1 beside it. An open end is no wall.
   std::vector<int> depths() const;
 
  private:
   std::array<std::int64_t, 3> size_;
-  std::int64_t length_;  // of the image along the axis
   int axis_;
   std::array<bool, 3> repeats_;
   std::vector<std::uint32_t> numbers_;   // of each voxel, kSolid where none conducts
