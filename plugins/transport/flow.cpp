@@ -256,12 +256,12 @@ std::vector<double> first_pressures(const PoreSpace& space,
 }
 
 // The viscosity that comes to rest soonest. The flow in a pore settles at a rate that grows with
-// viscosity, the pressure along the volume at one that falls with it and with the square of the
-// length. The rates of a tube of the same mean conductivity are equal, up to critical damping, at
-// half of that conductivity divided by the length.
+// viscosity, the pressure along the volume at one that falls with it and with the square of its
+// longest wave, which between open ends is twice the length. The rates of a tube of the same mean
+// conductivity are equal, up to critical damping, at half of that conductivity divided by the wave.
 double best_viscosity(const PoreSpace& space, const std::vector<double>& conductivities) {
-  return std::min(kMaxViscosity,
-                  mean_of(conductivities) / (2 * static_cast<double>(space.layers())));
+  const double wave = static_cast<double>(space.layers()) * (space.repeats_along_axis() ? 1 : 2);
+  return std::min(kMaxViscosity, mean_of(conductivities) / (2 * wave));
 }
 
 // Whether the last third of the values differs by at most a tolerance. Pressure swings before it

@@ -84,7 +84,7 @@ def test_an_open_channel_has_its_flow_at_any_length(axis: int, length: int) -> N
     pores = along(framed(np.ones((6, 6), bool)), axis, length)
     found = transport.permeability(pores, axis)
     periodic = transport.permeability(pores, axis, "periodic")
-    assert found.value == pytest.approx(periodic.value, rel=1e-4)
+    assert found.value == pytest.approx(periodic.value, rel=2e-3)
     assert found.conducting_voxels == 36 * length
 
 
