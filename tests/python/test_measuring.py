@@ -309,6 +309,28 @@ def test_sizes_and_axes_of_files(tmp_path: Path) -> None:
         read_volume(tmp_path / "flat.tif", 0, 0, 0)
 
 
+def test_channels_without_names_are_no_gray_values(tmp_path: Path, capfd) -> None:
+    first = np.where(ball(10, 32), 0.75, 0.25)
+    options = ["-o", str(tmp_path / "r.json"), "--voxel-size", "1um", *QUICK]
+    np.save(tmp_path / "v.npy", np.stack([first, 1 - first], 3))
+    assert main([str(tmp_path / "v.npy"), *options]) == 1
+    error = capfd.readouterr().err
+    assert "v.npy: found 2 channels that differ, expected one value a voxel" in error
+    assert "bake a model of phases with --labels" in error
+    np.save(tmp_path / "v.npy", np.stack([first, first, first], 3))
+    assert main([str(tmp_path / "v.npy"), *options]) == 0
+
+
+def test_names_of_baked_labels_are_in_the_report(tmp_path: Path, capfd) -> None:
+    nrrd.write(str(tmp_path / "l.nrrd"), ball(10, 32).astype(np.uint8),
+               {"solidtex_labels": "phase.grain phase.pore"}, index_order="F")  # fmt: skip
+    report = tmp_path / "r.html"
+    options = ["--voxel-size", "1um", "-o", str(report), *QUICK]
+    assert main([str(tmp_path / "l.nrrd"), *options]) == 0
+    assert "<th>phase pore (1)</th>" in report.read_text()
+    assert "grain (0): 8" in capfd.readouterr().out
+
+
 def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
     model = Path(__file__).parents[2] / "models" / "sandstone.solidtex"
     found = measure(tmp_path, model, "--size", "32", "--voxel-size", "5um", *QUICK, "--periodic")
@@ -343,6 +365,14 @@ def test_refusals(tmp_path: Path, capfd, make, options: list[str], message: str)
     error = capfd.readouterr().err
     assert message in error and "Traceback" not in error
     assert not os.path.exists(tmp_path / "r.json")
+
+
+def test_a_picture_that_is_not_finite_is_refused(tmp_path: Path, capfd) -> None:
+    np.save(tmp_path / "v.npy", ball(3, 9).astype(np.uint8))
+    tifffile.imwrite(tmp_path / "nan.tif", np.full((9, 9), np.nan, np.float32))
+    options = ["--voxel-size", "1um", "--exemplar", str(tmp_path / "nan.tif")]
+    assert main([str(tmp_path / "v.npy"), "-o", str(tmp_path / "r.json"), *options]) == 1
+    assert "nan.tif: found values that are not finite" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", [".tif", ".nrrd", ".solidtex"])

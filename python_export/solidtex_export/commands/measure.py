@@ -125,7 +125,7 @@ def run(args: argparse.Namespace) -> cli.Document:
             f"{args.volume}: found no voxel size in the file, expected --voxel-size LENGTH, such as"
             " 2.25um: without it surface and permeability have no units"
         )
-    phases = find_phases(volume.values, args.threshold, args.volume.name)
+    phases = find_phases(volume.values, args.threshold, args.volume.name, volume.phases)
     settings = Settings(
         voxel_size,
         args.phase,
@@ -175,14 +175,18 @@ def _text(path: Path, document: dict[str, Any], middle: list[Any]) -> str:
 
 def summary(document: dict[str, Any]) -> str:
     """Fractions, and one line an axis."""
-    phases = document["phases"].items()
-    fractions = (f"{k}: {p['fraction']:.2%} ± {p['fraction_deviation']:.2%}" for k, p in phases)
+    titles = document["phase_titles"]
+    fractions = (
+        f"{titles[label]}: {figures['fraction']:.2%} ± {figures['fraction_deviation']:.2%}"
+        for label, figures in document["phases"].items()
+    )
+    phase = f"phase {titles[str(document['phase'])]}"
     lines = [
         "phases  " + ", ".join(fractions),
         "   ± is the deviation expected among volumes of this size (integral range)",
     ]
     for name, axis in document["axes"].items():
-        parts = [f"{axis['conducting_fraction']:.1%} of phase {document['phase']} conducts"]
+        parts = [f"{axis['conducting_fraction']:.1%} of {phase} conducts"]
         if axis.get("formation_factor"):
             parts.append(f"formation factor {axis['formation_factor']:.4g}")
             parts.append(f"tortuosity {axis['tortuosity']:.4g}")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 METERS = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 SPELLINGS = {"µm": "um", "μm": "um", "micron": "um", "microns": "um"}
+PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
 SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".solidtex")
 SIDES_ALIKE = 1e-3  # relative difference up to which the sides of a voxel are the same
 
@@ -43,6 +43,10 @@ class Volume:
 
     values: NDArray[Any]
     voxel_size: VoxelSize | None = None
+    channels: tuple[str, ...] = ()
+    """Names of the last axis where values are [x, y, z, channel]; empty if the file has none."""
+    phases: tuple[str, ...] = ()
+    """Names of the labels 0, 1, 2 ...; empty if they are unknown."""
     notes: list[str] = field(default_factory=list)
 
 
@@ -102,7 +106,7 @@ def is_model(path: Path) -> bool:
 def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
     """Read a file. `size`, `seed` and `period` are those of a model's box."""
     if is_model(path):
-        return _read_model(path, size, seed, period)
+        return _three_axes(path, _read_model(path, size, seed, period))
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise VolumeError(f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}")
@@ -119,25 +123,59 @@ def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
 
 
 def _three_axes(path: Path, volume: Volume) -> Volume:
-    """Drop axes of length 1, average channels, and refuse what is no volume."""
+    """Leave one value a voxel, and refuse what is no volume."""
+    check_numbers(volume.values, str(path))
+    shape = volume.values.shape
+    if len(shape) == 4 and min(shape[:3]) > 1:
+        _merge_channels(path, volume)
     values = volume.values
-    if values.ndim == 4 and values.shape[3] <= 4:
-        if values.shape[3] > 1:
-            volume.notes.append(f"{path.name}: the mean of its {values.shape[3]} channels is used")
-            values = values.astype(np.float32).mean(axis=3)
-        else:
-            values = values[..., 0]
     if values.ndim != 3 or min(values.shape) < 2:
         raise VolumeError(
-            f"{path}: found an array of shape {volume.values.shape}, expected a volume of at least"
-            " 2 voxels along three axes"
+            f"{path}: found an array of shape {shape}, expected a volume of at least 2 voxels"
+            " along three axes"
         )
-    if values.dtype.kind == "f" and not np.isfinite(values).all():
-        raise VolumeError(f"{path}: found values that are not finite, expected numbers")
-    if values.dtype.kind not in "buif":
-        raise VolumeError(f"{path}: found values of type {values.dtype}, expected numbers")
-    volume.values = values
     return volume
+
+
+def check_numbers(values: NDArray[Any], what: str) -> None:
+    """Refuse what cannot be compared with a threshold."""
+    if values.dtype.kind not in "buif":
+        raise VolumeError(f"{what}: found values of type {values.dtype}, expected numbers")
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        raise VolumeError(f"{what}: found values that are not finite, expected numbers")
+
+
+def _merge_channels(path: Path, volume: Volume) -> None:
+    """Take the most probable phase of each voxel, or the mean of its colors.
+
+    Of channels without names only those that are alike are known to be gray values.
+    """
+    values = volume.values
+    names = volume.channels if len(volume.channels) == values.shape[3] else ()
+    phases = [i for i, name in enumerate(names) if name.startswith(PHASE_PREFIX)]
+    albedo = [i for i, name in enumerate(names) if name.startswith("albedo.")]
+    if len(phases) > 1:
+        volume.phases = _phase_names([names[i] for i in phases])
+        volume.values = values[..., phases].argmax(axis=3).astype(np.uint8)
+        volume.notes.append(f"{path.name}: labels are the most probable phase of each voxel")
+    elif albedo:
+        volume.values = values[..., albedo].astype(np.float32).mean(axis=3)
+        colors = ", ".join(names[i] for i in albedo)
+        volume.notes.append(f"{path.name}: gray values are the mean of {colors}")
+    elif names or (values == values[..., :1]).all():
+        volume.values = values[..., 0]
+        if names:
+            volume.notes.append(f"{path.name}: gray values are the channel {names[0]}")
+    else:
+        raise VolumeError(
+            f"{path}: found {values.shape[3]} channels that differ, expected one value a voxel:"
+            " labels or grays; bake a model of phases with --labels, of others with --channels,"
+            " and reduce colors to gray first"
+        )
+
+
+def _phase_names(channels: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name.removeprefix(PHASE_PREFIX) for name in channels)
 
 
 def _read_numpy(path: Path) -> Volume:
@@ -151,6 +189,14 @@ def _read_nrrd(path: Path) -> Volume:
         values, header = nrrd.read(str(path))
     except nrrd.NRRDError as error:
         raise ValueError(error) from error
+    names = str(header.get("solidtex_channels", "")).split()
+    if names and values.ndim == 4:
+        values = np.moveaxis(values, 0, 3)
+    labels = str(header.get("solidtex_labels", "")).split()
+    return Volume(values, _nrrd_voxel(path, header), tuple(names), _phase_names(labels))
+
+
+def _nrrd_voxel(path: Path, header: Mapping[str, Any]) -> VoxelSize | None:
     directions = header.get("space directions")
     if directions is not None:
         sides = [float(np.linalg.norm(row)) for row in np.asarray(directions)[-3:]]
@@ -160,8 +206,8 @@ def _read_nrrd(path: Path) -> Volume:
         SPELLINGS.get(unit, unit) for unit in header.get("space units", header.get("units", []))
     ]
     if len(sides) != 3 or not np.isfinite(sides).all() or not units or units[-1] not in METERS:
-        return Volume(values)
-    return Volume(values, cubic(sides, units[-1], str(path)))
+        return None
+    return cubic(sides, units[-1], str(path))
 
 
 def _read_tiff(path: Path) -> Volume:
@@ -172,6 +218,8 @@ def _read_tiff(path: Path) -> Volume:
         values = np.squeeze(series.asarray())
         axes = [axis for axis, n in zip(series.axes, series.shape, strict=True) if n > 1]
         sides, unit = _tiff_voxel(file)
+        text = file.ome_metadata or file.pages.first.description
+        names, labels = (_listed(text, key) for key in ("channels", "labels"))
     if values.ndim == 3 and axes[-1] == "S":
         values = values.mean(axis=2)  # one picture in color, refused later
     elif values.ndim == 3:
@@ -180,7 +228,14 @@ def _read_tiff(path: Path) -> Volume:
         values = values.transpose(2, 1, 0, 3)
     elif values.ndim == 4 and "C" in axes[:2]:
         values = np.moveaxis(values, axes.index("C"), 3).transpose(2, 1, 0, 3)
-    return Volume(values, cubic(sides, unit, str(path)) if sides else None)
+    size = cubic(sides, unit, str(path)) if sides else None
+    return Volume(values, size, tuple(names), _phase_names(labels))
+
+
+def _listed(description: str, key: str) -> list[str]:
+    """Names that solidtex-bake lists under a key in the description of a TIFF file."""
+    found = re.search(rf"^solidtex_{key}=(.*)$", description, re.MULTILINE)
+    return found[1].split() if found else []
 
 
 def _tiff_voxel(file: Any) -> tuple[list[float], str]:
@@ -214,20 +269,5 @@ def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:
 
     with solidtex.Texture(path, seed=seed, period=period) as texture:
         values = texture.eval_box((0, 0, 0), (size, size, size))
-        channels = list(texture.channels)
-    phases = [i for i, name in enumerate(channels) if name.startswith("phase.")]
-    if phases:
-        return Volume(
-            values[..., phases].argmax(axis=3).astype(np.uint8),
-            notes=[
-                f"{path.name}: labels are the most probable phase of each voxel: "
-                + json.dumps([channels[i] for i in phases])
-            ],
-        )
-    albedo = [i for i, name in enumerate(channels) if name.startswith("albedo.")] or [0]
-    return Volume(
-        values[..., albedo].mean(axis=3),
-        notes=[
-            f"{path.name}: gray values are the mean of {', '.join(channels[i] for i in albedo)}"
-        ],
-    )
+        channels = tuple(texture.channels)
+    return Volume(values, channels=channels)
