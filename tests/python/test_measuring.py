@@ -136,7 +136,13 @@ def test_cubes_of_a_uniform_solid_are_representative() -> None:
 
 @pytest.mark.parametrize(
     ("text", "meters"),
-    [("2.25um", 2.25e-6), ("2.25 µm", 2.25e-6), ("1e3nm", 1e-6), ("5mm,5mm,5mm", 5e-3)],
+    [
+        ("2.25um", 2.25e-6),
+        ("2.25 µm", 2.25e-6),
+        ("1e3nm", 1e-6),
+        ("5mm,5mm,5mm", 5e-3),
+        ("2,2,2 um", 2e-6),
+    ],
 )
 def test_voxel_sizes(text: str, meters: float) -> None:
     assert parse_voxel_size(text).meters == pytest.approx(meters)
@@ -149,6 +155,8 @@ def test_voxel_sizes(text: str, meters: float) -> None:
         ("2 furlongs", "voxel size: found the unit 'furlongs', expected one of nm"),
         ("um", "voxel size: found 'um', expected a number and a unit"),
         ("0um", "voxel size: found 0, expected a number above 0"),
+        ("-1um", "voxel size: found -1, expected a number above 0"),
+        ("1,1,2um", "voxel size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
         ("1um,1um,2um", "voxel size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
         ("1um,2um", "voxel size: found 2 lengths in '1um,2um', expected 1"),
         ("1um,1mm,1um", "voxel size: found the units mm, um, expected one"),
@@ -287,7 +295,7 @@ def test_a_picture_has_the_scale_of_the_solid(channels: str, tmp_path: Path, cap
         assert f"bands.png: {note}" in capfd.readouterr().err
 
 
-def test_sizes_and_axes_of_files(tmp_path: Path) -> None:
+def test_sizes_and_axes_of_files(tmp_path: Path, capfd) -> None:
     volume = np.zeros((5, 6, 7), np.uint8)
     volume[0, 1, 2] = 1
     pages = volume.transpose(2, 1, 0)
@@ -302,11 +310,15 @@ def test_sizes_and_axes_of_files(tmp_path: Path) -> None:
     for name in ("a.tif", "b.ome.tif", "c.nrrd"):
         found = read_volume(tmp_path / name, 0, 0, 0)
         assert (found.values == volume).all(), name
-        assert found.voxel_size is not None and found.voxel_size.meters == pytest.approx(5e-7), name
+        assert found.voxel is not None, name
+        assert found.voxel.cubic(name).meters == pytest.approx(5e-7), name
     flat = metadata | {"spacing": 2.0}
     tifffile.imwrite(tmp_path / "flat.tif", pages, metadata=flat, **imagej)
-    with pytest.raises(VolumeError, match=r"found voxels of 0.5 x 0.5 x 2 um, expected cubes"):
-        read_volume(tmp_path / "flat.tif", 0, 0, 0)
+    options = ["-o", str(tmp_path / "r.json"), *QUICK]
+    assert main([str(tmp_path / "flat.tif"), *options]) == 1
+    assert "found voxels of 0.5 x 0.5 x 2 um, expected cubes" in capfd.readouterr().err
+    assert main([str(tmp_path / "flat.tif"), "--voxel-size", "1um", *options]) == 0
+    assert "1 um as given, the file says 0.5 x 0.5 x 2 um" in capfd.readouterr().err
 
 
 def test_channels_without_names_are_no_gray_values(tmp_path: Path, capfd) -> None:
@@ -339,6 +351,30 @@ def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
     assert found["phases"]["0"]["fraction"] + found["phases"]["1"]["fraction"] == 1
     options = ["--size", "32", "--voxel-size", "5um", *QUICK, "--periodic"]
     assert measure(tmp_path, Path("sandstone"), *options)["phases"] == found["phases"]
+    assert found["model"] == {
+        "name": "sandstone", "sha256": hashlib.sha256(model.read_bytes()).hexdigest(),
+        "seed": 0, "origin": [0, 0, 0], "period": 32,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("stones", "stones: found a texture space, expected a model or a volume"),
+        ("a.solidtex-space", "with solidtex-encode a.solidtex-space PHOTOGRAPH -o MODEL.solidtex"),
+        (
+            "a.raw",
+            "found .raw, expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; name the .nhdr",
+        ),
+        (
+            "a.vti",
+            "expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; solidtex-bake writes .nrrd",
+        ),
+    ],
+)
+def test_other_files_say_what_to_do(tmp_path: Path, capfd, name: str, message: str) -> None:
+    assert main([name, "-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]) == 1
+    assert message in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

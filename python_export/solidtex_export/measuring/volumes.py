@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,8 +14,14 @@ from numpy.typing import NDArray
 
 METERS = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 SPELLINGS = {"µm": "um", "μm": "um", "micron": "um", "microns": "um"}
+NUMBER = r"\s*[-+.\deE]+\s*"
 PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
 SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".solidtex")
+FROM_BAKE = {
+    ".raw": "name the .nhdr of a .raw, which solidtex-bake -o NAME.nhdr writes",
+    ".vti": "solidtex-bake writes .nrrd as well",
+    ".zarr": "solidtex-bake writes .nrrd as well",
+}
 SIDES_ALIKE = 1e-3  # relative difference up to which the sides of a voxel are the same
 
 
@@ -37,34 +44,65 @@ class VoxelSize:
         return f"{self.value:g} {self.unit}"
 
 
+@dataclass(frozen=True)
+class Voxel:
+    """Edges of a voxel along x, y and z, as a file says them."""
+
+    edges: tuple[float, ...]
+    unit: str
+
+    def __str__(self) -> str:
+        edges = self.edges[:1] if self._is_cubic else self.edges
+        return f"{' x '.join(f'{edge:g}' for edge in edges)} {self.unit}"
+
+    @property
+    def _is_cubic(self) -> bool:
+        return max(self.edges) - min(self.edges) <= SIDES_ALIKE * max(self.edges)
+
+    def cubic(self, what: str) -> VoxelSize:
+        """Its one edge. Every figure here is for cubic voxels."""
+        if not self._is_cubic:
+            raise VolumeError(
+                f"{what}: found voxels of {self}, expected cubes: resample the volume to one voxel"
+                " size first, for instance with scipy.ndimage.zoom, labels with order=0"
+            )
+        return VoxelSize(float(self.edges[0]), self.unit)
+
+
 @dataclass
 class Volume:
     """Values [x, y, z] of a file, and what is known of them."""
 
     values: NDArray[Any]
-    voxel_size: VoxelSize | None = None
+    voxel: Voxel | None = None
     channels: tuple[str, ...] = ()
     """Names of the last axis where values are [x, y, z, channel]; empty if the file has none."""
     phases: tuple[str, ...] = ()
     """Names of the labels 0, 1, 2 ...; empty if they are unknown."""
+    model: dict[str, Any] | None = None
+    """Name, SHA-256, seed and box of the model that it was baked of; None for a file."""
     notes: list[str] = field(default_factory=list)
 
 
 def parse_voxel_size(text: str) -> VoxelSize:
-    """Parse "2.25um", or three of them that are the same."""
-    sizes = [_parse_length(part) for part in text.split(",")]
-    if len(sizes) not in (1, 3):
+    """Parse "2.25um", or three of them that are the same, as in 2um,2um,2um or 2,2,2um."""
+    parts = text.split(",")
+    if len(parts) not in (1, 3):
         raise VolumeError(
-            f"voxel size: found {len(sizes)} lengths in {text!r}, expected 1, such as 2.25um"
+            f"voxel size: found {len(parts)} lengths in {text!r}, expected 1, such as 2.25um"
         )
+    if all(re.fullmatch(NUMBER, part) for part in parts[:-1]):
+        unit = re.sub(NUMBER, "", parts[-1], count=1)
+        parts = [*(part + unit for part in parts[:-1]), parts[-1]]
+    sizes = [_parse_length(part) for part in parts]
     units = {unit for _, unit in sizes}
     if len(units) > 1:
         raise VolumeError(f"voxel size: found the units {', '.join(sorted(units))}, expected one")
-    return cubic([value for value, _ in sizes], units.pop(), "voxel size")
+    return Voxel(tuple(value for value, _ in sizes), units.pop()).cubic("voxel size")
 
 
 def _parse_length(text: str) -> tuple[float, str]:
-    match = re.fullmatch(r"\s*([-+.\deE]+)\s*(\S*)\s*", text)
+    match = re.fullmatch(rf"({NUMBER})(\S*)\s*", text)
     try:
         value = float(match[1]) if match else None
     except ValueError:
@@ -86,17 +124,6 @@ def _parse_length(text: str) -> tuple[float, str]:
     return value, unit
 
 
-def cubic(sides: Sequence[float], unit: str, what: str) -> VoxelSize:
-    """The size of a voxel with these sides. Every figure here is for cubic voxels."""
-    if max(sides) - min(sides) > SIDES_ALIKE * max(sides):
-        found = " x ".join(f"{side:g}" for side in sides)
-        raise VolumeError(
-            f"{what}: found voxels of {found} {unit}, expected cubes: resample the volume to one"
-            " voxel size first, for instance with scipy.ndimage.zoom, labels with order=0"
-        )
-    return VoxelSize(float(sides[0]), unit)
-
-
 def is_model(path: Path) -> bool:
     """Whether it is a .solidtex file or the bare name of a shipped model."""
     is_bare = not path.suffix and path.name == str(path) and not path.exists()
@@ -108,8 +135,13 @@ def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
     if is_model(path):
         return _three_axes(path, _read_model(path, size, seed, period))
     suffix = path.suffix.lower()
+    if suffix == ".solidtex-space":
+        raise VolumeError(_space_message(path))
     if suffix not in SUFFIXES:
-        raise VolumeError(f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}")
+        hint = f"; {FROM_BAKE[suffix]}" if suffix in FROM_BAKE else ""
+        raise VolumeError(
+            f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}{hint}"
+        )
     if not path.is_file():
         raise VolumeError(f"{path}: found no file, expected one")
     readers = {".npy": _read_numpy, ".nrrd": _read_nrrd, ".nhdr": _read_nrrd}
@@ -193,10 +225,10 @@ def _read_nrrd(path: Path) -> Volume:
     if names and values.ndim == 4:
         values = np.moveaxis(values, 0, 3)
     labels = str(header.get("solidtex_labels", "")).split()
-    return Volume(values, _nrrd_voxel(path, header), tuple(names), _phase_names(labels))
+    return Volume(values, _nrrd_voxel(header), tuple(names), _phase_names(labels))
 
 
-def _nrrd_voxel(path: Path, header: Mapping[str, Any]) -> VoxelSize | None:
+def _nrrd_voxel(header: Mapping[str, Any]) -> Voxel | None:
     directions = header.get("space directions")
     if directions is not None:
         sides = [float(np.linalg.norm(row)) for row in np.asarray(directions)[-3:]]
@@ -207,7 +239,7 @@ def _nrrd_voxel(path: Path, header: Mapping[str, Any]) -> VoxelSize | None:
     ]
     if len(sides) != 3 or not np.isfinite(sides).all() or not units or units[-1] not in METERS:
         return None
-    return cubic(sides, units[-1], str(path))
+    return Voxel(tuple(sides), units[-1])
 
 
 def _read_tiff(path: Path) -> Volume:
@@ -217,7 +249,7 @@ def _read_tiff(path: Path) -> Volume:
         series = file.series[0]
         values = np.squeeze(series.asarray())
         axes = [axis for axis, n in zip(series.axes, series.shape, strict=True) if n > 1]
-        sides, unit = _tiff_voxel(file)
+        voxel = _tiff_voxel(file)
         text = file.ome_metadata or file.pages.first.description
         names, labels = (_listed(text, key) for key in ("channels", "labels"))
     if values.ndim == 3 and axes[-1] == "S":
@@ -228,8 +260,7 @@ def _read_tiff(path: Path) -> Volume:
         values = values.transpose(2, 1, 0, 3)
     elif values.ndim == 4 and "C" in axes[:2]:
         values = np.moveaxis(values, axes.index("C"), 3).transpose(2, 1, 0, 3)
-    size = cubic(sides, unit, str(path)) if sides else None
-    return Volume(values, size, tuple(names), _phase_names(labels))
+    return Volume(values, voxel, tuple(names), _phase_names(labels))
 
 
 def _listed(description: str, key: str) -> list[str]:
@@ -238,8 +269,8 @@ def _listed(description: str, key: str) -> list[str]:
     return found[1].split() if found else []
 
 
-def _tiff_voxel(file: Any) -> tuple[list[float], str]:
-    """Sides of a voxel by the OME or ImageJ metadata; none if they say nothing."""
+def _tiff_voxel(file: Any) -> Voxel | None:
+    """The voxel by the OME or ImageJ metadata; None if they say nothing."""
     if file.is_ome:
         pixels = re.search(r"<(?:\w+:)?Pixels\b[^>]*>", file.ome_metadata or "")
         found = dict(
@@ -248,26 +279,53 @@ def _tiff_voxel(file: Any) -> tuple[list[float], str]:
         unit = found.get("XUnit", "um")
         unit = SPELLINGS.get(unit, unit)
         if unit in METERS and {"X", "Y"} <= found.keys():
-            return [float(found.get(axis) or found["X"]) for axis in "XYZ"], unit
+            return Voxel(tuple(float(found.get(axis) or found["X"]) for axis in "XYZ"), unit)
     metadata = file.imagej_metadata or {}
     unit = str(metadata.get("unit", ""))
     unit = SPELLINGS.get(unit, unit)
     tags = file.pages[0].tags
     if unit not in METERS or "XResolution" not in tags or "YResolution" not in tags:
-        return [], ""
+        return None
     sides = []
     for name in ("XResolution", "YResolution"):
         pixels, per_unit = tags[name].value
         if pixels == 0:
-            return [], ""
+            return None
         sides.append(per_unit / pixels)
-    return [*sides, float(metadata.get("spacing", sides[0]))], unit
+    return Voxel((*sides, float(metadata.get("spacing", sides[0]))), unit)
 
 
 def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:
     import solidtex
 
+    if not path.suffix and _is_space(str(path)):
+        raise VolumeError(_space_message(path))
     with solidtex.Texture(path, seed=seed, period=period) as texture:
         values = texture.eval_box((0, 0, 0), (size, size, size))
         channels = tuple(texture.channels)
-    return Volume(values, channels=channels)
+        model = {
+            "name": texture.name,
+            "sha256": hashlib.sha256(Path(texture.path).read_bytes()).hexdigest(),
+            "seed": seed,
+            "origin": [0, 0, 0],
+            "period": period,
+        }
+    return Volume(values, channels=channels, model=model)
+
+
+def _is_space(name: str) -> bool:
+    """Whether a bare name is that of a texture space."""
+    import solidtex
+
+    try:
+        solidtex.Space(name)
+    except solidtex.Error:
+        return False
+    return True
+
+
+def _space_message(path: Path) -> str:
+    return (
+        f"{path}: found a texture space, expected a model or a volume: a space has many materials;"
+        f" write the model of one with solidtex-encode {path} PHOTOGRAPH -o MODEL.solidtex"
+    )
