@@ -215,21 +215,24 @@ def test_the_report_has_diagrams_and_the_reason(tmp_path: Path) -> None:
 
     np.save(tmp_path / "ball.npy", ball(10, 32).astype(np.uint8))
     Image.fromarray(ball(10, 32)[:, :, 16].astype(np.uint8)).save(tmp_path / "cut.png")
-    report = tmp_path / "report.html"
+    page = tmp_path / "report.html"
     options = ["--phase", "1", "--voxel-size", "1um", "--exemplar", str(tmp_path / "cut.png")]
-    assert main([str(tmp_path / "ball.npy"), "-o", str(report), *options]) == 0
-    text = report.read_text()
+    assert main([str(tmp_path / "ball.npy"), "-o", str(page), *options]) == 0
+    text = page.read_text()
     assert text.count("data:image/png;base64,") == 3
     assert "no path of the phase leads through the volume along y" in text
     assert "Beside the picture" in text
+    assert "voxels of 1.0 µm" in text
+    assert "<li>ball.npy: labels 0, 1</li>" in text
+    assert "<tr><td>32</td><td>32</td><td>1</td><td>0.1" in text  # the largest cube
 
 
 def test_a_report_needs_no_picture_beside_it(tmp_path: Path) -> None:
     np.save(tmp_path / "ball.npy", ball(10, 32).astype(np.uint8))
-    report = tmp_path / "report.html"
-    options = ["--voxel-size", "1um", "-o", str(report), *QUICK]
+    page = tmp_path / "report.html"
+    options = ["--voxel-size", "1um", "-o", str(page), *QUICK]
     assert main([str(tmp_path / "ball.npy"), *options]) == 0
-    text = report.read_text()
+    text = page.read_text()
     assert "Beside the picture" not in text and text.count("data:image/png;base64,") == 2
 
 
