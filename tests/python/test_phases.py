@@ -18,7 +18,7 @@ from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.generators.slices import LatticeSlices
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.labels import load_labels
-from solidtex_export.training.phases import PhaseTraining, fitting_shift
+from solidtex_export.training.phases import PhaseTraining, fitting_shift, holding
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BAKE = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-bake"
@@ -196,11 +196,17 @@ def test_ctrl_c_stops_while_fractions_are_held(tmp_path: Path, monkeypatch, capf
         code, stopped = run("stopped")
     assert code == 130 and not stopped["finished"]
     error = capfd.readouterr().err
+    assert "stopped: after the steps the fractions of phases are held" in error
     assert "stopped at step 2, before its fractions were held; the same command resumes" in error
     code, resumed = run("stopped")
     assert code == 0 and resumed["finished"]
     assert torch.equal(resumed["generator"]["color_mean"], whole["generator"]["color_mean"])
     assert not torch.equal(stopped["generator"]["color_mean"], whole["generator"]["color_mean"])
+
+
+def test_what_is_said_while_fractions_are_held() -> None:
+    assert holding(0, 96, 0.1).endswith("fractions of phases: slice 0 of 96")
+    assert holding(117, 768, 39.0).endswith("slice 117 of 768, 3.6 min left")
 
 
 class SureSlices:
