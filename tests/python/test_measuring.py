@@ -330,7 +330,7 @@ def test_channels_without_names_are_no_gray_values(tmp_path: Path, capfd) -> Non
     np.save(tmp_path / "v.npy", np.stack([first, 1 - first], 3))
     assert main([str(tmp_path / "v.npy"), *options]) == 1
     error = capfd.readouterr().err
-    assert "v.npy: found 2 channels that differ, expected one value a voxel" in error
+    assert "shape (32, 32, 32, 2) whose 2 channels differ, expected one value a voxel" in error
     assert "bake a model of phases with --labels" in error
     np.save(tmp_path / "v.npy", np.stack([first, first, first], 3))
     assert main([str(tmp_path / "v.npy"), *options]) == 0

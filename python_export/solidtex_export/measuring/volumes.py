@@ -200,9 +200,9 @@ def _merge_channels(path: Path, volume: Volume) -> None:
             volume.notes.append(f"{path.name}: gray values are the channel {names[0]}")
     else:
         raise VolumeError(
-            f"{path}: found {values.shape[3]} channels that differ, expected one value a voxel:"
-            " labels or grays; bake a model of phases with --labels, of others with --channels,"
-            " and reduce colors to gray first"
+            f"{path}: found an array of shape {values.shape} whose {values.shape[3]} channels"
+            " differ, expected one value a voxel: labels or grays; bake a model of phases with"
+            " --labels, other models with --channels, and reduce colors to gray first"
         )
 
 
