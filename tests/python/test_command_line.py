@@ -93,6 +93,22 @@ def test_quiet_drops_remarks_but_no_errors(capsys: pytest.CaptureFixture[str]) -
         assert capsys.readouterr() == ("result\n", error)
 
 
+def test_quiet_drops_no_errors_of_options(capsys: pytest.CaptureFixture[str]) -> None:
+    p = cli.parser("program", "", "")
+    with pytest.raises(SystemExit) as refused:
+        cli.run(p, ["-q"], lambda _: p.error("--axes: found w"))
+    assert refused.value.code == 2
+    assert capsys.readouterr().err.startswith("program: --axes: found w\n")
+
+
+@pytest.mark.parametrize("value", ["-1um", "-.wgsl", "-1,5"])
+@pytest.mark.parametrize("option", ["-o", "--size"])
+def test_values_may_begin_like_options(option: str, value: str) -> None:
+    p = cli.parser("program", "", "")
+    p.add_argument("-o", "--size", dest="value")
+    assert p.parse_args([option, value]).value == value
+
+
 def test_json_replaces_the_text(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert solids.main(["marble", "-o", str(tmp_path), "--size", "16", "--json"]) == 0
     printed = capsys.readouterr()

@@ -19,6 +19,8 @@ from solidtex_export.evaluation import subjects
 from solidtex_export.evaluation.comparison import Settings
 from solidtex_export.evaluation.evaluate import evaluate
 from solidtex_export.evaluation.subjects import Subject, SubjectError, View, compared_views
+from solidtex_export.export import random_models
+from solidtex_export.export.file_format import model_file
 from solidtex_export.images.exemplar import Exemplar
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
@@ -201,6 +203,10 @@ def test_refusals(exemplar: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     empty = tmp_path / "empty"
     empty.mkdir()
     small = save(blobs(1, 40, 40), tmp_path / "small.png")
+    phases = tmp_path / "phases.solidtex"
+    rock = random_models.sampler_model(4, 3, 7)
+    rock.document["channels"] = ["phase.pore", "phase.grain", "wear"]
+    model_file.write(phases, rock)
     cases = [
         ([model, str(exemplar), "-o", str(taken)], "found an existing file"),
         ([model, str(exemplar), "-o", str(tmp_path / "a.pdf")], "expected .html"),
@@ -209,6 +215,11 @@ def test_refusals(exemplar: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
         ([model, str(small)], f"{small}: found 40 x 40 pixels, expected at least 64 x 64"),
         ([model, str(exemplar), "--inception", str(exemplar)], "no readable weights"),
         ([str(exemplar), str(exemplar)], "exemplar.png"),
+        (
+            [str(phases), str(exemplar)],
+            f"{phases}: found a model of phases, expected one of colors, which solidtex-eval"
+            f" compares; solidtex-measure {phases} --exemplar {exemplar} compares phases",
+        ),
     ]
     for arguments, message in cases:
         assert command.main(arguments) == 1

@@ -136,7 +136,13 @@ def test_cubes_of_a_uniform_solid_are_representative() -> None:
 
 @pytest.mark.parametrize(
     ("text", "meters"),
-    [("2.25um", 2.25e-6), ("2.25 µm", 2.25e-6), ("1e3nm", 1e-6), ("5mm,5mm,5mm", 5e-3)],
+    [
+        ("2.25um", 2.25e-6),
+        ("2.25 µm", 2.25e-6),
+        ("1e3nm", 1e-6),
+        ("5mm,5mm,5mm", 5e-3),
+        ("2,2,2 um", 2e-6),
+    ],
 )
 def test_voxel_sizes(text: str, meters: float) -> None:
     assert parse_voxel_size(text).meters == pytest.approx(meters)
@@ -149,6 +155,8 @@ def test_voxel_sizes(text: str, meters: float) -> None:
         ("2 furlongs", "voxel size: found the unit 'furlongs', expected one of nm"),
         ("um", "voxel size: found 'um', expected a number and a unit"),
         ("0um", "voxel size: found 0, expected a number above 0"),
+        ("-1um", "voxel size: found -1, expected a number above 0"),
+        ("1,1,2um", "voxel size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
         ("1um,1um,2um", "voxel size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
         ("1um,2um", "voxel size: found 2 lengths in '1um,2um', expected 1"),
         ("1um,1mm,1um", "voxel size: found the units mm, um, expected one"),
@@ -207,21 +215,24 @@ def test_the_report_has_diagrams_and_the_reason(tmp_path: Path) -> None:
 
     np.save(tmp_path / "ball.npy", ball(10, 32).astype(np.uint8))
     Image.fromarray(ball(10, 32)[:, :, 16].astype(np.uint8)).save(tmp_path / "cut.png")
-    report = tmp_path / "report.html"
+    page = tmp_path / "report.html"
     options = ["--phase", "1", "--voxel-size", "1um", "--exemplar", str(tmp_path / "cut.png")]
-    assert main([str(tmp_path / "ball.npy"), "-o", str(report), *options]) == 0
-    text = report.read_text()
+    assert main([str(tmp_path / "ball.npy"), "-o", str(page), *options]) == 0
+    text = page.read_text()
     assert text.count("data:image/png;base64,") == 3
     assert "no path of the phase leads through the volume along y" in text
     assert "Beside the picture" in text
+    assert "voxels of 1.0 µm" in text
+    assert "<li>ball.npy: labels 0, 1</li>" in text
+    assert "<tr><td>32</td><td>32</td><td>1</td><td>0.1" in text  # the largest cube
 
 
 def test_a_report_needs_no_picture_beside_it(tmp_path: Path) -> None:
     np.save(tmp_path / "ball.npy", ball(10, 32).astype(np.uint8))
-    report = tmp_path / "report.html"
-    options = ["--voxel-size", "1um", "-o", str(report), *QUICK]
+    page = tmp_path / "report.html"
+    options = ["--voxel-size", "1um", "-o", str(page), *QUICK]
     assert main([str(tmp_path / "ball.npy"), *options]) == 0
-    text = report.read_text()
+    text = page.read_text()
     assert "Beside the picture" not in text and text.count("data:image/png;base64,") == 2
 
 
@@ -287,7 +298,7 @@ def test_a_picture_has_the_scale_of_the_solid(channels: str, tmp_path: Path, cap
         assert f"bands.png: {note}" in capfd.readouterr().err
 
 
-def test_sizes_and_axes_of_files(tmp_path: Path) -> None:
+def test_sizes_and_axes_of_files(tmp_path: Path, capfd) -> None:
     volume = np.zeros((5, 6, 7), np.uint8)
     volume[0, 1, 2] = 1
     pages = volume.transpose(2, 1, 0)
@@ -302,11 +313,37 @@ def test_sizes_and_axes_of_files(tmp_path: Path) -> None:
     for name in ("a.tif", "b.ome.tif", "c.nrrd"):
         found = read_volume(tmp_path / name, 0, 0, 0)
         assert (found.values == volume).all(), name
-        assert found.voxel_size is not None and found.voxel_size.meters == pytest.approx(5e-7), name
+        assert found.voxel is not None, name
+        assert found.voxel.cubic(name).meters == pytest.approx(5e-7), name
     flat = metadata | {"spacing": 2.0}
     tifffile.imwrite(tmp_path / "flat.tif", pages, metadata=flat, **imagej)
-    with pytest.raises(VolumeError, match=r"found voxels of 0.5 x 0.5 x 2 um, expected cubes"):
-        read_volume(tmp_path / "flat.tif", 0, 0, 0)
+    options = ["-o", str(tmp_path / "r.json"), *QUICK]
+    assert main([str(tmp_path / "flat.tif"), *options]) == 1
+    assert "found voxels of 0.5 x 0.5 x 2 um, expected cubes" in capfd.readouterr().err
+    assert main([str(tmp_path / "flat.tif"), "--voxel-size", "1um", *options]) == 0
+    assert "1 um as given, the file says 0.5 x 0.5 x 2 um" in capfd.readouterr().err
+
+
+def test_channels_without_names_are_no_gray_values(tmp_path: Path, capfd) -> None:
+    first = np.where(ball(10, 32), 0.75, 0.25)
+    options = ["-o", str(tmp_path / "r.json"), "--voxel-size", "1um", *QUICK]
+    np.save(tmp_path / "v.npy", np.stack([first, 1 - first], 3))
+    assert main([str(tmp_path / "v.npy"), *options]) == 1
+    error = capfd.readouterr().err
+    assert "shape (32, 32, 32, 2) whose 2 channels differ, expected one value a voxel" in error
+    assert "bake a model of phases with --labels" in error
+    np.save(tmp_path / "v.npy", np.stack([first, first, first], 3))
+    assert main([str(tmp_path / "v.npy"), *options]) == 0
+
+
+def test_names_of_baked_labels_are_in_the_report(tmp_path: Path, capfd) -> None:
+    nrrd.write(str(tmp_path / "l.nrrd"), ball(10, 32).astype(np.uint8),
+               {"solidtex_labels": "phase.grain phase.pore"}, index_order="F")  # fmt: skip
+    report = tmp_path / "r.html"
+    options = ["--voxel-size", "1um", "-o", str(report), *QUICK]
+    assert main([str(tmp_path / "l.nrrd"), *options]) == 0
+    assert "<th>phase pore (1)</th>" in report.read_text()
+    assert "grain (0): 8" in capfd.readouterr().out
 
 
 def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
@@ -317,6 +354,30 @@ def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
     assert found["phases"]["0"]["fraction"] + found["phases"]["1"]["fraction"] == 1
     options = ["--size", "32", "--voxel-size", "5um", *QUICK, "--periodic"]
     assert measure(tmp_path, Path("sandstone"), *options)["phases"] == found["phases"]
+    assert found["model"] == {
+        "name": "sandstone", "sha256": hashlib.sha256(model.read_bytes()).hexdigest(),
+        "seed": 0, "origin": [0, 0, 0], "period": 32,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("stones", "stones: found a texture space, expected a model or a volume"),
+        ("a.solidtex-space", "with solidtex-encode a.solidtex-space PHOTOGRAPH -o MODEL.solidtex"),
+        (
+            "a.raw",
+            "found .raw, expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; name the .nhdr",
+        ),
+        (
+            "a.vti",
+            "expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; solidtex-bake writes .nrrd",
+        ),
+    ],
+)
+def test_other_files_say_what_to_do(tmp_path: Path, capfd, name: str, message: str) -> None:
+    assert main([name, "-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]) == 1
+    assert message in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -343,6 +404,14 @@ def test_refusals(tmp_path: Path, capfd, make, options: list[str], message: str)
     error = capfd.readouterr().err
     assert message in error and "Traceback" not in error
     assert not os.path.exists(tmp_path / "r.json")
+
+
+def test_a_picture_that_is_not_finite_is_refused(tmp_path: Path, capfd) -> None:
+    np.save(tmp_path / "v.npy", ball(3, 9).astype(np.uint8))
+    tifffile.imwrite(tmp_path / "nan.tif", np.full((9, 9), np.nan, np.float32))
+    options = ["--voxel-size", "1um", "--exemplar", str(tmp_path / "nan.tif")]
+    assert main([str(tmp_path / "v.npy"), "-o", str(tmp_path / "r.json"), *options]) == 1
+    assert "nan.tif: found values that are not finite" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", [".tif", ".nrrd", ".solidtex"])

@@ -18,10 +18,13 @@ from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.generators.slices import LatticeSlices
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.labels import load_labels
-from solidtex_export.training.phases import PhaseTraining, fitting_shift
+from solidtex_export.training.phases import PhaseTraining, fitting_shift, holding
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BAKE = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-bake"
+
+
+QUICK = ["--without", "permeability", "--without", "diffusivity", "--representative", "none"]
 
 
 def section(values: list[int], seed: int = 0, side: int = 48) -> np.ndarray:
@@ -193,11 +196,17 @@ def test_ctrl_c_stops_while_fractions_are_held(tmp_path: Path, monkeypatch, capf
         code, stopped = run("stopped")
     assert code == 130 and not stopped["finished"]
     error = capfd.readouterr().err
+    assert "stopped: after the steps the fractions of phases are held" in error
     assert "stopped at step 2, before its fractions were held; the same command resumes" in error
     code, resumed = run("stopped")
     assert code == 0 and resumed["finished"]
     assert torch.equal(resumed["generator"]["color_mean"], whole["generator"]["color_mean"])
     assert not torch.equal(stopped["generator"]["color_mean"], whole["generator"]["color_mean"])
+
+
+def test_what_is_said_while_fractions_are_held() -> None:
+    assert holding(0, 96, 0.1).endswith("fractions of phases: slice 0 of 96")
+    assert holding(117, 768, 39.0).endswith("slice 117 of 768, 3.6 min left")
 
 
 class SureSlices:
@@ -302,6 +311,34 @@ def test_a_model_of_phases_is_measured(model: Path, tmp_path: Path) -> None:
     assert measure.main([str(model), "-o", str(report), *options]) == 0
     found = json.loads(report.read_text())
     assert set(found["phases"]) == {"0", "1", "2"} and found["axes"]["z"]["permeability_mD"] >= 0
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("a.nrrd", []),
+        ("a.nhdr", []),
+        ("a.ome.tif", []),
+        ("a.tif", ["--format", "imagej"]),
+        ("a.nrrd", ["--labels"]),
+        ("a.ome.tif", ["--labels"]),
+        ("a.tif", ["--labels", "--format", "imagej"]),
+    ],
+)
+def test_a_bake_is_measured_as_the_model_is(
+    model: Path, tmp_path: Path, name: str, options: list[str]
+) -> None:
+    bake = [BAKE, model, "--size", "24", "-o", tmp_path / name, *options]
+    subprocess.run(bake, check=True, capture_output=True)
+    reports = []
+    for volume in (model, tmp_path / name):
+        report = tmp_path / f"{volume.stem}.json"
+        options = ["--size", "24", "--voxel-size", "2um", *QUICK]
+        assert measure.main([str(volume), "-o", str(report), *options]) == 0
+        reports.append(json.loads(report.read_text()))
+    assert reports[0]["phases"] == reports[1]["phases"]
+    assert reports[1]["phase_titles"] == {"0": "pore (0)", "1": "clay (1)", "2": "grain (2)"}
+    assert "labels pore (0), clay (1), grain (2)" in reports[1]["notes"][-1]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 from solidtex_export import __version__
 from solidtex_export.commands.completion import SHELLS, Completion
@@ -35,17 +35,21 @@ class Parser(argparse.ArgumentParser):
     """Argument parser whose errors are one line: what was found, and what was expected."""
 
     _arguments: Sequence[str] = ()
+    _errors: TextIO | None = None
+    """Standard error as it was before --quiet dropped remarks."""
 
     def error(self, message: str) -> NoReturn:
         lacks_some = message.startswith("the following arguments are required")
         if lacks_some and (unknown := self._unknown_options()):
             message = f"unrecognized arguments: {' '.join(unknown)}; {message}"
-        print(f"{self.prog}: {_in_words(message)}", file=sys.stderr)
-        print(f"See {self.prog} --help for all options.", file=sys.stderr)
+        errors = self._errors or sys.stderr
+        print(f"{self.prog}: {_in_words(message)}", file=errors)
+        print(f"See {self.prog} --help for all options.", file=errors)
         raise SystemExit(2)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Put the options of --config FILE before those of the command line, which go first."""
+        self._errors = sys.stderr
         args = list(sys.argv[1:] if args is None else args)
         first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
         first.add_argument("--config", type=Path)
@@ -56,12 +60,22 @@ class Parser(argparse.ArgumentParser):
             config = None  # reported below
         if config is not None:
             args = [*self._options_of(config), *args]
-        # argparse takes -.wgsl for an option of its own unless it is written behind -o.
-        for place in range(len(args) - 2, -1, -1):
-            if args[place] == "-o" and args[place + 1].startswith("-."):
-                args[place : place + 2] = [f"-o{args[place + 1]}"]
+        args = self._with_values(args)
         self._arguments = args
         return super().parse_known_args(args, namespace)
+
+    def _with_values(self, args: list[str]) -> list[str]:
+        """Join options with values such as -.wgsl, -1um and -1,5.
+
+        argparse takes those for options of their own.
+        """
+        args = list(args)
+        for place in range(len(args) - 2, -1, -1):
+            action = self._option_string_actions.get(args[place])
+            if action and action.nargs is None and re.match(r"-[.\d]", args[place + 1]):
+                joint = "=" if args[place].startswith("--") else ""
+                args[place : place + 2] = [f"{args[place]}{joint}{args[place + 1]}"]
+        return args
 
     def _unknown_options(self) -> list[str]:
         """Unknown options of a command line that lacks arguments, which argparse reports first."""

@@ -20,6 +20,7 @@ from solidtex_export.export.verification.model_output import OutputError, check_
 from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
 from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.measuring.volumes import PHASE_PREFIX
 from solidtex_export.networks.squeezenet import WeightsError
 from solidtex_export.whole_file import write_whole
 
@@ -129,7 +130,14 @@ def run(args: argparse.Namespace) -> None:
             check_output(path, args.force, suffix)
     training = {}
     if args.model:
-        training = model_file.read(args.model).document.get("training", {})
+        document = model_file.read(args.model).document
+        if document["channels"][0].startswith(PHASE_PREFIX):
+            raise OutputError(
+                f"{args.model}: found a model of phases, expected one of colors, which"
+                f" {PROGRAM} compares; solidtex-measure {args.model} --exemplar {args.photos[0]}"
+                " compares phases with their section"
+            )
+        training = document.get("training", {})
     photographs = zip(args.photos, args.maps, strict=True)
     exemplars = [load(path, maps, args, training) for path, maps in photographs]
     cli.print_notes(exemplars)

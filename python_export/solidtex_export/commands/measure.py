@@ -44,11 +44,11 @@ def make_parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     p.add_argument("volume", metavar="VOLUME", type=Path,
-                   help="TIFF stack, .npy [x, y, z], .nrrd, a .solidtex file or a shipped model's"
-                   " name")  # fmt: skip
+                   help="TIFF stack, .npy [x, y, z], .nrrd, .nhdr, a .solidtex file or a shipped"
+                   " model's name")  # fmt: skip
     p.add_argument("--voxel-size", metavar="LENGTH", type=str,
-                   help=f"edge of a voxel with its unit ({', '.join(METERS)}), such as 2.25um"
-                   " (default: the file's)")  # fmt: skip
+                   help=f"edge of a voxel with its unit ({', '.join(METERS)}), such as 2.25um;"
+                   " voxels are cubes (default: the file's)")  # fmt: skip
     p.add_argument("-o", dest="outputs", metavar="REPORT", type=Path, action="append",
                    default=[], help="the .html or .json file to write; may be repeated; needed"
                    " without --json"
@@ -119,13 +119,8 @@ def run(args: argparse.Namespace) -> cli.Document:
         check_output(path, args.force, path.suffix)
     given = parse_voxel_size(args.voxel_size) if args.voxel_size else None
     volume = read_volume(args.volume, args.size, args.seed, args.size if args.periodic else 0)
-    voxel_size = given or volume.voxel_size
-    if voxel_size is None:
-        raise VolumeError(
-            f"{args.volume}: found no voxel size in the file, expected --voxel-size LENGTH, such as"
-            " 2.25um: without it surface and permeability have no units"
-        )
-    phases = find_phases(volume.values, args.threshold, args.volume.name)
+    voxel_size = given or _own_voxel_size(args.volume, volume)
+    phases = find_phases(volume.values, args.threshold, args.volume.name, volume.phases)
     settings = Settings(
         voxel_size,
         args.phase,
@@ -137,7 +132,7 @@ def run(args: argparse.Namespace) -> cli.Document:
         args.representative,
     )
     notes = _notes(volume, voxel_size, given is not None, phases.note)
-    document: dict[str, Any] = {"file": args.volume.name, "notes": notes}
+    document: dict[str, Any] = {"file": args.volume.name, "model": volume.model, "notes": notes}
     if args.exemplar:  # first: one that does not fit is refused before hours of flow
         pixels, note = read_exemplar(args.exemplar, args.volume, voxel_size)
         notes.append(note)
@@ -156,10 +151,19 @@ def run(args: argparse.Namespace) -> cli.Document:
     return document | cli.files(*args.outputs)
 
 
+def _own_voxel_size(path: Path, volume: Volume) -> VoxelSize:
+    if volume.voxel is None:
+        raise VolumeError(
+            f"{path}: found no voxel size in the file, expected --voxel-size LENGTH, such as"
+            " 2.25um: without it surface and permeability have no units"
+        )
+    return volume.voxel.cubic(str(path))
+
+
 def _notes(volume: Volume, size: VoxelSize, is_given: bool, note: str) -> list[str]:
     notes = [*volume.notes, note]
-    if is_given and volume.voxel_size and str(volume.voxel_size) != str(size):
-        notes.append(f"voxel size: {size} as given, the file says {volume.voxel_size}")
+    if is_given and volume.voxel and str(volume.voxel) != str(size):
+        notes.append(f"voxel size: {size} as given, the file says {volume.voxel}")
     elif not is_given:
         notes.append(f"voxel size: {size}, as the file says")
     return notes
@@ -175,14 +179,18 @@ def _text(path: Path, document: dict[str, Any], middle: list[Any]) -> str:
 
 def summary(document: dict[str, Any]) -> str:
     """Fractions, and one line an axis."""
-    phases = document["phases"].items()
-    fractions = (f"{k}: {p['fraction']:.2%} ± {p['fraction_deviation']:.2%}" for k, p in phases)
+    titles = document["phase_titles"]
+    fractions = (
+        f"{titles[label]}: {figures['fraction']:.2%} ± {figures['fraction_deviation']:.2%}"
+        for label, figures in document["phases"].items()
+    )
+    phase = f"phase {titles[str(document['phase'])]}"
     lines = [
         "phases  " + ", ".join(fractions),
         "   ± is the deviation expected among volumes of this size (integral range)",
     ]
     for name, axis in document["axes"].items():
-        parts = [f"{axis['conducting_fraction']:.1%} of phase {document['phase']} conducts"]
+        parts = [f"{axis['conducting_fraction']:.1%} of {phase} conducts"]
         if axis.get("formation_factor"):
             parts.append(f"formation factor {axis['formation_factor']:.4g}")
             parts.append(f"tortuosity {axis['tortuosity']:.4g}")

@@ -12,9 +12,9 @@ from solidtex_export.commands.evaluate import trained_record
 from solidtex_export.export.file_format import model_file
 from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, load_exemplar
-from solidtex_export.images.labels import PREFIX, load_labels
+from solidtex_export.images.labels import load_labels
 from solidtex_export.measuring.measure import read_picture
-from solidtex_export.measuring.volumes import VoxelSize, is_model
+from solidtex_export.measuring.volumes import PHASE_PREFIX, VoxelSize, is_model
 
 SMALLEST = 2  # pixels
 
@@ -45,7 +45,7 @@ def _trained_pixels(path: Path, document: dict[str, Any], record: dict[str, Any]
     training = document["training"]
     crop = training.get("crop")
     scale = training["resolution"], SMALLEST, tuple(crop) if crop else None
-    if document["channels"][0].startswith(PREFIX):
+    if document["channels"][0].startswith(PHASE_PREFIX):
         exemplar = load_labels([path], *scale, ())[0]
         values = exemplar.image.numpy().argmax(axis=0).astype(np.uint8)
     else:

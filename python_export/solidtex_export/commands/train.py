@@ -101,6 +101,11 @@ def train(request: Request, args: argparse.Namespace) -> Trainer:
     if trainer.step:
         say(f"{args.result}: resuming at step {trainer.step}")
     say(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops")
+    if trainer.phases:
+        say(
+            f"{args.result}: after the steps the fractions of phases are held, which takes one core"
+            " up to about four minutes more: slices are drawn, and the more they differ, the more"
+        )
     run_in_terminal(trainer)
     if trainer.finished:
         if trainer.fraction_error is not None:

@@ -13,8 +13,8 @@ from solidtex_export.images.channels import check_map_name
 from solidtex_export.images.exemplar import Crop, Exemplar, cropped, reduced
 from solidtex_export.images.file_kinds import ExemplarError, refuse
 from solidtex_export.images.photographs import Picture, read_picture
+from solidtex_export.measuring.volumes import PHASE_PREFIX
 
-PREFIX = "phase."
 MOST_PHASES = 8
 
 
@@ -52,11 +52,11 @@ def load_labels(
         # A box gives shares of the covered pixels: no value overshoots.
         image, notes = reduced(picture.path, planes, resolution, needed, Image.Resampling.BOX)
         shares = (
-            f"{label} is {PREFIX}{name} ({100 * plane.mean():.1f} %)"
+            f"{label} is {PHASE_PREFIX}{name} ({100 * plane.mean():.1f} %)"
             for label, name, plane in zip(labels, names, planes, strict=True)
         )
         notes = (f"{picture.path}: labels of phases: {', '.join(shares)}", *notes)
-        channels = tuple(PREFIX + name for name in names)
+        channels = tuple(PHASE_PREFIX + name for name in names)
         exemplars.append(
             Exemplar(picture.path.name, picture.sha256, image, channels, "data", notes=notes)
         )

@@ -192,11 +192,11 @@ def _labels_warnings(found: FoundRange, option: str) -> list[str]:
             found.picture.path,
             f"{text}, not tones",
             f"tones; {option}labels learns them as evenly spaced grays, {option}full as they are,"
-            " --phases as phases with sharp borders",
+            " solidtex-train --phases as phases with sharp borders",
         )
     return [
         f"warning: found only the {text}, learned as these tones; if they are labels of phases,"
-        f" use --phases; {option}labels spaces them evenly"
+        f" use solidtex-train --phases; {option}labels spaces them evenly"
     ]
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from solidtex_export.measuring import geometry, representative, transport
 from solidtex_export.measuring.geometry import Mask
 from solidtex_export.measuring.phases import Phases, find_phases
-from solidtex_export.measuring.volumes import VolumeError, VoxelSize
+from solidtex_export.measuring.volumes import VolumeError, VoxelSize, check_numbers
 
 Say = Callable[[str], None]
 
@@ -51,6 +51,7 @@ def measure_volume(phases: Phases, settings: Settings, say: Say) -> dict[str, An
         "size": list(mask.shape),
         "voxel_size": {"value": voxel, "unit": unit},
         "phase": phase,
+        "phase_titles": {str(label): phases.title(label) for label in phases.names},
         "boundary": settings.boundary,
         "refinement": settings.refinement,
         "phases": _phase_figures(phases, voxel, unit, say),
@@ -86,7 +87,7 @@ def measure_volume(phases: Phases, settings: Settings, say: Say) -> dict[str, An
 def _phase_figures(phases: Phases, voxel: float, unit: str, say: Say) -> dict[str, Any]:
     figures = {}
     for label in phases.names:
-        say(f"phase {label}: fraction, surface, Euler characteristic, mean breadth")
+        say(f"phase {phases.title(label)}: fraction, surface, Euler characteristic, mean breadth")
         figures[str(label)] = geometry.measure_phase(phases.of(label), voxel, unit)
     return figures
 
@@ -152,6 +153,7 @@ def read_picture(path: Path) -> NDArray[Any]:
         colors = pixels[..., :3]
         gray = (colors == colors[..., :1]).all()
         pixels = colors[..., 0] if gray else colors.mean(axis=2)
+    check_numbers(pixels, str(path))
     if min(pixels.shape) < 2:
         raise VolumeError(f"{path}: found {pixels.shape} pixels, expected at least 2 x 2")
     return np.asarray(pixels.T)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,21 +20,34 @@ class Phases:
     labels: NDArray[Any]
     names: tuple[int, ...]
     note: str
+    words: tuple[str, ...] = ()
+    """Names of the labels 0, 1, 2 ... by the material; empty if they are unknown."""
 
     def of(self, label: int) -> NDArray[np.bool_]:
         return np.asarray(self.labels == label)
 
+    def title(self, label: int) -> str:
+        """How a report names a label: "pore (0)", or "0" without a name."""
+        word = self.words[label] if 0 <= label < len(self.words) else str(label)
+        return f"{word} ({label})" if word != str(label) else word
 
-def find_phases(values: NDArray[Any], threshold: float | None, what: str) -> Phases:
-    """Take integers with few values as labels, other values as grays to be split in two."""
+
+def find_phases(
+    values: NDArray[Any], threshold: float | None, what: str, words: tuple[str, ...] = ()
+) -> Phases:
+    """Take integers with few values as labels, other values as grays to be split in two.
+
+    `words` are names of the labels 0, 1, 2 ...
+    """
     distinct = _few_values(values)
     if threshold is None and distinct is not None:
         if len(distinct) < 2:
             raise VolumeError(
                 f"{what}: found one label, {distinct[0]}, in every voxel, expected two or more"
             )
-        note = f"{what}: labels {', '.join(map(str, distinct))}, as they are in the file"
-        return Phases(values.astype(np.int64), distinct, note)
+        found = Phases(values.astype(np.int64), distinct, "", words)
+        titles = ", ".join(map(found.title, distinct))
+        return replace(found, note=f"{what}: labels {titles}")
     chosen = _otsu(values, what) if threshold is None else threshold
     bright = values >= chosen
     if bright.all() or not bright.any():

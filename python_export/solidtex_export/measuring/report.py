@@ -16,6 +16,9 @@ from solidtex_export.measuring.volumes import METERS
 
 matplotlib.use("Agg")
 
+COLORS = {"x": "C0", "y": "C1", "z": "C2"}  # of a curve by its axis, of the picture's too
+SIGNED = "euler_density"  # the figure whose values may be negative
+
 
 def render(document: dict[str, Any], slices: list[NDArray[Any]]) -> str:
     """The report as HTML text; `slices` are the middle slices of the labels, across x, y, z."""
@@ -24,18 +27,17 @@ def render(document: dict[str, Any], slices: list[NDArray[Any]]) -> str:
         autoescape=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.globals |= {"number": number, "heading": heading}
+    environment.globals |= {"number": number, "heading": heading, "written": written}
     skipped = ("two_point", "chord_counts", "reason", "warnings")
     return environment.get_template("report.html.j2").render(
         d=document,
         version=__version__,
         phase_rows=rows(document["phases"], ()),
         axis_rows=rows(document["axes"], skipped),
-        slices=_figure(lambda figure: _draw_slices(figure, slices), (9, 3.2)),
+        cube_rows=cube_rows(document.get("representative", [])),
+        slices=_figure(lambda figure: _draw_slices(figure, document, slices), (9, 3.4)),
         curves=_figure(lambda figure: _draw_curves(figure, document), (9, 3)),
-        sizes=_figure(lambda figure: _draw_cubes(figure, document), (9, 3))
-        if document.get("representative")
-        else None,
+        sizes=_cubes_figure(document) if document.get("representative") else None,
     )
 
 
@@ -45,6 +47,29 @@ def rows(columns: dict[str, dict[str, Any]], skipped: tuple[str, ...]) -> list[l
     return [[name, *(column.get(name) for column in columns.values())] for name in names]
 
 
+def cube_rows(found: list[dict[str, Any]]) -> list[list[str]]:
+    """One row an edge: the edge, the number of cubes, and mean and deviation of each figure."""
+    if not found:
+        return []
+    edge = next(name for name in found[0] if name.startswith("edge_") and name != "edge_voxels")
+    names = cube_figures(found)
+    table = [[heading(edge), "edge (voxels)", "cubes", *map(heading, names)]]
+    for row in found:
+        figures = [_with_deviation(row[name]) for name in names]
+        table.append([number(row[edge]), str(row["edge_voxels"]), str(row["cubes"]), *figures])
+    return table
+
+
+def cube_figures(found: list[dict[str, Any]]) -> list[str]:
+    """Names of the figures that have a mean and a deviation."""
+    return [name for name, value in found[0].items() if isinstance(value, dict)]
+
+
+def _with_deviation(figure: dict[str, Any]) -> str:
+    mean, deviation = number(figure["mean"]), figure["deviation"]
+    return mean if deviation is None else f"{mean} ± {number(deviation)}"
+
+
 def number(value: Any) -> str:
     if value is None:
         return "-"
@@ -52,14 +77,19 @@ def number(value: Any) -> str:
 
 
 def heading(name: str) -> str:
-    """Turn mean_chord_um into "mean chord (um)", specific_surface_per_um into 1/um."""
+    """Turn mean_chord_um into "mean chord (µm)", specific_surface_per_um into 1/µm."""
     words = name.split("_")
     if "per" in words:
         at = words.index("per")
-        return f"{' '.join(words[:at])} (1/{words[at + 1]})"
+        return f"{' '.join(words[:at])} (1/{written(words[at + 1])})"
     if words[-1] == "mD" or words[-1].rstrip("23") in METERS:
-        return f"{' '.join(words[:-1])} ({words[-1]})"
+        return f"{' '.join(words[:-1])} ({written(words[-1])})"
     return " ".join(words)
+
+
+def written(unit: str) -> str:
+    """A unit as it is printed: um3 is µm³."""
+    return unit.replace("um", "µm").translate(str.maketrans("23", "²³"))
 
 
 def _figure(draw: Any, size: tuple[float, float]) -> str:
@@ -73,42 +103,78 @@ def _figure(draw: Any, size: tuple[float, float]) -> str:
     return base64.b64encode(data.getvalue()).decode()
 
 
-def _draw_slices(figure: Any, slices: list[NDArray[Any]]) -> None:
+def _draw_slices(figure: Any, document: dict[str, Any], slices: list[NDArray[Any]]) -> None:
+    voxel, unit = document["voxel_size"]["value"], written(document["voxel_size"]["unit"])
     low, high = min(s.min() for s in slices), max(s.max() for s in slices)
     for axes, pixels, name in zip(figure.subplots(1, 3), slices, "xyz", strict=True):
-        axes.imshow(pixels.T, cmap="gray", vmin=low, vmax=high, interpolation="nearest")
+        width, height = (length * voxel for length in pixels.shape)
+        extent = (0, width, height, 0)
+        axes.imshow(
+            pixels.T, cmap="gray", vmin=low, vmax=high, interpolation="nearest", extent=extent
+        )
+        across, down = (other for other in "xyz" if other != name)
         axes.set_title(f"middle slice across {name}", fontsize=9)
-        axes.set_axis_off()
+        axes.set_xlabel(f"{across} ({unit})", fontsize=8)
+        axes.set_ylabel(f"{down} ({unit})", fontsize=8)
+        axes.locator_params(nbins=5)
+        axes.tick_params(labelsize=7)
 
 
 def _draw_curves(figure: Any, document: dict[str, Any]) -> None:
-    voxel, unit = document["voxel_size"]["value"], document["voxel_size"]["unit"]
+    voxel, unit = document["voxel_size"]["value"], written(document["voxel_size"]["unit"])
     correlation, chords, sizes = figure.subplots(1, 3)
-    curves = [(f"{name}", axis, "-") for name, axis in document["axes"].items()]
+    curves = [(name, name, axis, "-") for name, axis in document["axes"].items()]
     if picture := document.get("exemplar"):
-        curves += [(f"picture, {name}", axis, "--") for name, axis in picture["axes"].items()]
-    for name, axis, style in curves:
+        curves += [(f"picture, {name}", name, axis, "--") for name, axis in picture["axes"].items()]
+    for label, name, axis, style in curves:
+        line = {"label": label, "color": COLORS[name], "linestyle": style, "linewidth": 1}
         values = axis["two_point"]
-        correlation.plot(np.arange(len(values)) * voxel, values, style, label=name, linewidth=1)
+        correlation.plot(np.arange(len(values)) * voxel, values, **line)
         counts = np.array(axis["chord_counts"], float)
         if counts.sum() > 0:
             lengths = np.arange(1, len(counts) + 1) * voxel
-            chords.plot(lengths, counts / counts.sum() / voxel, style, label=name, linewidth=1)
+            chords.plot(lengths, counts / counts.sum() / voxel, **line)
     correlation.set(xlabel=f"distance ({unit})", ylabel="S2")
     correlation.legend(fontsize=7)
     chords.set(xlabel=f"chord ({unit})", ylabel=f"density (1/{unit})")
     if found := document.get("pore_sizes"):
-        sizes.plot(found[f"radius_{unit}"], found["fraction_covered"], linewidth=1)
+        radii = found[f"radius_{document['voxel_size']['unit']}"]
+        sizes.plot(radii, found["fraction_covered"], color="black", linewidth=1)
     sizes.set(xlabel=f"pore radius ({unit})", ylabel="covered by balls this large")
 
 
-def _draw_cubes(figure: Any, document: dict[str, Any]) -> None:
-    found = document["representative"]
-    unit = document["voxel_size"]["unit"]
-    names = [name for name in found[0] if isinstance(found[0][name], dict)]
-    for axes, name in zip(np.atleast_1d(figure.subplots(1, len(names))), names, strict=True):
-        edges = [row[f"edge_{unit}"] for row in found]
-        means = [row[name]["mean"] for row in found]
-        deviations = [row[name]["deviation"] or 0 for row in found]
-        axes.errorbar(edges, means, deviations, marker="o", markersize=3, linewidth=1, capsize=2)
-        axes.set(xlabel=f"edge of the cube ({unit})", ylabel=heading(name), xscale="log")
+def _cubes_figure(document: dict[str, Any]) -> str:
+    """A diagram a figure, three beside each other."""
+    found, unit = document["representative"], document["voxel_size"]["unit"]
+    names = cube_figures(found)
+    lines = -(-len(names) // 3)
+
+    def draw(figure: Any) -> None:
+        places = figure.subplots(lines, 3, squeeze=False).ravel()
+        for axes, name in zip(places, names, strict=False):
+            draw_cubes(axes, found, name, f"edge_{unit}")
+        for axes in places[len(names) :]:
+            axes.set_axis_off()
+
+    return _figure(draw, (9, 2.8 * lines))
+
+
+def draw_cubes(axes: Any, found: list[dict[str, Any]], name: str, edge: str) -> None:
+    """Mean and deviation of a figure against the edge of the cubes; one cube has no deviation."""
+    edges = [row[edge] for row in found]
+    axes.plot(edges, [row[name]["mean"] for row in found], color="C0", linewidth=1)
+    for row in found:
+        mean, deviation = row[name]["mean"], row[name]["deviation"]
+        bars = None
+        if deviation is not None:
+            below = deviation if name.startswith(SIGNED) else min(deviation, mean)
+            bars = [[below], [deviation]]
+        axes.errorbar(
+            row[edge], mean, bars, color="C0", marker="o", markersize=4, linewidth=1, capsize=2,
+            markerfacecolor="white" if bars is None else "C0",
+        )  # fmt: skip
+    axes.set_xscale("log")
+    axes.set_xticks(edges, [f"{value:.4g}" for value in edges], fontsize=8)
+    axes.set_xticks([], minor=True)
+    axes.margins(x=0.1)
+    axes.set(xlabel=heading(edge).replace("edge", "edge of the cube"), ylabel=heading(name))

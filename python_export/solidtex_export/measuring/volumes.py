@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
+import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 
 METERS = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 SPELLINGS = {"µm": "um", "μm": "um", "micron": "um", "microns": "um"}
+NUMBER = r"\s*[-+.\deE]+\s*"
+PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
 SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".solidtex")
+FROM_BAKE = {
+    ".raw": "name the .nhdr of a .raw, which solidtex-bake -o NAME.nhdr writes",
+    ".vti": "solidtex-bake writes .nrrd as well",
+    ".zarr": "solidtex-bake writes .nrrd as well",
+}
 SIDES_ALIKE = 1e-3  # relative difference up to which the sides of a voxel are the same
 
 
@@ -37,30 +44,65 @@ class VoxelSize:
         return f"{self.value:g} {self.unit}"
 
 
+@dataclass(frozen=True)
+class Voxel:
+    """Edges of a voxel along x, y and z, as a file says them."""
+
+    edges: tuple[float, ...]
+    unit: str
+
+    def __str__(self) -> str:
+        edges = self.edges[:1] if self._is_cubic else self.edges
+        return f"{' x '.join(f'{edge:g}' for edge in edges)} {self.unit}"
+
+    @property
+    def _is_cubic(self) -> bool:
+        return max(self.edges) - min(self.edges) <= SIDES_ALIKE * max(self.edges)
+
+    def cubic(self, what: str) -> VoxelSize:
+        """Its one edge. Every figure here is for cubic voxels."""
+        if not self._is_cubic:
+            raise VolumeError(
+                f"{what}: found voxels of {self}, expected cubes: resample the volume to one voxel"
+                " size first, for instance with scipy.ndimage.zoom, labels with order=0"
+            )
+        return VoxelSize(float(self.edges[0]), self.unit)
+
+
 @dataclass
 class Volume:
     """Values [x, y, z] of a file, and what is known of them."""
 
     values: NDArray[Any]
-    voxel_size: VoxelSize | None = None
+    voxel: Voxel | None = None
+    channels: tuple[str, ...] = ()
+    """Names of the last axis where values are [x, y, z, channel]; empty if the file has none."""
+    phases: tuple[str, ...] = ()
+    """Names of the labels 0, 1, 2 ...; empty if they are unknown."""
+    model: dict[str, Any] | None = None
+    """Name, SHA-256, seed and box of the model that it was baked of; None for a file."""
     notes: list[str] = field(default_factory=list)
 
 
 def parse_voxel_size(text: str) -> VoxelSize:
-    """Parse "2.25um", or three of them that are the same."""
-    sizes = [_parse_length(part) for part in text.split(",")]
-    if len(sizes) not in (1, 3):
+    """Parse "2.25um", or three of them that are the same, as in 2um,2um,2um or 2,2,2um."""
+    parts = text.split(",")
+    if len(parts) not in (1, 3):
         raise VolumeError(
-            f"voxel size: found {len(sizes)} lengths in {text!r}, expected 1, such as 2.25um"
+            f"voxel size: found {len(parts)} lengths in {text!r}, expected 1, such as 2.25um"
         )
+    if all(re.fullmatch(NUMBER, part) for part in parts[:-1]):
+        unit = re.sub(NUMBER, "", parts[-1], count=1)
+        parts = [*(part + unit for part in parts[:-1]), parts[-1]]
+    sizes = [_parse_length(part) for part in parts]
     units = {unit for _, unit in sizes}
     if len(units) > 1:
         raise VolumeError(f"voxel size: found the units {', '.join(sorted(units))}, expected one")
-    return cubic([value for value, _ in sizes], units.pop(), "voxel size")
+    return Voxel(tuple(value for value, _ in sizes), units.pop()).cubic("voxel size")
 
 
 def _parse_length(text: str) -> tuple[float, str]:
-    match = re.fullmatch(r"\s*([-+.\deE]+)\s*(\S*)\s*", text)
+    match = re.fullmatch(rf"({NUMBER})(\S*)\s*", text)
     try:
         value = float(match[1]) if match else None
     except ValueError:
@@ -82,17 +124,6 @@ def _parse_length(text: str) -> tuple[float, str]:
     return value, unit
 
 
-def cubic(sides: Sequence[float], unit: str, what: str) -> VoxelSize:
-    """The size of a voxel with these sides. Every figure here is for cubic voxels."""
-    if max(sides) - min(sides) > SIDES_ALIKE * max(sides):
-        found = " x ".join(f"{side:g}" for side in sides)
-        raise VolumeError(
-            f"{what}: found voxels of {found} {unit}, expected cubes: resample the volume to one"
-            " voxel size first, for instance with scipy.ndimage.zoom, labels with order=0"
-        )
-    return VoxelSize(float(sides[0]), unit)
-
-
 def is_model(path: Path) -> bool:
     """Whether it is a .solidtex file or the bare name of a shipped model."""
     is_bare = not path.suffix and path.name == str(path) and not path.exists()
@@ -102,10 +133,15 @@ def is_model(path: Path) -> bool:
 def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
     """Read a file. `size`, `seed` and `period` are those of a model's box."""
     if is_model(path):
-        return _read_model(path, size, seed, period)
+        return _three_axes(path, _read_model(path, size, seed, period))
     suffix = path.suffix.lower()
+    if suffix == ".solidtex-space":
+        raise VolumeError(_space_message(path))
     if suffix not in SUFFIXES:
-        raise VolumeError(f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}")
+        hint = f"; {FROM_BAKE[suffix]}" if suffix in FROM_BAKE else ""
+        raise VolumeError(
+            f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}{hint}"
+        )
     if not path.is_file():
         raise VolumeError(f"{path}: found no file, expected one")
     readers = {".npy": _read_numpy, ".nrrd": _read_nrrd, ".nhdr": _read_nrrd}
@@ -119,25 +155,59 @@ def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
 
 
 def _three_axes(path: Path, volume: Volume) -> Volume:
-    """Drop axes of length 1, average channels, and refuse what is no volume."""
+    """Leave one value a voxel, and refuse what is no volume."""
+    check_numbers(volume.values, str(path))
+    shape = volume.values.shape
+    if len(shape) == 4 and min(shape[:3]) > 1:
+        _merge_channels(path, volume)
     values = volume.values
-    if values.ndim == 4 and values.shape[3] <= 4:
-        if values.shape[3] > 1:
-            volume.notes.append(f"{path.name}: the mean of its {values.shape[3]} channels is used")
-            values = values.astype(np.float32).mean(axis=3)
-        else:
-            values = values[..., 0]
     if values.ndim != 3 or min(values.shape) < 2:
         raise VolumeError(
-            f"{path}: found an array of shape {volume.values.shape}, expected a volume of at least"
-            " 2 voxels along three axes"
+            f"{path}: found an array of shape {shape}, expected a volume of at least 2 voxels"
+            " along three axes"
         )
-    if values.dtype.kind == "f" and not np.isfinite(values).all():
-        raise VolumeError(f"{path}: found values that are not finite, expected numbers")
-    if values.dtype.kind not in "buif":
-        raise VolumeError(f"{path}: found values of type {values.dtype}, expected numbers")
-    volume.values = values
     return volume
+
+
+def check_numbers(values: NDArray[Any], what: str) -> None:
+    """Refuse what cannot be compared with a threshold."""
+    if values.dtype.kind not in "buif":
+        raise VolumeError(f"{what}: found values of type {values.dtype}, expected numbers")
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        raise VolumeError(f"{what}: found values that are not finite, expected numbers")
+
+
+def _merge_channels(path: Path, volume: Volume) -> None:
+    """Take the most probable phase of each voxel, or the mean of its colors.
+
+    Of channels without names only those that are alike are known to be gray values.
+    """
+    values = volume.values
+    names = volume.channels if len(volume.channels) == values.shape[3] else ()
+    phases = [i for i, name in enumerate(names) if name.startswith(PHASE_PREFIX)]
+    albedo = [i for i, name in enumerate(names) if name.startswith("albedo.")]
+    if len(phases) > 1:
+        volume.phases = _phase_names([names[i] for i in phases])
+        volume.values = values[..., phases].argmax(axis=3).astype(np.uint8)
+        volume.notes.append(f"{path.name}: labels are the most probable phase of each voxel")
+    elif albedo:
+        volume.values = values[..., albedo].astype(np.float32).mean(axis=3)
+        colors = ", ".join(names[i] for i in albedo)
+        volume.notes.append(f"{path.name}: gray values are the mean of {colors}")
+    elif names or (values == values[..., :1]).all():
+        volume.values = values[..., 0]
+        if names:
+            volume.notes.append(f"{path.name}: gray values are the channel {names[0]}")
+    else:
+        raise VolumeError(
+            f"{path}: found an array of shape {values.shape} whose {values.shape[3]} channels"
+            " differ, expected one value a voxel: labels or grays; bake a model of phases with"
+            " --labels, other models with --channels, and reduce colors to gray first"
+        )
+
+
+def _phase_names(channels: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name.removeprefix(PHASE_PREFIX) for name in channels)
 
 
 def _read_numpy(path: Path) -> Volume:
@@ -151,6 +221,14 @@ def _read_nrrd(path: Path) -> Volume:
         values, header = nrrd.read(str(path))
     except nrrd.NRRDError as error:
         raise ValueError(error) from error
+    names = str(header.get("solidtex_channels", "")).split()
+    if names and values.ndim == 4:
+        values = np.moveaxis(values, 0, 3)
+    labels = str(header.get("solidtex_labels", "")).split()
+    return Volume(values, _nrrd_voxel(header), tuple(names), _phase_names(labels))
+
+
+def _nrrd_voxel(header: Mapping[str, Any]) -> Voxel | None:
     directions = header.get("space directions")
     if directions is not None:
         sides = [float(np.linalg.norm(row)) for row in np.asarray(directions)[-3:]]
@@ -160,8 +238,8 @@ def _read_nrrd(path: Path) -> Volume:
         SPELLINGS.get(unit, unit) for unit in header.get("space units", header.get("units", []))
     ]
     if len(sides) != 3 or not np.isfinite(sides).all() or not units or units[-1] not in METERS:
-        return Volume(values)
-    return Volume(values, cubic(sides, units[-1], str(path)))
+        return None
+    return Voxel(tuple(sides), units[-1])
 
 
 def _read_tiff(path: Path) -> Volume:
@@ -171,7 +249,9 @@ def _read_tiff(path: Path) -> Volume:
         series = file.series[0]
         values = np.squeeze(series.asarray())
         axes = [axis for axis, n in zip(series.axes, series.shape, strict=True) if n > 1]
-        sides, unit = _tiff_voxel(file)
+        voxel = _tiff_voxel(file)
+        text = file.ome_metadata or file.pages.first.description
+        names, labels = (_listed(text, key) for key in ("channels", "labels"))
     if values.ndim == 3 and axes[-1] == "S":
         values = values.mean(axis=2)  # one picture in color, refused later
     elif values.ndim == 3:
@@ -180,11 +260,17 @@ def _read_tiff(path: Path) -> Volume:
         values = values.transpose(2, 1, 0, 3)
     elif values.ndim == 4 and "C" in axes[:2]:
         values = np.moveaxis(values, axes.index("C"), 3).transpose(2, 1, 0, 3)
-    return Volume(values, cubic(sides, unit, str(path)) if sides else None)
+    return Volume(values, voxel, tuple(names), _phase_names(labels))
 
 
-def _tiff_voxel(file: Any) -> tuple[list[float], str]:
-    """Sides of a voxel by the OME or ImageJ metadata; none if they say nothing."""
+def _listed(description: str, key: str) -> list[str]:
+    """Names that solidtex-bake lists under a key in the description of a TIFF file."""
+    found = re.search(rf"^solidtex_{key}=(.*)$", description, re.MULTILINE)
+    return found[1].split() if found else []
+
+
+def _tiff_voxel(file: Any) -> Voxel | None:
+    """The voxel by the OME or ImageJ metadata; None if they say nothing."""
     if file.is_ome:
         pixels = re.search(r"<(?:\w+:)?Pixels\b[^>]*>", file.ome_metadata or "")
         found = dict(
@@ -193,41 +279,53 @@ def _tiff_voxel(file: Any) -> tuple[list[float], str]:
         unit = found.get("XUnit", "um")
         unit = SPELLINGS.get(unit, unit)
         if unit in METERS and {"X", "Y"} <= found.keys():
-            return [float(found.get(axis) or found["X"]) for axis in "XYZ"], unit
+            return Voxel(tuple(float(found.get(axis) or found["X"]) for axis in "XYZ"), unit)
     metadata = file.imagej_metadata or {}
     unit = str(metadata.get("unit", ""))
     unit = SPELLINGS.get(unit, unit)
     tags = file.pages[0].tags
     if unit not in METERS or "XResolution" not in tags or "YResolution" not in tags:
-        return [], ""
+        return None
     sides = []
     for name in ("XResolution", "YResolution"):
         pixels, per_unit = tags[name].value
         if pixels == 0:
-            return [], ""
+            return None
         sides.append(per_unit / pixels)
-    return [*sides, float(metadata.get("spacing", sides[0]))], unit
+    return Voxel((*sides, float(metadata.get("spacing", sides[0]))), unit)
 
 
 def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:
     import solidtex
 
+    if not path.suffix and _is_space(str(path)):
+        raise VolumeError(_space_message(path))
     with solidtex.Texture(path, seed=seed, period=period) as texture:
         values = texture.eval_box((0, 0, 0), (size, size, size))
-        channels = list(texture.channels)
-    phases = [i for i, name in enumerate(channels) if name.startswith("phase.")]
-    if phases:
-        return Volume(
-            values[..., phases].argmax(axis=3).astype(np.uint8),
-            notes=[
-                f"{path.name}: labels are the most probable phase of each voxel: "
-                + json.dumps([channels[i] for i in phases])
-            ],
-        )
-    albedo = [i for i, name in enumerate(channels) if name.startswith("albedo.")] or [0]
-    return Volume(
-        values[..., albedo].mean(axis=3),
-        notes=[
-            f"{path.name}: gray values are the mean of {', '.join(channels[i] for i in albedo)}"
-        ],
+        channels = tuple(texture.channels)
+        model = {
+            "name": texture.name,
+            "sha256": hashlib.sha256(Path(texture.path).read_bytes()).hexdigest(),
+            "seed": seed,
+            "origin": [0, 0, 0],
+            "period": period,
+        }
+    return Volume(values, channels=channels, model=model)
+
+
+def _is_space(name: str) -> bool:
+    """Whether a bare name is that of a texture space."""
+    import solidtex
+
+    try:
+        solidtex.Space(name)
+    except solidtex.Error:
+        return False
+    return True
+
+
+def _space_message(path: Path) -> str:
+    return (
+        f"{path}: found a texture space, expected a model or a volume: a space has many materials;"
+        f" write the model of one with solidtex-encode {path} PHOTOGRAPH -o MODEL.solidtex"
     )

@@ -80,6 +80,12 @@ class PhaseTraining:
         return error
 
 
+def holding(drawn: int, needed: int, seconds: float) -> str:
+    """What is said while fractions are held, `seconds` after it began."""
+    left = f", {seconds / drawn * (needed - drawn) / 60:.1f} min left" if drawn else ""
+    return f"holding the fractions of phases: slice {drawn} of {needed}{left}"
+
+
 def standard_error(phases: Tensor, fractions: Tensor) -> float:
     """Largest standard error of the mean fractions of `phases` [slice, pixel], relative to
     `fractions`; rare phases do not count.

@@ -28,7 +28,7 @@ from solidtex_export.training.families import build
 from solidtex_export.training.loop import ResumableTraining
 from solidtex_export.training.objective import Objective
 from solidtex_export.training.optimizer import GeneratorOptimizer
-from solidtex_export.training.phases import PhaseTraining
+from solidtex_export.training.phases import PhaseTraining, holding
 from solidtex_export.training.preview import preview_sheet
 from solidtex_export.training.ranks import Ranks, on_cpu
 from solidtex_export.training.reproducible import make_reproducible
@@ -133,8 +133,10 @@ class Trainer(ResumableTraining):
         if not self.ranks.is_main:
             return True
 
+        began = time.monotonic()
+
         def goes_on(drawn: int, needed: int) -> bool:
-            self.activity = f"holding the fractions of phases: slice {drawn} of {needed}"
+            self.activity = holding(drawn, needed, time.monotonic() - began)
             report(self)
             return not stop()
 
