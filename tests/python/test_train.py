@@ -23,7 +23,7 @@ from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.images.exemplar import load_exemplar
 from solidtex_export.training.optimizer import half_cosine, learning_rate
 from solidtex_export.training.recipe import InitialPhase, Optimizer
-from solidtex_export.training.resolve import scale
+from solidtex_export.training.resolve import resolve, scale
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
@@ -233,6 +233,23 @@ def test_slices_are_half_of_a_photograph_or_all_of_a_small_one(
     p = cli_train.parser()
     args = p.parse_args([str(photo), "-o", str(tmp_path / "result"), *options])
     assert scale(cli_train.request_of(p, args)) == (size, resolution)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ([], True),
+        (["--size", "50"], False),
+        (["--resolution", "40"], False),
+    ],
+)
+def test_a_photograph_smaller_than_a_slice_is_told(
+    options: list[str], said: bool, photo: Path, tmp_path: Path
+) -> None:
+    args = cli_train.parser().parse_args([str(photo), "-o", str(tmp_path / "r"), *options])
+    notes = resolve(cli_train.request_of(cli_train.parser(), args)).exemplars[0].notes
+    told = "photo.png: 64 x 56 pixels: slices of 56 instead of 128; features repeat little"
+    assert [note.startswith(told) for note in notes if "features repeat" in note] == [True] * said
 
 
 @pytest.mark.parametrize(
