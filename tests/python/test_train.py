@@ -382,6 +382,21 @@ def test_another_training_is_refused_by_its_first_option(
     assert config["preset"] != "sampler"
 
 
+def test_a_training_on_another_photograph_is_named_by_its_file(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result, other = tmp_path / "result", tmp_path / "other.png"
+    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
+    Image.open(photo).rotate(180).save(other)
+    found = f"{result / 'config.json'}: exemplars: found a training on "
+    for name, old in (("other.png", "photo.png"), ("photo.png", "another file named photo.png")):
+        other = other.rename(tmp_path / name)
+        assert cli_train.main(arguments(other, result, "--steps", "1")) == 1
+        error = capsys.readouterr().err
+        assert f"{found}{old}, expected one on {name}; to resume" in error
+        assert "choose another -o" in error and "sha256" not in error
+
+
 def test_results_are_on_standard_output_and_talk_is_not(
     photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
