@@ -70,6 +70,13 @@ std::string joined(const List& list) {
   return text.empty() ? "none" : text;
 }
 
+// Says which of the names differs from `given` in capitals only, if one does.
+std::string in_other_letters(const std::string& given, const std::set<std::string>& names) {
+  for (const std::string& name : names)
+    if (strcasecmp(name.c_str(), given.c_str()) == 0) return ", but one \"" + name + '"';
+  return {};
+}
+
 // Returns the path of a file that is given by path, or by name in the model folders.
 fs::path find_file(const std::string& given, const char* extension, const std::string& what) {
   if (given.empty()) throw Error(SOLIDTEX_INVALID_ARGUMENT, "the " + what + " name is empty");
@@ -81,10 +88,14 @@ fs::path find_file(const std::string& given, const char* extension, const std::s
     std::error_code ignored;
     if (fs::is_regular_file(candidate, ignored)) return candidate;
   }
-  throw Error(SOLIDTEX_IO_ERROR, "no " + what + " is named \"" + given +
-                                     "\"; there are: " + joined(names_in(folders, extension)) +
-                                     "; searched: " + joined(folders) +
-                                     " (a path needs a slash or the ending " + extension + ")");
+  const std::string missing = "no " + what + " is named \"" + given + "\"";
+  std::error_code ignored;
+  if (const std::string file = given + extension; fs::is_regular_file(file, ignored))
+    throw Error(SOLIDTEX_IO_ERROR, missing + "; " + file + " is a file: name it so");
+  const std::set<std::string> names = names_in(folders, extension);
+  throw Error(SOLIDTEX_IO_ERROR,
+              missing + in_other_letters(given, names) + " (a path needs a slash or the ending " +
+                  extension + "); there are: " + joined(names) + "; searched: " + joined(folders));
 }
 
 }  // namespace

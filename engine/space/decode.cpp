@@ -248,12 +248,14 @@ std::string sampler_graph(const SamplerSizes& sizes) {
       .text();
 }
 
-// Origin of a model, for its `training`.
-std::string origin(const Space& space, const Material& material) {
+// Origin of a model, for its `training`. It marks a license that the model inherits, which is not
+// that of the photograph.
+std::string origin(const Space& space, const Material& material, bool inherits_license) {
   ObjectText result;
   result.add("name", space.name)
       .add("sha256", space.sha256)
       .add_text("code", array_text(material.code));
+  if (inherits_license) result.add("license", space.license);
   if (!space.has_colors) return result.text();
   const auto row = [&](std::size_t r) {
     return array_text(std::span(material.colors.data() + 4 * r, 4));
@@ -270,8 +272,9 @@ std::string describe(const Space& space, const Material& material, const std::st
   const LatticeSizes* lattice = std::get_if<LatticeSizes>(&space.sizes);
   const std::string family = lattice ? "field" : "sampler";
   const auto text_of = [&](const char* key) { return fields.value(key).dump(); };
+  const bool inherits_license = !fields.contains("license") && !space.license.empty();
   ObjectText training;
-  training.add_text("space", origin(space, material));
+  training.add_text("space", origin(space, material, inherits_license));
   if (fields.contains("training")) {
     if (fields.child("training").contains("space"))
       throw invalid(fields.label(), "training.space", "this key", "none: the library writes it");
@@ -290,7 +293,7 @@ std::string describe(const Space& space, const Material& material, const std::st
   document.add_text("training", training.text());
   if (fields.contains("license"))
     document.add_text("license", text_of("license"));
-  else if (!space.license.empty())
+  else if (inherits_license)
     document.add("license", space.license);
   return document.text();
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plugins/common/near_name.h"
+
 namespace solidtex::spaces {
 namespace {
 
@@ -60,16 +62,18 @@ std::vector<float> numbers(const std::string& input, const std::string& field,
 std::size_t find_photograph(const solidtex::space& space, const std::string& given,
                             const std::string& photograph) {
   const std::size_t count = space.photograph_count();
-  std::string names;
+  std::vector<std::string> names;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::string name = space.photograph_name(i);
-    if (name == photograph) return i;
-    if (i < kShownPhotographs) names += (i == 0 ? "" : ", ") + name;
+    names.push_back(space.photograph_name(i));
+    if (names.back() == photograph) return i;
   }
-  if (count > kShownPhotographs) names += ", ...";
+  if (const auto near = near_names(photograph, names); !near.empty()) names = near;
+  std::string shown;
+  for (std::size_t i = 0; i < std::min(names.size(), kShownPhotographs); ++i)
+    shown += names[i] + ", ";
   refuse(given, "\"" + photograph + "\"",
          "one of the " + std::to_string(count) + " training photographs of " + space.path() + " (" +
-             names + ")");
+             shown + "...; solidtex-info " + space.path() + " lists them)");
 }
 
 // Returns the photographs of a model, or of the inputs of a mixture.
@@ -188,7 +192,8 @@ Mixture::Input Mixture::model(const std::string& given, const ordered_json& docu
     }
   }
   input.exemplars = exemplars_of(document);
-  input.license = text_at(document, "license");
+  const bool is_of_space = recorded.contains("license");
+  if (!is_of_space) input.license = text_at(document, "license");
   return input;
 }
 

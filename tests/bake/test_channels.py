@@ -108,6 +108,9 @@ def test_an_unknown_channel_is_refused_with_the_known_ones(model: Path, tmp_path
     expected = f"--show gloss: {model} has height, albedo, roughness"
     assert expected in result.stderr
     assert not (tmp_path / "a.png").exists()
+    for name, is_advised in (("color", False), ("metallic", True)):
+        result = bake(model, "--preview", tmp_path / "a.png", "--show", name)
+        assert ("solidtex-train --map" in result.stderr) is is_advised
 
 
 def test_info_lists_the_channels(model: Path) -> None:

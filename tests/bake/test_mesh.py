@@ -197,7 +197,8 @@ def test_missing_parts_of_a_file_are_named(tmp_path: Path) -> None:
         (["--mesh", VASE, "--to", "uv", "--size", "4,4,5", "-o", "a.exr"], 1, "--size 4,4,5"),
         (["--mesh", VASE, "--to", "uv", "--size", 99999, "-o", "a.exr"], 1, "up to 16384"),
         (["--mesh", VASE, "--to", "color", "-o", "a.exr"], 2, "--to"),
-        (["--mesh", VASE, "-o", "a.exr"], 2, "requires --to"),
+        (["--mesh", VASE, "-o", "a.exr"], 2, "--to uv -o FILE.exr"),
+        (["--mesh", VASE, "-o", "a.png"], 2, "found -o a.png, expected -o FILE.glb, --maps albedo"),
         (["--mesh", VASE, "--maps", "normal", "-o", "a"], 1, "no channel height"),
         (["--mesh", VASE, "--maps", "gloss", "-o", "a"], 1, "--maps gloss"),
         (["--mesh", VASE, "--maps", "albedo", "--to", "uv", "-o", "a"], 2, "--maps"),
@@ -225,6 +226,13 @@ def test_refusals(tmp_path: Path, arguments: list, code: int, message: str) -> N
     assert result.returncode == code and message in result.stderr + result.stdout
     assert sorted(os.listdir(tmp_path)) == before
     assert (tmp_path / "there.exr").read_text() == "old"
+
+
+def test_a_mesh_without_a_model_is_refused(tmp_path: Path) -> None:
+    command = [BAKE, "--mesh", VASE, "--maps", "albedo", "-o", tmp_path / "maps"]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 2 and not (tmp_path / "maps").exists()
+    assert "MODEL: found none, expected the material of --mesh" in result.stderr
 
 
 JOBS = [

@@ -124,13 +124,19 @@ def test_unknown_options_are_named_beside_missing_arguments(
         (["--sead=3", "-x"], "unrecognized arguments: --sead=3 -x; the following arguments are"),
         (
             ["--sead", "3"],
-            "unrecognized arguments: --sead; the following arguments are required: -o",
+            "--sead; the following arguments are required: -o; did you mean --seed?\n",
         ),
         (["--quiet"], "program: the following arguments are required: file, -o\n"),
+        (
+            ["a", "-o", "b", "--qiet"],
+            "program: unrecognized arguments: --qiet; did you mean --quiet?",
+        ),
+        (["a", "-o", "b", "--sorcery"], "program: unrecognized arguments: --sorcery\n"),
     ):
         p = cli.parser("program", "", "")
         p.add_argument("file")
         p.add_argument("-o", required=True)
+        p.add_argument("--seed")
         with pytest.raises(SystemExit) as refused:
             p.parse_args(words)
         assert refused.value.code == 2 and message in capsys.readouterr().err

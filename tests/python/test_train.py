@@ -23,7 +23,7 @@ from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.images.exemplar import load_exemplar
 from solidtex_export.training.optimizer import half_cosine, learning_rate
 from solidtex_export.training.recipe import InitialPhase, Optimizer
-from solidtex_export.training.resolve import scale
+from solidtex_export.training.resolve import resolve, scale
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
@@ -236,6 +236,23 @@ def test_slices_are_half_of_a_photograph_or_all_of_a_small_one(
 
 
 @pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ([], True),
+        (["--size", "50"], False),
+        (["--resolution", "40"], False),
+    ],
+)
+def test_a_photograph_smaller_than_a_slice_is_told(
+    options: list[str], said: bool, photo: Path, tmp_path: Path
+) -> None:
+    args = cli_train.parser().parse_args([str(photo), "-o", str(tmp_path / "r"), *options])
+    notes = resolve(cli_train.request_of(cli_train.parser(), args)).exemplars[0].notes
+    told = "photo.png: 64 x 56 pixels: slices of 56 instead of 128; features repeat little"
+    assert [note.startswith(told) for note in notes if "features repeat" in note] == [True] * said
+
+
+@pytest.mark.parametrize(
     ("more", "message"),
     [
         (["--size", "20"], "--size: found 20"),
@@ -363,6 +380,21 @@ def test_another_training_is_refused_by_its_first_option(
     message = f"{result / 'config.json'}: --size: found {SIZE}, expected 48; to resume"
     assert message in capsys.readouterr().err
     assert config["preset"] != "sampler"
+
+
+def test_a_training_on_another_photograph_is_named_by_its_file(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result, other = tmp_path / "result", tmp_path / "other.png"
+    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
+    Image.open(photo).rotate(180).save(other)
+    found = f"{result / 'config.json'}: exemplars: found a training on "
+    for name, old in (("other.png", "photo.png"), ("photo.png", "another file named photo.png")):
+        other = other.rename(tmp_path / name)
+        assert cli_train.main(arguments(other, result, "--steps", "1")) == 1
+        error = capsys.readouterr().err
+        assert f"{found}{old}, expected one on {name}; to resume" in error
+        assert "choose another -o" in error and "sha256" not in error
 
 
 def test_results_are_on_standard_output_and_talk_is_not(

@@ -80,7 +80,8 @@ TEST_CASE("solidtex-render refuses invalid commands without leaving files") {
       {"scene.json -o a.#.png --frames 1", "0 to 0"},
       {"missing.json -o a.png", "missing.json"},
       {"out.txt -o a.png", "not JSON"},
-      {"cube.ply -o a.png", "--model"}};
+      {"cube.ply -o a.png", "--model"},
+      {"cube.fbx --model noise.solidtex -o a.png", "found .fbx, expected a mesh"}};
   for (const auto& [arguments, words] : failures) {
     CAPTURE(arguments);
     CHECK(run_render(arguments, folder) == 1);
@@ -94,6 +95,11 @@ TEST_CASE("solidtex-render refuses invalid commands without leaving files") {
         "scene.json -o a.png --threads x"}) {
     CAPTURE(arguments);
     CHECK(run_render(arguments, folder) == 2);
+  }
+  for (const char* size : {"640x480", "512", "0,480"}) {
+    CHECK(run_render(std::string("scene.json -o a.png --size ") + size, folder) == 2);
+    CHECK_THAT(read_text(folder / "err.txt"),
+               ContainsSubstring("expected W,H, for example 640,480"));
   }
   CHECK(file_count(folder) == 4);
   CHECK(run_render("--help", folder) == 0);

@@ -132,6 +132,16 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert np.array_equal(pixels, made.data.astype(np.float32))
 
 
+def test_the_license_of_a_space_is_not_called_that_of_the_material() -> None:
+    space = {"name": "stones", "license": "CC0-1.0"}
+    for training, owner in (({}, "material"), ({"space": space}, "texture space, not of the")):
+        document = SMALL.document | {"license": "CC0-1.0", "training": training}
+        made = shader(
+            model_file.ModelFile(document, SMALL.tensors), ".glsl", NAME, "buffer", "float"
+        )
+        assert f"Licence of the {owner}" in made.text
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -191,6 +191,19 @@ def test_the_cube_is_shown_whole_beside_the_controls(file: Path, browser: Any) -
         assert covered > width / 2 or not columns[:covered].any()
 
 
+def test_the_exemplar_leaves_the_shape_free(tmp_path: Path, browser: Any) -> None:
+    file, photo, model = (tmp_path / name for name in ("a.html", "a.png", "a.solidtex"))
+    Image.new("RGB", (512, 512), "red").save(photo)
+    model.write_bytes(model_file.serialize(random_models.lattice_model(levels=1, noise=1, step=1)))
+    assert view.main([str(a) for a in (model, "--exemplar", photo, "-o", file)]) == 0
+    for size in ((760, 480), (1200, 700), (500, 480), (360, 640)):
+        page = opened(browser, file, "?texels=16&seed=1", size)
+        box = page.evaluate("document.getElementById('exemplar').getBoundingClientRect()")
+        shown = np.abs(picture(page, lit=False) - 0.86).max(axis=-1) > 0.02
+        covered = shown[int(box["top"]) : int(box["bottom"]), int(box["left"]) : int(box["right"])]
+        assert covered.size > 50 * 50 and not covered.any(), (size, box, covered.mean())
+
+
 def test_controls_are_folded_where_they_would_cover_half(file: Path, browser: Any) -> None:
     for width, is_open in ((1000, True), (600, False)):
         page = opened(browser, file, "?texels=16", (width, 60))

@@ -42,6 +42,7 @@ def test_texture_and_written_file_have_the_same_bits(kind: str, tmp_path: Path) 
     assert written.eval_box(*box).std() > 1e-3
     assert written.metadata == opened.metadata
     assert written.metadata["license"] == "MIT" and written.name == "mine"
+    assert "license" not in written.metadata["training"]["space"]
 
 
 def test_a_model_records_where_it_is_from(tmp_path: Path) -> None:
@@ -57,7 +58,7 @@ def test_a_model_records_where_it_is_from(tmp_path: Path) -> None:
     assert record["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest() == space.sha256
     assert np.array_equal(np.float32(record["code"]), material.code)
     assert np.array_equal(np.float32(record["colors"]), material.colors)
-    assert space.texture(material).metadata["license"] == "CC0-1.0"  # the space's
+    assert space.texture(material).metadata["license"] == record["license"] == "CC0-1.0"
 
 
 def test_facts(tmp_path: Path) -> None:
@@ -129,5 +130,12 @@ def test_names_are_found_in_the_model_folders(
     write(tmp_path, "lattice")
     monkeypatch.setenv("SOLIDTEX_MODEL_PATH", str(tmp_path))
     assert Path(solidtex.Space("lattice").path) == tmp_path / "lattice.solidtex-space"
-    with pytest.raises(solidtex.FileError, match=r'space is named "x"; there are: .*lattice'):
+    with pytest.raises(solidtex.FileError, match=r'space is named "x" \(.*there are: .*lattice'):
         solidtex.Space("x")
+    with pytest.raises(solidtex.FileError, match=r'named "Lattice", but one "lattice" \(a path'):
+        solidtex.Space("Lattice")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SOLIDTEX_MODEL_PATH", "")
+    told = r'named "lattice"; lattice.solidtex-space is a file: name it so$'
+    with pytest.raises(solidtex.FileError, match=told):
+        solidtex.Space("lattice")

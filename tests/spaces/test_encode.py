@@ -9,10 +9,12 @@ import numpy as np
 import onnxruntime
 import OpenImageIO as oiio
 import pytest
+import tifffile
 from PIL import Image
 from space_files import KINDS, axes, write
 
 import solidtex
+from solidtex_export.commands import train_options
 from solidtex_export.images.srgb import srgb_decode
 from solidtex_export.spaces.random_space import random_space
 
@@ -108,7 +110,8 @@ def test_program_writes_an_ordinary_model(tmp_path: Path) -> None:
     again = space.encode(np.asarray(Image.open(photo)))
     assert np.abs(np.float32(record["code"]) - again.code).max() < 1e-5
     baked = [BUILD / "bin" / "solidtex-info", out]
-    assert b"Verified" in subprocess.run(baked, capture_output=True, check=True).stdout
+    said = subprocess.run(baked, capture_output=True, check=True, text=True).stdout
+    assert "Verified" in said and "CC0-1.0, of the texture space; of the material: not st" in said
 
 
 def test_program_reads_all_kinds_of_files_alike(tmp_path: Path) -> None:
@@ -162,6 +165,26 @@ def test_program_refuses(tmp_path: Path) -> None:
     assert solidtex.Texture(out).name == "g"
 
 
+def test_program_refuses_what_is_no_rgb_photograph(tmp_path: Path) -> None:
+    path, out = write(tmp_path, "lattice"), tmp_path / "m.solidtex"
+    pixels = np.full((64, 64, 3), 128, np.uint8)
+    Image.new("CMYK", (64, 64)).save(tmp_path / "cmyk.jpg")
+    tifffile.imwrite(tmp_path / "lab.tif", pixels, photometric="cielab")
+    tifffile.imwrite(tmp_path / "thumbnail.tif", pixels, photometric="rgb", subfiletype=1)
+    tifffile.imwrite(tmp_path / "raw.tif", pixels[:, :, 0], photometric="cfa")
+    tifffile.imwrite(tmp_path / "mask.tif", pixels[:, :, 0], photometric="mask")
+    for name, words in (
+        ("cmyk.jpg", "found CMYK inks, whose colors depend on a printer, expected RGB; convert"),
+        ("lab.tif", "found CIE L*a*b* values, expected RGB; convert it to sRGB first"),
+        ("thumbnail.tif", "found a thumbnail, marked as a reduced copy of another image, expected"),
+        ("raw.tif", "found a camera's raw data, expected a developed image (for example dark"),
+        ("mask.tif", "found a transparency mask, expected an image"),
+    ):
+        found = run(tmp_path / name, "--space", path, "-o", out, code=1).stderr
+        assert f"{tmp_path / name}: {words}" in found
+        assert not out.exists()
+
+
 def test_without_onnx_runtime_the_program_says_what_is_missing(tmp_path: Path) -> None:
     path, photo = write(tmp_path, "lattice"), save(tmp_path / "g.png", photograph(64, 64))
     out = tmp_path / "m.solidtex"
@@ -179,7 +202,10 @@ def test_a_far_photograph_is_reported(tmp_path: Path) -> None:
     photo = save(tmp_path / "g.png", photograph(64, 64))
     found = run(photo, "--space", path, "-o", tmp_path / "m.solidtex").stderr
     assert "has seen nothing like it" in found
-    assert f"solidtex-train {photo} --space {path} --minutes 1" in found
+    train = f"solidtex-train {photo} --space {path} --minutes 1 -o results/g"
+    assert train in found and "solidtex-export results/g -o g-trained.solidtex" in found
+    words = train.split()[1:]
+    assert train_options.parser().parse_args(words).result == Path("results/g")
 
 
 def test_help_and_version() -> None:

@@ -305,6 +305,9 @@ TEST_CASE("Wrong usage is named as the user wrote it, and help wins over it") {
   CHECK(answer({"-o", "x", "--size", "1,2,3"}) == wrong("--size: found 1,2,3, expected W,H"));
   CHECK(answer({"-o", "x", "--size"}) == wrong("--size: found nothing, expected W,H"));
   CHECK(answer({"--nonsense"}) == wrong("found an unknown option --nonsense"));
+  CHECK(answer({"--sise=3"}) == wrong("found an unknown option --sise=3; did you mean --size?"));
+  CHECK(answer({"--ver"}) ==
+        wrong("found an unknown option --ver; did you mean --verbose or --version?"));
   CHECK(answer({"more", "--size", "10", "--x"}) == wrong("found an argument too many, more"));
   CHECK(answer({"--size", "10", "--nonsense", "--help"}) ==
         std::pair(std::string("A test."), exit_success));

@@ -83,7 +83,10 @@ def test_models_that_cannot_be_mixed(folder: Path) -> None:
     assert re.search(r"wood.solidtex: found a model of the space woods .* of different spaces",
                      refusal(folder, "a.solidtex", "wood.solidtex"))  # fmt: skip
     assert "found a photograph of the space woods" in refusal(folder, "a.solidtex", "woods:stone-0")
-    assert 'found "stone-9"' in refusal(folder, "a.solidtex", "pebbles:stone-9")
+    missing = refusal(folder, "a.solidtex", "pebbles:stone-9")
+    assert 'found "stone-9"' in missing and "(stone-0, stone-1, stone-2, ...;" in missing
+    assert f"solidtex-info {folder / 'pebbles.solidtex-space'} lists them" in missing
+    assert "(stone-3, " in refusal(folder, "a.solidtex", "pebbles:Stone3")
     change_document(folder / "a.solidtex", folder / "tuned.solidtex", {"fine_tuned": {"steps": 9}})
     assert "found a model that was fine-tuned" in refusal(folder, "a.solidtex", "tuned.solidtex")
     change_document(folder / "a.solidtex", folder / "none.solidtex", {"space": None})
@@ -131,4 +134,7 @@ def test_usage(folder: Path) -> None:
         folder, "a.solidtex", "b.solidtex", output="c.png"
     )
     assert re.fullmatch(r"solidtex-mix \d+\.\d+\.\d+\n", mix(folder, "--version").stdout)
-    assert "Examples:" in mix(folder, "--help").stdout
+    (photograph,) = re.findall(r"stones:\S+", mix(folder, "--help").stdout)
+    models = Path(__file__).resolve().parents[2] / "models"
+    space = f"{models}/stones.solidtex-space:{photograph.removeprefix('stones:')}"
+    mixed(folder, "stone.solidtex", space, space)

@@ -6,6 +6,9 @@
 namespace solidtex::tools {
 namespace {
 
+// Maps that people train, of the names that a model may lack.
+constexpr const char* learned_maps[] = {"height", "metallic", "metalness", "roughness", "specular"};
+
 std::string prefix(const std::string& name) {
   const auto dot = name.rfind('.');
   return dot == std::string::npos ? std::string() : name.substr(0, dot);
@@ -68,8 +71,9 @@ ChannelGroup channel_group(const solidtex::texture& texture, const std::string& 
     names += (names.empty() ? "" : ", ") + group.name;
   }
   if (name.empty()) return groups[0];
+  const bool is_map = std::ranges::find(learned_maps, name) != std::end(learned_maps);
   throw std::runtime_error(option + " " + name + ": " + texture.path() + " has " + names +
-                           "; solidtex-train --map or --estimate adds channels");
+                           (is_map ? "; solidtex-train --map or --estimate adds channels" : ""));
 }
 
 std::vector<Encoding> channel_encodings(const solidtex::texture& texture) {

@@ -123,7 +123,9 @@ void check_mesh_usage(const BakeOptions& options) {
     throw CLI::ValidationError(option, "expected " + expected);
   };
   if (options.to.empty() && options.maps.empty() && !is_glb) {
-    throw CLI::RequiresError("--mesh", "--to or --maps, or an output that ends in .glb");
+    refuse("--mesh: found -o " + options.output.string(),
+           "-o FILE.glb, --maps albedo -o FOLDER, --to uv -o FILE.exr or --to vertex-color -o "
+           "FILE.ply");
   }
   if (options.normal_map == "directx") {
     if (is_glb) refuse("--normal-map directx", "opengl in a .glb: the normals of glTF point up");
@@ -169,8 +171,13 @@ void add_mesh_options(CLI::App& app, BakeOptions& options, CLI::Option* output) 
       ->check(one_of({"opengl", "directx"}))
       ->type_name("opengl|directx")
       ->needs(mesh);
-  app.parse_complete_callback([&options] {
-    if (!options.mesh.empty()) check_mesh_usage(options);
+  app.parse_complete_callback([&app, &options] {
+    if (options.mesh.empty()) return;
+    if (app.get_option("MODEL")->empty())
+      throw CLI::ValidationError("MODEL", "found none, expected the material of --mesh " +
+                                              options.mesh.string() +
+                                              ": a .solidtex file or a shipped name");
+    check_mesh_usage(options);
   });
   app.add_option("--relief", options.relief,
                  "Height of a normal map's relief in texels where the channel height is 1 "

@@ -15,6 +15,7 @@
 #include <sstream>
 #include <vector>
 
+#include "plugins/common/near_name.h"
 #include "tools/common/completion.h"
 #include "tools/common/output_file.h"
 
@@ -115,6 +116,15 @@ std::string mismatch(const CLI::App& app, const std::string& message) {
          (text.empty() ? type.substr(0, type.find(':')) : text);
 }
 
+// What to say of an option that does not exist: those with almost its name.
+std::string suggestion(const CLI::App& app, const std::string& argument) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  const std::vector<std::string> near = near_names(argument.substr(0, argument.find('=')), names);
+  return near.empty() ? "" : "; did you mean " + CLI::detail::join(near, " or ") + "?";
+}
+
 // Help wins over whatever is wrong, and an argument that no program takes over what is missing.
 int exit_after(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == 0) return app.exit(error);
@@ -122,9 +132,10 @@ int exit_after(const CLI::App& app, const CLI::ParseError& error) {
   if (app.get_version_ptr()->count() > 0) return app.exit(CLI::CallForVersion(app.version(), 0));
   for (const std::string& argument : app.remaining()) {
     if (argument == "--") continue;
-    const char* what = argument.starts_with('-') ? "an unknown option " : "an argument too many, ";
-    return app.exit(
-        CLI::ExtrasError("found " + std::string(what) + argument, CLI::ExitCodes::ExtrasError));
+    const std::string found = argument.starts_with('-')
+                                  ? "an unknown option " + argument + suggestion(app, argument)
+                                  : "an argument too many, " + argument;
+    return app.exit(CLI::ExtrasError("found " + found, CLI::ExitCodes::ExtrasError));
   }
   return app.exit(error);
 }

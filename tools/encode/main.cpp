@@ -73,6 +73,13 @@ std::string details(const Options& options) {
   return document.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+std::string better_commands(const Options& options) {
+  const std::string stem = options.photograph.stem().string(), result = "results/" + stem;
+  return "Better: solidtex-train " + options.photograph.string() + " --space " + options.space +
+         " --minutes 1 -o " + result + "\n        solidtex-export " + result + " -o " + stem +
+         "-trained.solidtex";
+}
+
 void print(const Nearest& nearest, const Options& options) {
   report("nearest", {{"name", nearest.name},
                      {"distance", nearest.distance},
@@ -85,8 +92,7 @@ void print(const Nearest& nearest, const Options& options) {
         nearest.name.c_str(), nearest.distance, nearest.own_median);
   if (nearest.is_far())
     say("The space has seen nothing like it; the result resembles " + nearest.name +
-        " more than the photograph.\nBetter: solidtex-train " + options.photograph.string() +
-        " --space " + options.space + " --minutes 1");
+        " more than the photograph.\n" + better_commands(options));
 }
 
 void run(Options& options) {

@@ -37,6 +37,41 @@ std::unique_ptr<ImageInput> open(const std::filesystem::path& path) {
   return input;
 }
 
+bool holds_cmyk(const ImageSpec& spec) {
+  return std::ranges::any_of(spec.extra_attribs, [](const OIIO::ParamValue& attribute) {
+    return attribute.name().string().ends_with(":ColorSpace") && attribute.get_string() == "CMYK";
+  });
+}
+
+// Refuses what OpenImageIO would give colors of its own, as solidtex-train does
+// (python_export/solidtex_export/images/file_kinds.py).
+void check_header(const std::filesystem::path& path, const ImageSpec& spec) {
+  const std::string developed = "a developed image (for example darktable-cli " +
+                                path.filename().string() + " " + path.stem().string() +
+                                ".tif, then take the .tif)";
+  if (spec.depth > 1)
+    refuse(path, "a volume of " + std::to_string(spec.depth) + " layers", "a flat image");
+  if (spec.deep) refuse(path, "a deep image (several samples a pixel)", "a flattened one");
+  if (spec.get_int_attribute("tiff:subfiletype") & 1)
+    refuse(path, "a thumbnail, marked as a reduced copy of another image", developed);
+  switch (spec.get_int_attribute("tiff:PhotometricInterpretation", -1)) {
+    case 32803:  // color filter array
+    case 34892:  // linear raw
+      refuse(path, "a camera's raw data", developed);
+    case 4:
+      refuse(path, "a transparency mask", "an image");
+    case 8:
+    case 9:
+    case 10:
+      refuse(path, "CIE L*a*b* values", "RGB; convert it to sRGB first");
+    default:
+      break;
+  }
+  if (holds_cmyk(spec))
+    refuse(path, "CMYK inks, whose colors depend on a printer",
+           "RGB; convert it to sRGB with its color profile first");
+}
+
 // Channels of the file that are used.
 struct Channels {
   int color[3] = {0, 0, 0};  // gray: three times the same
@@ -201,7 +236,7 @@ Photograph read_photograph(const std::filesystem::path& path, std::size_t least_
                            std::size_t patch) {
   const auto input = open(path);
   const ImageSpec spec = input->spec();
-  if (spec.depth > 1) refuse(path, "a volume", "a photograph");
+  check_header(path, spec);
   const auto side = static_cast<std::size_t>(std::min(spec.width, spec.height));
   if (side < patch)
     refuse(path, std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels",

@@ -86,6 +86,17 @@ void print_training(std::ostream& out, const ordered_json& training) {
   text.empty() ? print_object(out, "training", training) : print_line(out, "training", text);
 }
 
+// A model's own license, or the one that it inherits from its texture space.
+std::string license_of(const ordered_json& report) {
+  if (!report.contains("license")) return "not stated";
+  const ordered_json training = report.value("training", ordered_json::object());
+  const ordered_json space =
+      training.is_object() ? training.value("space", ordered_json()) : ordered_json();
+  const bool is_inherited = space.is_object() && space.contains("license");
+  return text_of(report["license"]) +
+         (is_inherited ? ", of the texture space; of the material: not stated" : "");
+}
+
 void print_exemplar(std::ostream& out, const ordered_json& exemplar) {
   if (!exemplar.is_array()) return print_object(out, "exemplar", exemplar);
   for (const ordered_json& one : exemplar) print_object(out, "exemplar", one);
@@ -189,8 +200,7 @@ void print(const ordered_json& report, std::ostream& out, bool is_verbose) {
   print_line(out, "channels", join(report["channels"]));
   print_line(out, "color space", text_of(report["color_space"]));
   print_line(out, "noise", text_of(report["noise_scheme"]));
-  print_line(out, "licence",
-             report.contains("license") ? text_of(report["license"]) : "not stated");
+  print_line(out, "licence", license_of(report));
   if (report.contains("exemplar")) print_exemplar(out, report["exemplar"]);
   if (report.contains("training")) {
     is_verbose ? print_object(out, "training", report["training"])

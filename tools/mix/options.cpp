@@ -17,7 +17,7 @@ constexpr char kExamples[] =
     "Examples:\n"
     "  solidtex-mix a.solidtex b.solidtex -o half.solidtex\n"
     "  solidtex-mix a.solidtex b.solidtex --weights 0.8,0.2 -o mostly-a.solidtex\n"
-    "  solidtex-mix stones:granite-01 mine.solidtex -o mixed.solidtex\n"
+    "  solidtex-mix stones:Granite_007 mine.solidtex -o mixed.solidtex\n"
     "                    a training photograph of the space \"stones\" and a model\n"
     "  solidtex-mix a.solidtex b.solidtex c.solidtex --animate 25 -o walk-####.solidtex\n"
     "                    walk-0000 is a, walk-0012 b, walk-0024 c\n"

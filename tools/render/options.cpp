@@ -57,14 +57,25 @@ pt::Window crop_window(const std::vector<int>& crop, const pt::RenderSettings& s
   return window;
 }
 
+constexpr char kSize[] = "W,H, for example 640,480";
+
+CLI::Validator size_check() {
+  const auto check = [is_side = in_range(1, 32768)](const std::string& text) {
+    std::string side = text;
+    return is_side(side).empty() ? std::string()
+                                 : "found " + text + ", expected " + kSize + ", each 1 to 32768";
+  };
+  return CLI::Validator("").operation(check);
+}
+
 void add_image_options(CLI::App& app, Options& options) {
   app.add_option("--spp", options.samples, "Samples per pixel; the maximum with --noise")
       ->check(in_range(1, 1 << 20));
   app.add_option("--size", options.size, "Width and height in pixels")
       ->delimiter(',')
       ->expected(2)
-      ->check(in_range(1, 32768))
-      ->option_text("W,H");
+      ->check(size_check())
+      ->option_text(kSize);
   app.add_option("--crop", options.crop, "Render only the pixels x0 <= x < x1, y0 <= y < y1")
       ->delimiter(',')
       ->expected(4)
@@ -210,9 +221,10 @@ pt::Sequence open_sequence(const Options& options) {
                              "--model marble");
   }
   if (!is_mesh(options.scene)) {
-    throw std::runtime_error(scene +
-                             ": found it with --model, expected a mesh (*.ply, *.obj, "
-                             "*.gltf, *.glb, *.stl or *.off)");
+    const std::string ending = options.scene.extension();
+    throw std::runtime_error(scene + ": found " + (ending.empty() ? "no ending" : ending) +
+                             ", expected a mesh with --model (*.ply, *.obj, *.gltf, *.glb, *.stl "
+                             "or *.off)");
   }
   pt::MeshScene mesh{.mesh = options.scene,
                      .model = options.model,

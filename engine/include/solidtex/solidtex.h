@@ -401,7 +401,7 @@ SOLIDTEX_API solidtex_status solidtex_space_blend(const solidtex_space* space, s
  *
  * details   JSON object with the keys "name", "license", "exemplar" and "training" of the model's
  *           document (docs/file-format.md), each optional, or NULL. The library adds
- *           "training"."space": name and SHA-256 of the space, code and colors. */
+ *           "training"."space": of the space name, SHA-256, any inherited license; code, colors. */
 SOLIDTEX_API solidtex_status solidtex_space_texture(const solidtex_space* space, const float* code,
                                                     const float* colors, const char* details,
                                                     solidtex_texture* texture);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import json
 import os
 import re
@@ -43,7 +44,7 @@ class Parser(argparse.ArgumentParser):
         if lacks_some and (unknown := self._unknown_options()):
             message = f"unrecognized arguments: {' '.join(unknown)}; {message}"
         errors = self._errors or sys.stderr
-        print(f"{self.prog}: {_in_words(message)}", file=errors)
+        print(f"{self.prog}: {_in_words(message)}{self._suggestion(message)}", file=errors)
         print(f"See {self.prog} --help for all options.", file=errors)
         raise SystemExit(2)
 
@@ -83,6 +84,16 @@ class Parser(argparse.ArgumentParser):
             action.required = False
         unknown = super().parse_known_args(self._arguments)[1]
         return [argument for argument in unknown if argument.startswith("-")]
+
+    def _suggestion(self, message: str) -> str:
+        """What to say of unknown options: those with almost their names."""
+        unknown, _, _ = message.partition(";")
+        if not unknown.startswith("unrecognized arguments:"):
+            return ""
+        names = [word.partition("=")[0] for word in unknown.split() if word.startswith("--")]
+        near = [difflib.get_close_matches(name, self._option_string_actions) for name in names]
+        found = [matches[0] for matches in near if matches]
+        return f"; did you mean {' and '.join(found)}?" if found else ""
 
     def _options_of(self, config: Path) -> list[str]:
         """Arguments of a TOML file: option = value, true for a flag, a list to repeat an option;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -106,6 +106,8 @@ def resolve(request: Request) -> Resolved:
     size, resolution = scale(request)
     exemplars = load_exemplars(request, resolution, size)
     check_alike(exemplars)
+    if request.size is None and request.resolution is None:
+        exemplars = [note_small(exemplar, size, default_size(request)) for exemplar in exemplars]
     for exemplar in exemplars:
         for name in request.estimated:
             exemplar.maps[name]["estimate"] = METHOD
@@ -175,6 +177,23 @@ def load_exemplars(request: Request, resolution: int, size: int) -> list[Exempla
     ]
 
 
+def default_size(request: Request) -> int:
+    """Side of the slices of a large photograph, in texels."""
+    return request.recipes()[0].slicing.size or DEFAULT_SIZE
+
+
+def note_small(exemplar: Exemplar, size: int, default: int) -> Exemplar:
+    """Add a note if the photograph makes the slices smaller."""
+    rows, columns = exemplar.image.shape[1:]
+    if min(rows, columns) > size or size >= default:
+        return exemplar
+    note = (
+        f"{exemplar.name}: {columns} x {rows} pixels: slices of {size} instead of {default};"
+        " features repeat little in so small a photograph"
+    )
+    return replace(exemplar, notes=(*exemplar.notes, note))
+
+
 def smallest_size(request: Request) -> int:
     """Side of the smallest slice that every loss accepts, in texels."""
     return max(SMALLEST_SIZE, *(recipe.smallest_slice for recipe in request.recipes()))
@@ -192,7 +211,7 @@ def scale(request: Request) -> tuple[int, int]:
             crop[2:] if crop else read_picture(p, request.reading.layer).size
             for p in request.photos
         ]
-        default = request.recipes()[0].slicing.size or DEFAULT_SIZE
+        default = default_size(request)
         largest = min(default, request.resolution or default, *map(min, sizes))
         size = max(smallest_size(request), largest)
     whole = request.start.resolution if request.start else 2 * size

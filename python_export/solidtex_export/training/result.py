@@ -188,9 +188,25 @@ def _lengthened(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
 
 def given_difference(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
     """The first photograph or option that differs."""
+    if photographs := photograph_difference(found, wanted):
+        return photographs
     names = {key: key if key == "exemplars" else f"--{key}" for key in GIVEN}
     differences = (first_difference(found.get(k), wanted.get(k), n) for k, n in names.items())
     return next(filter(None, differences), None)
+
+
+def photograph_difference(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
+    """The photographs of both trainings, if they are not the same files."""
+    try:
+        old, new = ([(r["file"], r["sha256"]) for r in c["exemplars"]] for c in (found, wanted))
+    except (KeyError, TypeError):
+        return None
+    if old == new:
+        return None
+    names = [", ".join(file for file, _ in files) for files in (old, new)]
+    if names[0] == names[1]:
+        names[0] = f"another file named {names[0]}"
+    return f"exemplars: found a training on {names[0]}, expected one on {names[1]}"
 
 
 def first_difference(found: object, wanted: object, key: str = "") -> str | None:

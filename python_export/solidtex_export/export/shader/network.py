@@ -66,7 +66,10 @@ def sampler_program(model: ModelFile, name: str, seed: int, corrects_means: bool
         f"Color space: {document['color_space']}, not clamped.",
     ]
     if license_ := document.get("license"):
-        comment.append(f"Licence of the material: {license_}.")
+        space = document.get("training", {}).get("space")
+        is_inherited = isinstance(space, dict) and "license" in space
+        owner = "texture space, not of the material" if is_inherited else "material"
+        comment.append(f"Licence of the {owner}: {license_}.")
     return Program(name, functions, tables, packed_weights(model), comment)
 
 
