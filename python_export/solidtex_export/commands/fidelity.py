@@ -90,7 +90,11 @@ def run(args: argparse.Namespace) -> cli.Document:
     with cli.optional_packages(PROGRAM, "evaluate"):
         from solidtex_export.research.fidelity.cell import Cell
         from solidtex_export.research.fidelity.contact_sheet import write_contact_sheet
-        from solidtex_export.research.fidelity.outcome import read_outcomes
+        from solidtex_export.research.fidelity.outcome import (
+            check_folder,
+            check_outcome,
+            read_outcomes,
+        )
         from solidtex_export.research.fidelity.plan import read_plan
         from solidtex_export.research.fidelity.summary import summary
         from solidtex_export.research.fidelity.table import write_table
@@ -105,20 +109,25 @@ def run(args: argparse.Namespace) -> cli.Document:
     ]
     table = args.table or args.folder / "fidelity.md"
     args.folder.mkdir(parents=True, exist_ok=True)
-    recorded = read_outcomes(table.with_suffix(".json"))
+    figures = table.with_suffix(".json")
+    recorded = read_outcomes(figures)
+    for cell in (c for row in rows for c in row):
+        check_folder(cell)
+        if not (args.again and is_chosen(cell, args)):
+            check_outcome(cell, recorded.of(cell), figures)
     cells = [] if args.no_training else [c for row in rows for c in row if is_chosen(c, args)]
     for cell in run_cells([c for c in cells if not is_done(c, recorded, args)], args):
         if cell.failure.exists():
             cli.say(cell.failure.read_text().rstrip("\n"))
         write_table(table, plan, args.plan.name, rows)
     write_table(table, plan, args.plan.name, rows)
-    print(summary(plan, read_outcomes(table.with_suffix(".json"))))
+    print(summary(plan, read_outcomes(figures)))
     sheet = args.folder / "contact-sheet.png"
     has_sheet = write_contact_sheet(sheet, rows)
     if has_sheet:
         print(sheet)
     print(table)
-    return cli.files(table, table.with_suffix(".json"), *([sheet] if has_sheet else []))
+    return cli.files(table, figures, *([sheet] if has_sheet else []))
 
 
 def check_names(plan: Plan, args: argparse.Namespace) -> None:
