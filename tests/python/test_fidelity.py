@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -54,6 +55,7 @@ photo = "nowhere.png"
 def plan(tmp_path: Path) -> Path:
     path = tmp_path / "plan.toml"
     path.write_text(PLAN)
+    (tmp_path / "nowhere.png").touch()
     return path
 
 
@@ -110,6 +112,23 @@ size = 64
     assert [e.name for e in read_plan(path).exemplars] == ["stone-0", "stone-2", "oak"]
     with pytest.raises(PlanError, match="found no such file, expected photographs"):
         read_plan(path, tmp_path / "nowhere")
+
+
+def test_the_plans_of_the_page_are_read(tmp_path: Path) -> None:
+    whole, methods, photographs = re.findall(
+        r"^```toml\n(.*?)^```", (DOCS / "evaluation.md").read_text(), re.M | re.S
+    )
+    rows = [f"stone-{i}.jpg,CC0-1.0,validation\n" for i in range(50)]
+    (tmp_path / "SOURCES.csv").write_text("file,licence,split\n" + "".join(rows))
+    exemplar = "[[exemplar]]\nname = 'rock'\nsolid = 'porous'\n"
+    texts = [whole, f"steps = 1\n{methods}{exemplar}", f"steps = 1\nmethods = ['a']\n{photographs}"]
+    plans = []
+    for text in texts:
+        (tmp_path / "plan.toml").write_text(text)
+        plans.append(read_plan(tmp_path / "plan.toml"))
+    assert [entry.name for entry in plans[0].exemplars] == ["granite", "rock"]
+    assert plans[1].method("no-wavelets").set == ("losses.wavelets.weight=0",)
+    assert len(plans[2].exemplars) == 24
 
 
 def outcomes_of(distances: dict[str, list[float]]) -> tuple[Plan, Outcomes]:
@@ -366,7 +385,18 @@ def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
         (PLAN.replace('["lattice"]', "[]"), "methods: found []"),
         (PLAN.replace("missing", "rock"), "expected different ones"),
         (PLAN.replace("porous", "cheese"), 'exemplar.0.solid: found "cheese"'),
-        (PLAN.replace("pixels", "texels"), "exemplar.0.texels: found an unknown key"),
+        (
+            PLAN.replace("pixels", "texels"),
+            "exemplar.0.texels: found an unknown key, expected name, photo, solid",
+        ),
+        (
+            PLAN + "[photographs]\ndirectory = 'a'",
+            "photographs.directory: found an unknown key, expected folder, list",
+        ),
+        (
+            "speed = 1" + PLAN,
+            "methods, method, exemplar, photographs, note",
+        ),
         (
             PLAN.replace('photo = "nowhere.png"', ""),
             "exemplar.1.photo: found null, expected one of photo and solid",
@@ -389,5 +419,22 @@ def test_unknown_methods_and_exemplars_are_refused(
     assert "--preset: found cheese, expected one of lattice" in capsys.readouterr().err
     plan.write_text(PLAN.replace('["lattice"]', '["alchemy"]'))
     assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
-    assert "found alchemy" in capsys.readouterr().err
+    assert f"{plan}: methods: found alchemy, expected one of" in capsys.readouterr().err
+    plan.write_text(
+        PLAN.replace('"lattice"', '"calm"')
+        + "[method.calm]\npreset = 'lattice'\nset = ['losses.wavelets.weight=none']\n"
+    )
+    assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
+    assert f"{plan}: method.calm: lattice: losses.wavelets.weight" in capsys.readouterr().err
     assert not (tmp_path / "all").exists()
+
+
+def test_a_missing_photograph_is_refused_before_anything_is_trained(
+    plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    calls = in_process(monkeypatch)
+    photo = tmp_path / "nowhere.png"
+    photo.unlink()
+    assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
+    said = capsys.readouterr().err
+    assert f"{plan}: exemplar missing: photo: found no file {photo}" in said and not calls
