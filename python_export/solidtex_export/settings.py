@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Strict, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 T = TypeVar("T")
@@ -94,7 +95,7 @@ def _sentence(model: type[Settings], error: ErrorDetails) -> str:
     if error["type"] == "missing":
         return f"{where}: found nothing, expected this key"
     if error["type"] == "extra_forbidden":
-        known = ", ".join(_table(model, error["loc"][:-1]).model_fields)
+        known = ", ".join(_keys(_table(model, error["loc"][:-1])))
         return f"{where}: found an unknown key, expected {known}"
     return f"{where}: found {show(error['input'])}, expected {_expected(error)}"
 
@@ -112,12 +113,19 @@ def _expected(error: ErrorDetails) -> str:
 
 
 def _table(model: type[Settings], path: tuple[int | str, ...]) -> type[Settings]:
-    """The model of a table inside another; keys of a dictionary of tables lead to their model."""
-    found: Any = model
+    """The model of a table inside another. Names and places in a group of tables are passed."""
     for key in path:
-        if isinstance(found, type) and issubclass(found, Settings):
-            fields = {field.alias or name: field for name, field in found.model_fields.items()}
-            found = fields[str(key)].annotation
-        elif arguments := get_args(found):
-            found = arguments[-1]
-    return found if isinstance(found, type) and issubclass(found, Settings) else model
+        field = _keys(model).get(str(key))
+        model = (field and _settings_of(field.annotation)) or model
+    return model
+
+
+def _keys(model: type[Settings]) -> dict[str, FieldInfo]:
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
+def _settings_of(annotation: Any) -> type[Settings] | None:
+    """The model in a type such as dict[str, Loss], tuple[Entry, ...] or Photographs | None."""
+    if isinstance(annotation, type) and issubclass(annotation, Settings):
+        return annotation
+    return next(filter(None, map(_settings_of, get_args(annotation))), None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -31,6 +32,7 @@ from solidtex_export.research.fidelity.summary import (
 from solidtex_export.research.fidelity.table import write_table
 from solidtex_export.research.solids.materials import SOLIDS
 from solidtex_export.training.presets import shipped
+from solidtex_export.training.result import first_difference
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS, MODELS = REPOSITORY / "docs", REPOSITORY / "models"
@@ -53,6 +55,7 @@ photo = "nowhere.png"
 def plan(tmp_path: Path) -> Path:
     path = tmp_path / "plan.toml"
     path.write_text(PLAN)
+    (tmp_path / "nowhere.png").touch()
     return path
 
 
@@ -109,6 +112,23 @@ size = 64
     assert [e.name for e in read_plan(path).exemplars] == ["stone-0", "stone-2", "oak"]
     with pytest.raises(PlanError, match="found no such file, expected photographs"):
         read_plan(path, tmp_path / "nowhere")
+
+
+def test_the_plans_of_the_page_are_read(tmp_path: Path) -> None:
+    whole, methods, photographs = re.findall(
+        r"^```toml\n(.*?)^```", (DOCS / "evaluation.md").read_text(), re.M | re.S
+    )
+    rows = [f"stone-{i}.jpg,CC0-1.0,validation\n" for i in range(50)]
+    (tmp_path / "SOURCES.csv").write_text("file,licence,split\n" + "".join(rows))
+    exemplar = "[[exemplar]]\nname = 'rock'\nsolid = 'porous'\n"
+    texts = [whole, f"steps = 1\n{methods}{exemplar}", f"steps = 1\nmethods = ['a']\n{photographs}"]
+    plans = []
+    for text in texts:
+        (tmp_path / "plan.toml").write_text(text)
+        plans.append(read_plan(tmp_path / "plan.toml"))
+    assert [entry.name for entry in plans[0].exemplars] == ["granite", "rock"]
+    assert plans[1].method("no-wavelets").set == ("losses.wavelets.weight=0",)
+    assert len(plans[2].exemplars) == 24
 
 
 def outcomes_of(distances: dict[str, list[float]]) -> tuple[Plan, Outcomes]:
@@ -238,6 +258,69 @@ def test_the_table_remembers_what_is_not_in_the_folder(
     assert f"{figures}: found no outcomes" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ("minutes = 0.01", "minutes = 0.02", "minutes: found 0.01, expected 0.02"),
+        ("minutes = 0.01", "steps = 5", "minutes: found 0.01, expected null"),
+        ("size = 48", "size = 64", "size: found 48, expected 64"),
+        ("weight=2", "weight=3", 'set.0: found "losses.spectrum.weight=2", expected "losses'),
+    ],
+)
+def test_results_of_another_plan_are_refused(
+    before: str,
+    after: str,
+    message: str,
+    plan: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = PLAN.replace('"lattice"', '"mine"')
+    text += "[method.mine]\npreset = 'lattice'\nset = ['losses.spectrum.weight=2']\n"
+    table = tmp_path / "table.md"
+    arguments = [str(plan), "--only", "rock", "--table", str(table), "-o"]
+    plan.write_text(text)
+    first, second = str(tmp_path / "first"), str(tmp_path / "second")
+    monkeypatch.setattr(Cell, "_step", lambda cell, command, *_: command == "train")
+    assert main([*arguments, first]) == 0  # the export fails
+    plan.write_text(text.replace('["mine"]', '["mine", "lattice"]'))
+    assert main([*arguments, first]) == 0  # a plan that grows
+    assert (tmp_path / "first" / "rock" / "lattice" / "training.json").exists()
+    plan.write_text(text.replace(before, after))
+    assert main([*arguments, first, "--retry"]) == 1
+    said = capsys.readouterr().err
+    assert f"{first}/rock/mine: {message}" in said and "choose another -o" in said
+
+    figures = Outcomes({"rock": {"mine": Outcome(training=record_of(first))}}, {})
+    figures.write(table.with_suffix(".json"))
+    assert main([*arguments, second]) == 1
+    said = capsys.readouterr().err
+    assert f"table.json: rock, mine: {message}" in said and "--again" in said
+
+
+def record_of(folder: str) -> dict[str, object]:
+    found: dict[str, object] = json.loads(Path(folder, "rock/mine/training.json").read_text())
+    return found
+
+
+def test_a_preset_of_ones_own_that_changed_is_another_plan(tmp_path: Path) -> None:
+    preset = tmp_path / "mine.toml"
+    plan = Plan(
+        steps=1,
+        methods=("mine",),
+        method={"mine": {"preset": str(preset)}},
+        exemplar=[{"name": "rock", "solid": "porous"}],
+    )
+    cell = Cell(plan, plan.exemplars[0], "mine", tmp_path, tmp_path)
+    settings = []
+    for weight in (1, 2):
+        preset.write_text(f'extends = "lattice"\n[losses.spectrum]\nweight = {weight}\n')
+        settings.append(cell.settings)
+    difference = first_difference(*settings)
+    assert difference == "recipe.losses.spectrum.weight: found 1.0, expected 2.0"
+
+
 def test_maps_of_a_solid_are_trained_and_evaluated(
     plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -293,15 +376,27 @@ def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
         ("minutes = 1", "methods: found nothing, expected this key"),
         (
             PLAN.replace("minutes", "steps = 3\nminutes"),
-            "minutes: found [0.01, 3], expected one of",
+            'minutes: found {"minutes": 0.01, "steps": 3}, expected one of',
         ),
+        (PLAN.replace("minutes = 0.01", ""), "minutes: found null, expected one of minutes, proc"),
         ("minutes = 1\nmethods = ['lattice']", "exemplar: found [], expected exemplars or"),
         ("]", "found no readable TOML"),
         (PLAN.replace("0.01", "0"), "minutes: found 0, expected more than 0"),
         (PLAN.replace('["lattice"]', "[]"), "methods: found []"),
         (PLAN.replace("missing", "rock"), "expected different ones"),
         (PLAN.replace("porous", "cheese"), 'exemplar.0.solid: found "cheese"'),
-        (PLAN.replace("pixels", "texels"), "exemplar.0.texels: found an unknown key"),
+        (
+            PLAN.replace("pixels", "texels"),
+            "exemplar.0.texels: found an unknown key, expected name, photo, solid",
+        ),
+        (
+            PLAN + "[photographs]\ndirectory = 'a'",
+            "photographs.directory: found an unknown key, expected folder, list",
+        ),
+        (
+            "speed = 1" + PLAN,
+            "methods, method, exemplar, photographs, note",
+        ),
         (
             PLAN.replace('photo = "nowhere.png"', ""),
             "exemplar.1.photo: found null, expected one of photo and solid",
@@ -324,5 +419,22 @@ def test_unknown_methods_and_exemplars_are_refused(
     assert "--preset: found cheese, expected one of lattice" in capsys.readouterr().err
     plan.write_text(PLAN.replace('["lattice"]', '["alchemy"]'))
     assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
-    assert "found alchemy" in capsys.readouterr().err
+    assert f"{plan}: methods: found alchemy, expected one of" in capsys.readouterr().err
+    plan.write_text(
+        PLAN.replace('"lattice"', '"calm"')
+        + "[method.calm]\npreset = 'lattice'\nset = ['losses.wavelets.weight=none']\n"
+    )
+    assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
+    assert f"{plan}: method.calm: lattice: losses.wavelets.weight" in capsys.readouterr().err
     assert not (tmp_path / "all").exists()
+
+
+def test_a_missing_photograph_is_refused_before_anything_is_trained(
+    plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    calls = in_process(monkeypatch)
+    photo = tmp_path / "nowhere.png"
+    photo.unlink()
+    assert main([str(plan), "-o", str(tmp_path / "all")]) == 1
+    said = capsys.readouterr().err
+    assert f"{plan}: exemplar missing: photo: found no file {photo}" in said and not calls

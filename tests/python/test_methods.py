@@ -252,6 +252,7 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("[early]\nline_length = 9", "initial_phase.line_length: found a key of"),
         ("extends = 'alchemy'", "extends: found alchemy, expected one of babichev"),
         ("extends = 'my.toml'", "my.toml, expected no circle"),
+        ("description = 3", "description: found 3, expected a string"),
         ("extends = 3", "extends: found 3, expected the name of a preset"),
         (
             "[generator]\nkind = 'lattice'\nstatistics = 'trained'\n[initial_phase]\nsteps = 9",

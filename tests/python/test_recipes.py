@@ -6,14 +6,18 @@ A change of a preset is written there by `python tests/python/test_recipes.py`.
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
+import torch
 
+from solidtex_export.losses import own
 from solidtex_export.training.presets import PresetError, load_recipe, shipped
 from solidtex_export.training.recipe import Recipe
 
 RECIPES = Path(__file__).with_name("recipes.json")
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "methods.md"
 
 
 def resolved() -> dict[str, object]:
@@ -64,6 +68,25 @@ def test_a_preset_changes_what_it_extends(tmp_path: Path) -> None:
     assert recipe.critic == parent.critic.model_copy(update={"batch": 9})
     assert list(recipe.losses) == ["near", "adversarial"]  # in order of kind
     assert recipe.generator == parent.generator
+
+
+def test_the_examples_of_the_page_are_right(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The preset, and the loss with the options of its command."""
+    page = PAGE.read_text()
+    (preset,) = re.findall(r"^```toml\n(.*?)^```", page, re.M | re.S)
+    (module,) = re.findall(r"^```python\n(# mine\.py\n.*?)^```", page, re.M | re.S)
+    (tmp_path / "preset.toml").write_text(preset)
+    (tmp_path / "mine.py").write_text(module)
+    monkeypatch.syspath_prepend(tmp_path)
+    recipe = load_recipe(
+        str(tmp_path / "preset.toml"), re.findall(r"--set (losses\.mine\S+)", page)
+    )
+    assert recipe.slicing.oblique_share == 0.25 and "spectrum" not in recipe.losses
+    assert recipe.losses["mine"].kind == "mine:brightness" and recipe.losses["mine"].weight == 0.5
+    slices = torch.full((1, 3, 32, 32), 3.0, requires_grad=True)
+    assert own.loss("mine", "mine:brightness", slices, torch.ones(1, 3, 32, 32)) == 2
 
 
 def test_the_order_of_tables_does_not_matter(tmp_path: Path) -> None:

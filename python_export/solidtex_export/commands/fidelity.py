@@ -90,7 +90,11 @@ def run(args: argparse.Namespace) -> cli.Document:
     with cli.optional_packages(PROGRAM, "evaluate"):
         from solidtex_export.research.fidelity.cell import Cell
         from solidtex_export.research.fidelity.contact_sheet import write_contact_sheet
-        from solidtex_export.research.fidelity.outcome import read_outcomes
+        from solidtex_export.research.fidelity.outcome import (
+            check_folder,
+            check_outcome,
+            read_outcomes,
+        )
         from solidtex_export.research.fidelity.plan import read_plan
         from solidtex_export.research.fidelity.summary import summary
         from solidtex_export.research.fidelity.table import write_table
@@ -105,27 +109,39 @@ def run(args: argparse.Namespace) -> cli.Document:
     ]
     table = args.table or args.folder / "fidelity.md"
     args.folder.mkdir(parents=True, exist_ok=True)
-    recorded = read_outcomes(table.with_suffix(".json"))
+    figures = table.with_suffix(".json")
+    recorded = read_outcomes(figures)
+    for cell in (c for row in rows for c in row):
+        check_folder(cell)
+        if not (args.again and is_chosen(cell, args)):
+            check_outcome(cell, recorded.of(cell), figures)
     cells = [] if args.no_training else [c for row in rows for c in row if is_chosen(c, args)]
-    for cell in run_cells([c for c in cells if not is_done(c, recorded, args)], args):
+    cells = [c for c in cells if not is_done(c, recorded, args)]
+    check_photographs(cells, args)
+    for cell in run_cells(cells, args):
         if cell.failure.exists():
             cli.say(cell.failure.read_text().rstrip("\n"))
         write_table(table, plan, args.plan.name, rows)
     write_table(table, plan, args.plan.name, rows)
-    print(summary(plan, read_outcomes(table.with_suffix(".json"))))
+    print(summary(plan, read_outcomes(figures)))
     sheet = args.folder / "contact-sheet.png"
     has_sheet = write_contact_sheet(sheet, rows)
     if has_sheet:
         print(sheet)
     print(table)
-    return cli.files(table, table.with_suffix(".json"), *([sheet] if has_sheet else []))
+    return cli.files(table, figures, *([sheet] if has_sheet else []))
 
 
 def check_names(plan: Plan, args: argparse.Namespace) -> None:
     """Refuse unknown presets, methods and exemplars."""
     for name in plan.methods:
         method = plan.method(name)
-        load_recipe(LATTICE if method.preset == CHOSEN else method.preset, list(method.set))
+        where = f"method.{name}" if name in plan.named_methods else "methods"
+        try:
+            load_recipe(LATTICE if method.preset == CHOSEN else method.preset, list(method.set))
+        except SettingsError as error:
+            what = str(error).removeprefix("--preset: ")
+            raise SettingsError(f"{args.plan}: {where}: {what}") from error
     exemplars = [entry.name for entry in plan.exemplars]
     for option, names, known in (
         ("--only", args.only, exemplars),
@@ -134,6 +150,16 @@ def check_names(plan: Plan, args: argparse.Namespace) -> None:
         for name in names or ():
             if name not in known:
                 raise OutputError(f"{option}: found {name}, expected one of {', '.join(known)}")
+
+
+def check_photographs(cells: list[Cell], args: argparse.Namespace) -> None:
+    """Refuse a missing photograph before anything is trained."""
+    for cell in cells:
+        if cell.entry.photo and not cell.photo.is_file():
+            raise OutputError(
+                f"{args.plan}: exemplar {cell.entry.name}: photo: found no file {cell.photo},"
+                " expected a photograph (--photos FOLDER)"
+            )
 
 
 def run_cells(cells: list[Cell], args: argparse.Namespace) -> Iterator[Cell]:

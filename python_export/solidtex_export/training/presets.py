@@ -8,7 +8,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from solidtex_export.settings import SettingsError, read_toml, validated
+from solidtex_export.settings import SettingsError, read_toml, show, validated
 from solidtex_export.training.recipe import Recipe
 
 SUFFIX = ".toml"
@@ -78,7 +78,9 @@ def _tables(name: str, beside: Path, extending: tuple[str, ...]) -> dict[str, An
     if name in extending:
         raise PresetError(f"{extending[-1]}: extends: found {name}, expected no circle")
     values = _renamed(read_toml(path), name)
-    parent = values.pop("extends", None)
+    description, parent = values.pop("description", ""), values.pop("extends", None)
+    if not isinstance(description, str):  # for those who read the file
+        raise PresetError(f"{name}: description: found {show(description)}, expected a string")
     if parent is None:
         return values
     if not isinstance(parent, str):

@@ -5,6 +5,7 @@ Every step is a process of its own, and leaves a file when it has succeeded:
     EXEMPLAR/exemplar.png          of an analytic solid, with its maps
     EXEMPLAR/true.npy              of an analytic solid: two blocks of the phase
     EXEMPLAR/METHOD/result/        solidtex-train
+    EXEMPLAR/METHOD/training.json  what the plan said when the training had ended
     EXEMPLAR/METHOD/model.solidtex solidtex-export
     EXEMPLAR/METHOD/eval.json, report.html, pictures/  solidtex-eval
     EXEMPLAR/METHOD/solid.json     errors of the 3D statistics
@@ -18,6 +19,7 @@ import subprocess
 import sys
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +29,7 @@ from solidtex_export.research.fidelity.plan import CHOSEN, Entry, Plan, photogra
 from solidtex_export.research.solids.materials import SOLIDS
 from solidtex_export.research.solids.solid import box, exemplar, phase, write_picture
 from solidtex_export.research.solids.statistics import solid_error
+from solidtex_export.training.presets import SUFFIX, load_recipe
 from solidtex_export.whole_file import write_whole
 
 INTERRUPTED = 130
@@ -62,6 +65,7 @@ class Cell:
         self._photos = photos
         self.model = self.folder / "model.solidtex"
         self.evaluation = self.folder / "eval.json"
+        self._record = self.folder / "training.json"
         self.solid_errors = self.folder / "solid.json"
         self.failure = self.folder / "failure.txt"
 
@@ -70,6 +74,25 @@ class Cell:
         if self.entry.solid:
             return self.shared / "exemplar.png"
         return photograph(self.entry, self._photos)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All that the plan says about this training."""
+        method = self._plan.method(self.method)
+        parts = (self.entry.model_dump(mode="json"), method.model_dump(mode="json"))
+        settings = {**parts[0], **parts[1], **self._plan.budgets}
+        if method.preset.endswith(SUFFIX):  # a file of the user's may change
+            recipe = load_recipe(method.preset, list(method.set))
+            settings["recipe"] = recipe.model_dump(mode="json")
+        return settings
+
+    @property
+    def trained_by(self) -> dict[str, Any] | None:
+        """The settings of the training that has ended here."""
+        if not self._record.exists():
+            return None
+        record: dict[str, Any] = json.loads(self._record.read_text())
+        return record
 
     @property
     def finished(self) -> bool:
@@ -98,6 +121,7 @@ class Cell:
             result = self.folder / "result"
             if not self._step("train", *self._training(result), "--threads", str(threads)):
                 return False
+            write_whole(self._record, (json.dumps(self.settings, indent=1) + "\n").encode())
             if not self._step("export", str(result), "-o", str(self.model)):
                 return False
         if not self._evaluated and not self._step("evaluate", *self._evaluate_options()):

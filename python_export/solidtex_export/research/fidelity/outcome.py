@@ -15,6 +15,7 @@ from typing import Any
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification.model_output import OutputError
 from solidtex_export.research.fidelity.cell import Cell
+from solidtex_export.training.result import first_difference
 from solidtex_export.whole_file import write_whole
 
 
@@ -24,7 +25,8 @@ class Outcome:
 
     `multiples`: distance of all slices by metric, relative to self-distance; `axes` and `oblique`:
     the same of axis slices and of oblique ones; `copied`: the largest coherence of a
-    correspondence map; `solid`: errors of the 3D statistics, by statistic.
+    correspondence map; `solid`: errors of the 3D statistics, by statistic; `training`: what the
+    plan said about it.
     """
 
     failure: str | None = None
@@ -36,6 +38,7 @@ class Outcome:
     copied: float = 0.0
     repeats: bool = False
     solid: dict[str, float] | None = None
+    training: dict[str, Any] | None = None
 
     @property
     def figures(self) -> dict[str, float | None]:
@@ -94,6 +97,29 @@ def read_outcomes(path: Path) -> Outcomes:
     return Outcomes(pairs, solids)
 
 
+def check_folder(cell: Cell) -> None:
+    """Refuse results in the folder of a pair about which the plan says something else."""
+    if difference := _difference(cell.trained_by, cell):
+        raise OutputError(
+            f"{cell.folder}: {difference}, as the plan says; choose another -o, or delete this"
+            " folder and train it with --again"
+        )
+
+
+def check_outcome(cell: Cell, outcome: Outcome | None, figures: Path) -> None:
+    """The same of the table's record of a pair."""
+    if difference := _difference(outcome.training if outcome else None, cell):
+        raise OutputError(
+            f"{figures}: {cell.entry.name}, {cell.method}: {difference}, as the plan says; choose"
+            " another --table, or train it with --again"
+        )
+
+
+def _difference(trained_by: dict[str, Any] | None, cell: Cell) -> str | None:
+    """None also for results of older versions, which have no record."""
+    return None if trained_by is None else first_difference(trained_by, cell.settings)
+
+
 def _multiples(views: list[dict[str, Any]]) -> dict[str, float | None] | None:
     """Mean over views of the relative distances by metric, None where a view has none."""
     if not views:
@@ -121,6 +147,7 @@ def _outcome(cell: Cell) -> Outcome:
         copied=max(evaluation["copying"]["views"].values()),
         repeats=any(found and found["repeats"] for found in tests),
         solid=_solid_errors(cell)["model"] if cell.entry.solid else None,
+        training=cell.trained_by,
     )
 
 

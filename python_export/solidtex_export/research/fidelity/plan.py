@@ -120,12 +120,17 @@ class Plan(Settings):
 
     @model_validator(mode="after")
     def _one_budget(self) -> Plan:
-        given = [b for b in (self.minutes, self.processor_minutes, self.steps) if b is not None]
+        given = {name: amount for name, amount in self.budgets.items() if amount is not None}
         if len(given) != 1:
-            raise wrong("minutes", given, "one of minutes, processor_minutes and steps")
+            raise wrong("minutes", given or None, "one of minutes, processor_minutes and steps")
         if not self.exemplars and self.photographs is None:
             raise wrong("exemplar", [], "exemplars or photographs")
         return self
+
+    @property
+    def budgets(self) -> dict[str, float | None]:
+        """The three keys, one of which is given."""
+        return self.model_dump(include={"minutes", "processor_minutes", "steps"})
 
     @property
     def budget(self) -> str:
