@@ -123,9 +123,10 @@ void check_mesh_usage(const BakeOptions& options) {
     throw CLI::ValidationError(option, "expected " + expected);
   };
   if (options.to.empty() && options.maps.empty() && !is_glb) {
-    refuse("--mesh: found -o " + options.output.string(),
-           "-o FILE.glb, --maps albedo -o FOLDER, --to uv -o FILE.exr or --to vertex-color -o "
-           "FILE.ply");
+    throw CLI::ValidationError("--mesh", "found -o " + options.output.string() +
+                                             ", expected -o FILE.glb, --maps albedo -o FOLDER, "
+                                             "--to uv -o FILE.exr or --to vertex-color -o "
+                                             "FILE.ply");
   }
   if (options.normal_map == "directx") {
     if (is_glb) refuse("--normal-map directx", "opengl in a .glb: the normals of glTF point up");
