@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from solidtex_export.export.shader.emitter import WEIGHTS, Emitter, in_lines
+from solidtex_export.export.shader.emitter import WEIGHTS, Emitter, Storage, in_lines
 from solidtex_export.export.shader.program import (
     AnyType,
     Array,
@@ -31,7 +31,7 @@ class Glsl(Emitter):
     """GLSL 3.30, GLSL ES 3.00 and later; a buffer needs 4.30 or ES 3.10."""
 
     language, suffix = "GLSL", ".glsl"
-    storages = ("texture", "buffer", "constant")
+    storages: ClassVar[tuple[Storage, ...]] = ("texture", "buffer", "constant")
     types: ClassVar = named(" ".join(TYPES))
     float_of_bits = "uintBitsToFloat"
 
