@@ -25,9 +25,9 @@ std::unique_ptr<Family> make_family(Model& model, std::uint64_t seed,
                 "parameter \"period\" is " + std::to_string(period) +
                     ", expected 0 for a model of the sampler family: its octaves have no common "
                     "period. Choose a model of the lattice family");
-  return make_sampler_family(Sampler(std::get<SamplerModel>(model.architecture), model.noise_scheme,
-                                     seed, precision),
-                             std::move(light));
+  return make_sampler_family(
+      Sampler(std::get<SamplerModel>(model.architecture), model.noise_scheme, seed, precision),
+      std::move(light));
 }
 
 // Counters of points and voxels. Threads are spread over several cache lines, so that queries of

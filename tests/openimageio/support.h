@@ -13,7 +13,7 @@
 namespace openimageio_tests {
 
 // Paths of small models of both families, written once a process.
-std::string tiny_lattice();    // channels albedo.r and rough, sRGB
+std::string tiny_lattice();  // channels albedo.r and rough, sRGB
 std::string tiny_sampler();  // channels r, g and b, linear
 
 // Opens with the plugin, or fails the test with OpenImageIO's message.

@@ -16,8 +16,8 @@ struct Piece {
 
 inline constexpr std::int64_t max_piece_bytes = 64 << 20;
 
-// The size of the largest piece: up to max_piece_bytes, at most `depth` voxels along z, and long along x,
-// where the lattice family evaluates plane after plane.
+// The size of the largest piece: up to max_piece_bytes, at most `depth` voxels along z, and long
+// along x, where the lattice family evaluates plane after plane.
 Index3 choose_piece(const Volume& volume, std::int64_t depth);
 
 // Throws the engine's error if voxels of the volume lie beyond its range.

@@ -93,7 +93,8 @@ struct MeshScene {
   double aspect = 1;                      // width of the image over its height
 };
 
-// A scene file frame by frame. A scene without light is lit by a studio, and a note says so. All functions throw SceneError.
+// A scene file frame by frame. A scene without light is lit by a studio, and a note says so. All
+// functions throw SceneError.
 class Sequence {
  public:
   explicit Sequence(const std::filesystem::path& file);
