@@ -116,6 +116,16 @@ def test_gradients_are_differences_of_values(name: str) -> None:
         assert np.median(np.abs(slopes - found)) < 0.005 * found.std()
 
 
+@pytest.mark.parametrize("power", [1, 2])
+def test_second_derivatives_are_refused_for_linear_losses_too(power: int) -> None:
+    points = torch.rand(4, 3, requires_grad=True)
+    loss = (solidtex.load("granite-grey").eval_points(points) ** power).sum()
+    (gradient,) = torch.autograd.grad(loss, points, create_graph=True)
+    assert gradient.requires_grad and gradient.abs().sum() > 0
+    with pytest.raises(ValueError, match="found a second derivative, expected first ones only"):
+        gradient.square().sum().backward()
+
+
 def test_points_in_double_precision_have_gradients_in_it() -> None:
     points = torch.rand(4, 3, dtype=torch.float64, requires_grad=True)
     values = solidtex.load("granite-grey").eval_points(points)
