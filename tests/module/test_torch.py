@@ -76,6 +76,10 @@ def test_a_module_refuses_boxes_that_are_none(name: str) -> None:
         module((0, 0, 0), (2, 1))
     with pytest.raises(ValueError, match=r"origin: found \(0, 0.5, 0\), expected three whole"):
         module((0, 0.5, 0), (1, 1, 1))
+    edge = 2**30 + 2**16
+    assert module((edge - 1, 0, -edge), (1, 1, 1)).isfinite().all()
+    with pytest.raises(ValueError, match=r"expected voxels between -2\*\*30 - 2\*\*16 and"):
+        module((edge, 0, 0), (1, 1, 1))
 
 
 @pytest.mark.parametrize("name", SHIPPED)
