@@ -18,14 +18,17 @@ set(SOLIDTEX_ONNXRUNTIME_NAME libonnxruntime.so.1)
 set(SOLIDTEX_ONNXRUNTIME_FILE "${bundled}" CACHE INTERNAL "")
 if(NOT SOLIDTEX_ONNXRUNTIME_INCLUDE)
   message(STATUS "ONNX Runtime: off, onnxruntime_cxx_api.h was not found; photographs cannot be "
-                 "encoded (on Debian demo.sh installs it)")
+                 "encoded. SOLIDTEX_ONNXRUNTIME_INCLUDE is the folder of the header; on Debian "
+                 "demo.sh installs it for solidtex alone")
 elseif(bundled)
   message(STATUS "ONNX Runtime: ${bundled}")
   set(private ${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/solidtex)
   file(MAKE_DIRECTORY ${private})
   file(CREATE_LINK ${bundled} ${private}/${SOLIDTEX_ONNXRUNTIME_NAME} SYMBOLIC)
-  install(FILES ${bundled} DESTINATION ${CMAKE_INSTALL_LIBDIR}/solidtex
-          RENAME ${SOLIDTEX_ONNXRUNTIME_NAME})
+  if(SOLIDTEX_INSTALL)
+    install(FILES ${bundled} DESTINATION ${CMAKE_INSTALL_LIBDIR}/solidtex
+            RENAME ${SOLIDTEX_ONNXRUNTIME_NAME})
+  endif()
 elseif(SOLIDTEX_ONNXRUNTIME_LIBRARY)
   message(STATUS "ONNX Runtime: ${SOLIDTEX_ONNXRUNTIME_LIBRARY}")
   file(REAL_PATH ${SOLIDTEX_ONNXRUNTIME_LIBRARY} library)

@@ -18,6 +18,17 @@ std::vector<float> box_of(const solidtex::texture& texture,
   return values;
 }
 
+template <class Call>
+std::string refusal(Call call) {
+  try {
+    call();
+  } catch (const solidtex::error& error) {
+    CHECK(error.status() == SOLIDTEX_INVALID_ARGUMENT);
+    return error.what();
+  }
+  return "no exception";
+}
+
 }  // namespace
 
 TEST_CASE("wrapper: facts of both families", "[api]") {
@@ -91,13 +102,36 @@ TEST_CASE("wrapper: errors are exceptions with the engine's message", "[api]") {
     CHECK(error.status() == SOLIDTEX_INVALID_ARGUMENT);
     CHECK(std::string(error.what()).find("point 0: y is nan") != std::string::npos);
   }
-  CHECK_THROWS_AS(texture.eval_points({0, 0, 0}, std::vector<float>(4), values), solidtex::error);
-  CHECK_THROWS_AS(
-      texture.eval_footprints({0, 0, 0}, std::vector<float>(3), std::vector<float>(8), values),
-      solidtex::error);
-  CHECK_THROWS_AS(texture.eval_box({0, 0, 0}, {1, 1, 2}, values), solidtex::error);
-  CHECK_THROWS_AS(texture.eval_box({0, 0, 0}, {-1, 1, -2}, values), solidtex::error);
   CHECK_THROWS_AS(solidtex::texture("no/such.solidtex"), solidtex::error);
+}
+
+TEST_CASE("wrapper: refusals say what was found and what was expected", "[api]") {
+  auto texture = solidtex::texture::from_memory(tiny_lattice_file());
+  const std::vector<float> one(3), three(9);
+  std::vector<float> values(2), none;
+  const auto points = [&](const std::vector<float>& at, std::span<float> jacobians = {}) {
+    return refusal([&] { texture.eval_points({0, 0, 0}, at, values, jacobians); });
+  };
+  const auto box = [&](const std::array<std::int64_t, 3>& size, std::span<float> out) {
+    return refusal([&] { texture.eval_box({0, 0, 0}, size, out); });
+  };
+  CHECK(points(std::vector<float>(4)) == "points: found 4 floats, expected three for each point");
+  CHECK(points(three) == "values: found 2 floats, expected 3 x 2");
+  CHECK(points(one, values) == "jacobians: found 2 floats, expected 1 x 2 x 3");
+  CHECK(refusal([&] { texture.eval_filtered({}, one, one, values); }) ==
+        "radii: found 3 floats, expected 1");
+  CHECK(refusal([&] { texture.eval_footprints({}, one, std::vector<float>(8), values); }) ==
+        "axes: found 8 floats, expected 1 x 3 x 3");
+  CHECK(box({1, 1, 2}, values) == "values: found 2 floats, expected 1 x 1 x 2 x 2");
+  CHECK(box({-1, 1, -2}, values) == "size: found a negative number, expected 0 or more");
+  const std::int64_t huge = std::int64_t{1} << 32;  // the product of three is 0 in 64 bits
+  CHECK(box({huge, huge, huge}, none) ==
+        "values: found 0 floats, expected 4294967296 x 4294967296 x 4294967296 x 2");
+  CHECK(refusal([] { solidtex::texture::from_memory({}); }) ==
+        "bytes: found none, expected those of a .solidtex file");
+  const solidtex::texture taken = std::move(texture);
+  CHECK(points(one) == "texture: found one that was moved from, expected an open one");
+  CHECK(box({1, 1, 1}, values) == "texture: found one that was moved from, expected an open one");
 }
 
 TEST_CASE("wrapper: threads share a texture", "[api][threads]") {

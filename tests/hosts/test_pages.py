@@ -31,7 +31,8 @@ def run(program: str, folder: Path) -> str:
     link = folder / "scenes"
     if not link.exists():
         link.symlink_to(REPOSITORY / "scenes")
-    command = [sys.executable, "-B", "-c", program]
+    (folder / "program.py").write_text(program)
+    command = [sys.executable, "-B", "program.py"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{program}\n{done.stdout}{done.stderr}"
     return done.stdout

@@ -276,7 +276,7 @@ def test_statistics() -> None:
 def test_threads_of_its_own() -> None:
     texture = Texture(SAMPLER, threads=2)
     assert same_bits(texture.eval_points(places()), Texture(SAMPLER).eval_points(places()))
-    with pytest.raises(ValueError, match='"threads" is 5000, expected 0 to 1024'):
+    with pytest.raises(ValueError, match="threads: found 5000, expected 0 to 1024"):
         Texture(SAMPLER, threads=5000)
 
 
@@ -334,6 +334,8 @@ def test_refusals_name_what_is_wrong(tmp_path: Path) -> None:
         (lambda: texture.eval_box((0, 0, 0), (1, -1, 1)), r"size: found \(1, -1, 1\)"),
         (lambda: texture.eval_box((1 << 40, 0, 0), (1, 1, 1)), "origin"),
         (lambda: Texture(FIELD, seed=-1), "seed: found -1"),
+        (lambda: Texture(FIELD, threads=-1), "threads: found -1, expected 0 to 1024"),
+        (lambda: texture.eval_box((1 << 63, 0, 0), (1, 1, 1)), "whole numbers of 64 bits"),
         (lambda: Texture(FIELD, precision="half"), "precision: found 'half'"),
         (lambda: Texture(FIELD, cache_limit=1 << 64), "cache_limit: found"),
         (lambda: Texture("a\0b"), "model: found a null byte"),
@@ -342,6 +344,23 @@ def test_refusals_name_what_is_wrong(tmp_path: Path) -> None:
         with pytest.raises(ValueError, match=message) as caught:
             call()
         assert isinstance(caught.value, solidtex.InvalidArgument), caught.value
+
+
+@pytest.mark.parametrize("edge", [100_000, 1 << 40, (1 << 63) - 1])
+def test_boxes_that_no_memory_holds_are_refused(edge: int) -> None:
+    with pytest.raises(MemoryError, match=rf"values: found no memory .*{edge}") as caught:
+        Texture(FIELD).eval_box((0, 0, 0), (edge,) * 3)
+    assert isinstance(caught.value, solidtex.OutOfMemory)
+
+
+def test_arguments_of_a_wrong_type() -> None:
+    texture = Texture(FIELD)
+    with pytest.raises(TypeError, match="progress: found 5, expected a function"):
+        texture.eval_box((0, 0, 0), (1, 1, 1), progress=5)
+    with pytest.raises(TypeError, match="progress: found 5, expected a function"):
+        texture.eval_points([0, 0, 0], progress=5)
+    with pytest.raises(TypeError):
+        solidtex.load(FIELD, seed=1.5)
 
 
 def test_invalid_models_are_refused(tmp_path: Path) -> None:

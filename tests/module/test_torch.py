@@ -76,6 +76,10 @@ def test_a_module_refuses_boxes_that_are_none(name: str) -> None:
         module((0, 0, 0), (2, 1))
     with pytest.raises(ValueError, match=r"origin: found \(0, 0.5, 0\), expected three whole"):
         module((0, 0.5, 0), (1, 1, 1))
+    edge = 2**30 + 2**16
+    assert module((edge - 1, 0, -edge), (1, 1, 1)).isfinite().all()
+    with pytest.raises(ValueError, match=r"expected voxels between -2\*\*30 - 2\*\*16 and"):
+        module((edge, 0, 0), (1, 1, 1))
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -114,6 +118,16 @@ def test_gradients_are_differences_of_values(name: str) -> None:
         found = points.grad.numpy()[:, axis]
         assert np.corrcoef(slopes, found)[0, 1] > 0.99
         assert np.median(np.abs(slopes - found)) < 0.005 * found.std()
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_second_derivatives_are_refused_for_linear_losses_too(power: int) -> None:
+    points = torch.rand(4, 3, requires_grad=True)
+    loss = (solidtex.load("granite-grey").eval_points(points) ** power).sum()
+    (gradient,) = torch.autograd.grad(loss, points, create_graph=True)
+    assert gradient.requires_grad and gradient.abs().sum() > 0
+    with pytest.raises(ValueError, match="found a second derivative, expected first ones only"):
+        gradient.square().sum().backward()
 
 
 def test_points_in_double_precision_have_gradients_in_it() -> None:

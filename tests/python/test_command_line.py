@@ -56,6 +56,13 @@ def test_options_come_from_a_file_and_the_command_line_goes_first(tmp_path: Path
     assert parsed(f"--config={config}", "--steps", 80, "-q")[1:] == (80, ["x=1", "y=2"], True, True)
 
 
+def test_a_missing_file_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        parsed("--config", tmp_path / "none.toml")
+    said = capsys.readouterr().err
+    assert f"--config: {tmp_path}/none.toml: found no such file, expected a TOML file" in said
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

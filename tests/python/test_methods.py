@@ -357,6 +357,10 @@ def each(slices, crops):
 
 def fixed(slices, crops):
     return slices.detach().mean()
+
+
+def endless(slices, crops):
+    return slices.mean() * float("inf")
 """
 
 
@@ -382,6 +386,18 @@ def test_a_loss_and_a_discriminator_of_ones_own(
     assert any(not torch.equal(a, b) for a, b in zip(before, tiny.parameters(), strict=True))
     calls = importlib.import_module("mine_for_a_test").calls
     assert calls and all(slices == crops for slices, crops in calls)
+
+
+def test_a_loss_that_is_not_finite_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine_for_a_test.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    photo = save_photo(tmp_path / "photo.png")
+    kind = "losses.mine.kind=mine_for_a_test:endless"
+    trainer = make_trainer([photo], tmp_path / "r", "gutierrez", "--set", kind)
+    with pytest.raises(TrainError, match="step 0: found a gradient of mine that is not finite"):
+        train(trainer)
 
 
 @pytest.mark.parametrize(

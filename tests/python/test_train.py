@@ -257,6 +257,11 @@ def test_a_photograph_smaller_than_a_slice_is_told(
     [
         (["--size", "20"], "--size: found 20"),
         (
+            ["--size", "64", "--preset", "gramgan"],
+            "expected at least 82, the smallest slice for the losses of preset gramgan",
+        ),
+        (["--seed", "-1"], "--seed: found -1, expected 0 to 2**64 - 1"),
+        (
             ["--directions", "xyz", "PHOTO"],
             "--directions: found 3 (xyz) for 2 photographs",
         ),

@@ -163,8 +163,9 @@ SOLIDTEX_API solidtex_status solidtex_set_progress_callback(solidtex_texture* te
 
 /* Opens a model. `model` is the path of a .solidtex file or the bare name of a model, such as
  * "granite-grey". The library looks for a name in the colon-separated folders of the environment
- * variable SOLIDTEX_MODEL_PATH, then in share/solidtex/models of the installation. On failure the
- * texture is unchanged and may be opened again. A texture can be opened once. */
+ * variable SOLIDTEX_MODEL_PATH, then in share/solidtex/models beside the library, then in the same
+ * folder under the prefix for which the library was configured. On failure the texture is unchanged
+ * and may be opened again. A texture can be opened once. */
 SOLIDTEX_API solidtex_status solidtex_open(solidtex_texture* texture, const char* model);
 
 /* Opens a model from memory: the bytes of a .solidtex file. The library copies them. */

@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <initializer_list>
+#include <limits>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -102,6 +104,23 @@ inline void require(bool condition, const char* message) {
   if (!condition) throw error(SOLIDTEX_INVALID_ARGUMENT, message);
 }
 
+// Refuses an array of another size than the product of `shape`.
+inline void require_shape(const char* name, std::size_t found,
+                          std::initializer_list<std::size_t> shape) {
+  constexpr std::size_t largest = std::numeric_limits<std::size_t>::max();
+  std::size_t expected = 1;
+  for (const std::size_t factor : shape) {
+    expected = factor && expected > largest / factor ? largest : expected * factor;
+  }
+  if (found == expected) return;
+  std::string product;
+  for (const std::size_t factor : shape) {
+    product += (product.empty() ? "" : " x ") + std::to_string(factor);
+  }
+  throw error(SOLIDTEX_INVALID_ARGUMENT, std::string(name) + ": found " + std::to_string(found) +
+                                             " floats, expected " + product);
+}
+
 }  // namespace detail
 
 // Material of a texture space. `colors` is empty where the space has none.
@@ -123,6 +142,7 @@ class texture {
   // Opens a model from the bytes of a .solidtex file.
   static texture from_memory(std::span<const std::byte> bytes, options chosen = {}) {
     texture opened(std::move(chosen));
+    detail::require(!bytes.empty(), "bytes: found none, expected those of a .solidtex file");
     detail::check(
         [&] { return solidtex_open_memory(opened.state_->handle, bytes.data(), bytes.size()); });
     return opened;
@@ -153,12 +173,14 @@ class texture {
   void eval(const std::array<double, 3>& origin, std::span<const float> points,
             const footprints& over, std::span<float> values, std::span<float> jacobians = {},
             const progress& report = {}) const {
-    const std::size_t count = points.size() / 3;
-    detail::require(points.size() == 3 * count, "points must hold n x 3 floats");
-    detail::require(over.radii.empty() || over.radii.size() == count, "radii must hold n floats");
-    detail::require(over.axes.empty() || over.axes.size() == 9 * count,
-                    "axes must hold n x 9 floats");
-    require_output(count, values, jacobians);
+    const std::size_t count = count_of(points);
+    if (!over.radii.empty()) detail::require_shape("radii", over.radii.size(), {count});
+    if (!over.axes.empty()) detail::require_shape("axes", over.axes.size(), {count, 3, 3});
+    const std::size_t channels = open_channel_count();
+    detail::require_shape("values", values.size(), {count, channels});
+    if (!jacobians.empty()) {
+      detail::require_shape("jacobians", jacobians.size(), {count, channels, 3});
+    }
     const solidtex_footprints given{sizeof(solidtex_footprints),
                                     over.radii.empty() ? nullptr : over.radii.data(),
                                     over.axes.empty() ? nullptr : over.axes.data()};
@@ -181,7 +203,7 @@ class texture {
   void eval_filtered(const std::array<double, 3>& origin, std::span<const float> points,
                      std::span<const float> radii, std::span<float> values,
                      std::span<float> jacobians = {}) const {
-    detail::require(points.size() == 3 * radii.size(), "radii must hold n floats, points n x 3");
+    detail::require_shape("radii", radii.size(), {count_of(points)});
     eval(origin, points, {.radii = radii}, values, jacobians);
   }
 
@@ -189,18 +211,18 @@ class texture {
   void eval_footprints(const std::array<double, 3>& origin, std::span<const float> points,
                        std::span<const float> axes, std::span<float> values,
                        std::span<float> jacobians = {}) const {
-    detail::require(3 * points.size() == axes.size(), "axes must hold n x 9 floats, points n x 3");
+    detail::require_shape("axes", axes.size(), {count_of(points), 3, 3});
     eval(origin, points, {.axes = axes}, values, jacobians);
   }
 
   // Evaluates the voxels [origin, origin + size) into values in the order [x][y][z][channel].
   void eval_box(const std::array<std::int64_t, 3>& origin, const std::array<std::int64_t, 3>& size,
                 std::span<float> values, const progress& report = {}) const {
-    detail::require(size[0] >= 0 && size[1] >= 0 && size[2] >= 0 &&
-                        values.size() == static_cast<std::size_t>(size[0]) *
-                                             static_cast<std::size_t>(size[1]) *
-                                             static_cast<std::size_t>(size[2]) * channel_count(),
-                    "values must hold size[0] x size[1] x size[2] x channels floats");
+    detail::require(size[0] >= 0 && size[1] >= 0 && size[2] >= 0,
+                    "size: found a negative number, expected 0 or more");
+    detail::require_shape("values", values.size(),
+                          {static_cast<std::size_t>(size[0]), static_cast<std::size_t>(size[1]),
+                           static_cast<std::size_t>(size[2]), open_channel_count()});
     const solidtex_token token = detail::token_of(report);
     detail::check([&] {
       return solidtex_eval_box_with_token(handle(), origin.data(), size.data(), values.data(),
@@ -258,12 +280,17 @@ class texture {
     return value;
   }
 
-  void require_output(std::size_t count, std::span<float> values,
-                      std::span<float> jacobians) const {
-    const std::size_t size = count * channel_count();
-    detail::require(values.size() == size, "values must hold n x channels floats");
-    detail::require(jacobians.empty() || jacobians.size() == 3 * size,
-                    "jacobians must hold n x channels x 3 floats");
+  static std::size_t count_of(std::span<const float> points) {
+    const std::size_t count = points.size() / 3;
+    if (points.size() == 3 * count) return count;
+    throw error(SOLIDTEX_INVALID_ARGUMENT, "points: found " + std::to_string(points.size()) +
+                                               " floats, expected three for each point");
+  }
+
+  std::size_t open_channel_count() const {
+    detail::require(state_ != nullptr,
+                    "texture: found one that was moved from, expected an open one");
+    return channel_count();
   }
 
   std::shared_ptr<state> state_;
@@ -364,9 +391,8 @@ class space {
     return {std::vector<float>(code_size()), std::vector<float>(has_colors() ? 12 : 0)};
   }
   void check_sizes(const material& one) const {
-    detail::require(one.code.size() == code_size(), "code must hold code_size() floats");
-    detail::require(one.colors.size() == (has_colors() ? 12u : 0u),
-                    "colors must hold 12 floats, or none where the space has no colors");
+    detail::require_shape("code", one.code.size(), {code_size()});
+    detail::require_shape("colors", one.colors.size(), {has_colors() ? 12u : 0u});
   }
 
   std::shared_ptr<solidtex_space> handle_;

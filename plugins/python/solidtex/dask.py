@@ -17,6 +17,7 @@ import distributed
 import numpy as np
 import zarr
 
+from solidtex.arguments import Floats
 from solidtex.errors import Cancelled, InvalidArgument
 from solidtex.store import (
     Index3,
@@ -29,7 +30,7 @@ from solidtex.store import (
     per_axis,
     size_of,
 )
-from solidtex.texture import Floats, Precision, Texture
+from solidtex.texture import Precision, Texture
 
 TASKS_PER_THREAD = 3
 """Tasks at the scheduler: enough that no worker waits, few enough for any number of shards."""

@@ -18,8 +18,9 @@ from typing import Any
 
 import numpy as np
 
+from solidtex.arguments import Floats
 from solidtex.errors import Error
-from solidtex.texture import CACHE_LIMIT, Floats, Texture
+from solidtex.texture import CACHE_LIMIT, Texture
 
 mi: Any = importlib.import_module("mitsuba")
 dr: Any = importlib.import_module("drjit")

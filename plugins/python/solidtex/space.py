@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solidtex import _engine
+from solidtex.arguments import Floats, floats
 from solidtex.errors import InvalidArgument
-from solidtex.texture import CACHE_LIMIT, Floats, Precision, Texture, _floats
+from solidtex.texture import CACHE_LIMIT, Precision, Texture
 
 Patches = Literal["average", "medoid"]
 PATCHES = ("average", "medoid")
@@ -114,7 +115,7 @@ class Space:
         if patches not in PATCHES:
             raise InvalidArgument(f"patches: found {patches!r}, expected one of {PATCHES}")
         found = np.asarray(pixels)
-        values = _floats("pixels", found / 255 if found.dtype == np.uint8 else found)
+        values = floats("pixels", found / 255 if found.dtype == np.uint8 else found)
         if values.ndim != 3 or values.shape[2] != 3:
             raise InvalidArgument(f"pixels: found shape {values.shape}, expected (row, column, 3)")
         return _material(self._engine.encode(values, patches == "medoid"))
@@ -162,14 +163,14 @@ class Space:
         self._engine.write_model(self._checked(material), _details(details), target)
 
     def _checked(self, material: Material) -> _engine.Material:
-        code = _floats("code", material.code)
+        code = floats("code", material.code)
         if code.shape != (self.code_size,):
             raise InvalidArgument(f"code: found shape {code.shape}, expected ({self.code_size},)")
         if not self.has_colors:
             return _engine.Material(code.tolist(), [])
         if material.colors is None:
             raise InvalidArgument("colors: found None, expected an array (3, 4)")
-        colors = _floats("colors", material.colors)
+        colors = floats("colors", material.colors)
         if colors.shape != (3, 4):
             raise InvalidArgument(f"colors: found shape {colors.shape}, expected (3, 4)")
         return _engine.Material(code.tolist(), colors.ravel().tolist())

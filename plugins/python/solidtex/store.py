@@ -25,8 +25,9 @@ from zarr.core.sync import sync
 from zarr.errors import ContainsArrayError
 
 from solidtex._engine import target, version
+from solidtex.arguments import Floats, triple
 from solidtex.errors import FileError, InvalidArgument
-from solidtex.texture import Floats, Precision, Texture, triple
+from solidtex.texture import Precision, Texture
 
 LARGEST_CHUNK = 64
 COARSEST_LEVEL = 64

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import operator
 import os
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple, Protocol, TypeVar, overload
@@ -12,15 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solidtex import _engine
+from solidtex.arguments import Floats, checked, query, target, triple, unsigned, whole
 from solidtex.errors import InvalidArgument
 
-Floats = NDArray[np.float32]
 Precision = Literal["full", "fast"]
 Progress = Callable[[float], object]
 
 PRECISIONS = ("full", "fast")
 CACHE_LIMIT = 256 << 20
-LARGEST_UNSIGNED = (1 << 64) - 1
+MOST_THREADS = 1024
 
 
 class SupportsDLPack(Protocol):
@@ -89,7 +88,7 @@ class Texture:
     A texture that was opened by path or name can be pickled.
 
     Exceptions are those of solidtex.errors. Each also derives from the matching built-in:
-    ValueError, OSError or MemoryError.
+    ValueError, OSError or MemoryError. An argument of a wrong type may raise TypeError instead.
     """
 
     def __init__(
@@ -236,9 +235,10 @@ class Texture:
     ) -> Any:
         """Evaluate the texture at origin + points.
 
-        points: Array [..., 3] in texels, rounded to float32. Contiguous float32 is not copied.
+        points: Array [..., 3] in texels. Contiguous float32 is not copied. All else, float64 too,
+            is rounded to float32, which holds a hundredth of a texel up to 2**17 texels.
         origin: Three numbers in texels. The sum is in double precision: use an origin far from
-            zero. Positions reach 2**30 texels.
+            zero, and points near it. Positions reach 2**30 texels.
         radii: Footprints as cubes: half the edge in texels, one number or an array [...]. The value
             is the mean over the cube. 0 is the point itself, infinity the mean of the material.
         axes: Footprints as parallelepipeds: three half edges (x, y, z) in texels, an array [3, 3]
@@ -259,9 +259,9 @@ class Texture:
 
             more = {"origin": origin, "radii": radii, "axes": axes}
             return EvalPoints.apply(points, self, more)
-        query = _query(points, origin, radii, axes)
-        values = _target(out, (*query[0].shape[:-1], len(self.channels)))
-        self._engine.eval(*query, values, None, progress)
+        given = query(points, origin, radii, axes)
+        values = target(out, (*given[0].shape[:-1], len(self.channels)))
+        self._engine.eval(*given, values, None, checked(progress))
         return values
 
     def eval_jacobian(
@@ -280,10 +280,10 @@ class Texture:
         respect to x, y and z, float32 [..., channel, 3], per texel. Where a value has an edge the
         derivatives are those of one side.
         """
-        query = _query(points, origin, radii, axes)
-        values = np.empty((*query[0].shape[:-1], len(self.channels)), np.float32)
-        jacobians = np.empty((*values.shape, 3), np.float32)
-        self._engine.eval(*query, values, jacobians)
+        given = query(points, origin, radii, axes)
+        values = target(None, (*given[0].shape[:-1], len(self.channels)))
+        jacobians = target(None, (*values.shape, 3))
+        self._engine.eval(*given, values, jacobians)
         return values, jacobians
 
     eval_gradients = eval_jacobian
@@ -327,12 +327,12 @@ class Texture:
         Returns out, or a new array: float32 [x, y, z, channel] in the color space of the file, not
         clamped.
         """
-        corner = triple("origin", origin, operator.index)
-        extent = triple("size", size, operator.index)
+        corner = triple("origin", origin, whole)
+        extent = triple("size", size, whole)
         if min(extent) < 0:
             raise InvalidArgument(f"size: found {extent}, expected numbers of 0 or more")
-        values = _target(out, (*extent, len(self.channels)))
-        self._engine.eval_box(corner, extent, values, progress)
+        values = target(out, (*extent, len(self.channels)))
+        self._engine.eval_box(corner, extent, values, checked(progress))
         return values
 
     def mean(self) -> Floats:
@@ -383,74 +383,9 @@ def _options(
     if precision not in PRECISIONS:
         raise InvalidArgument(f"precision: found {precision!r}, expected one of {PRECISIONS}")
     return (
-        _unsigned("seed", seed),
+        unsigned("seed", seed),
         precision,
-        _unsigned("cache_limit", cache_limit),
-        _unsigned("threads", threads),
-        _unsigned("period", period),
+        unsigned("cache_limit", cache_limit),
+        unsigned("threads", threads, MOST_THREADS),
+        unsigned("period", period),
     )
-
-
-def _unsigned(name: str, value: int) -> int:
-    number = operator.index(value)
-    if not 0 <= number <= LARGEST_UNSIGNED:
-        raise InvalidArgument(f"{name}: found {number}, expected 0 to 2**64 - 1")
-    return number
-
-
-def triple(name: str, values: Any, kind: Any) -> tuple[Any, Any, Any]:
-    """Three numbers of an argument; others are refused by its name."""
-    try:
-        x, y, z = (kind(value) for value in values)
-    except (TypeError, ValueError) as error:
-        expected = "numbers" if kind is float else "whole numbers"
-        raise InvalidArgument(f"{name}: found {values!r}, expected three {expected}") from error
-    return x, y, z
-
-
-def _floats(name: str, values: Any) -> Floats:
-    """Convert to contiguous float32, without a copy if it is that already."""
-    try:
-        if hasattr(values, "__dlpack__") and not isinstance(values, np.ndarray):
-            values = np.from_dlpack(values)
-        return np.ascontiguousarray(values, dtype=np.float32).reshape(np.shape(values))
-    except (TypeError, ValueError, BufferError, RuntimeError) as error:
-        raise InvalidArgument(f"{name}: found {type(values).__name__}: {error}") from error
-
-
-def _query(points: Any, origin: Any, radii: Any, axes: Any) -> tuple[Floats, Any, Any, Any]:
-    """Check the arguments of a query: points, origin, and radii or axes or neither."""
-    places = _floats("points", points)
-    if places.ndim == 0 or places.shape[-1] != 3:
-        raise InvalidArgument(f"points: found shape {places.shape}, expected (..., 3)")
-    shape = places.shape[:-1]
-    if radii is not None and axes is not None:
-        raise InvalidArgument("radii, axes: found both, expected one of them")
-    sizes = None if radii is None else _footprints("radii", radii, shape, ())
-    edges = None if axes is None else _footprints("axes", axes, shape, (3, 3))
-    return places, triple("origin", origin, float), sizes, edges
-
-
-def _footprints(name: str, found: Any, shape: tuple[int, ...], each: tuple[int, ...]) -> Floats:
-    """Give every point of `shape` a footprint of shape `each`; a single one is repeated."""
-    sizes = _floats(name, found)
-    if sizes.shape == each and shape:
-        return np.ascontiguousarray(np.broadcast_to(sizes, (*shape, *each)))
-    if sizes.shape != (*shape, *each):
-        one = each or "one number"
-        raise InvalidArgument(
-            f"{name}: found shape {sizes.shape}, expected {one} or {(*shape, *each)}"
-        )
-    return sizes
-
-
-def _target(out: Any, shape: tuple[int, ...]) -> Any:
-    if out is None:
-        return np.empty(shape, np.float32)
-    if not hasattr(out, "__dlpack__"):
-        raise InvalidArgument(f"out: found {type(out).__name__}, expected an array")
-    if tuple(out.shape) != shape:
-        raise InvalidArgument(f"out: found shape {tuple(out.shape)}, expected {shape}")
-    if isinstance(out, np.ndarray) and not out.flags.writeable:
-        raise InvalidArgument("out: found a read-only array, expected one that can be written")
-    return out

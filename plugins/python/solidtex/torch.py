@@ -6,7 +6,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import torch
-from torch.autograd.function import once_differentiable
 
 from solidtex.errors import InvalidArgument
 
@@ -20,14 +19,31 @@ class EvalPoints(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, points: torch.Tensor, texture: Texture, query: dict[str, Any]) -> Any:
         values, jacobians = texture.eval_jacobian(points.detach().cpu(), **query)
-        ctx.save_for_backward(torch.from_numpy(jacobians).to(points))
+        ctx.save_for_backward(points, torch.from_numpy(jacobians).to(points))
         return torch.from_numpy(values).to(points)
 
     @staticmethod
-    @once_differentiable
     def backward(ctx: Any, gradient: torch.Tensor) -> Any:
-        (jacobians,) = ctx.saved_tensors
-        return torch.einsum("...c,...cd->...d", gradient, jacobians), None, None
+        return _Gradient.apply(gradient, *ctx.saved_tensors), None, None
+
+
+class _Gradient(torch.autograd.Function):
+    """Gradient of a loss at points. Takes the points so that its own derivative is refused, also
+    where the gradient of the values is constant.
+    """
+
+    @staticmethod
+    def forward(
+        ctx: Any, gradient: torch.Tensor, points: torch.Tensor, jacobians: torch.Tensor
+    ) -> torch.Tensor:
+        return torch.einsum("...c,...cd->...d", gradient, jacobians)
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: torch.Tensor) -> Any:
+        raise InvalidArgument(
+            "eval_points: found a second derivative, expected first ones only: jacobians have no"
+            " derivatives; take differences of eval_jacobian"
+        )
 
 
 def module_of(texture: Texture) -> torch.nn.Module:

@@ -258,7 +258,10 @@ def check_preset(p: argparse.ArgumentParser, request: Request) -> None:
         )
     needed = smallest_size(request)
     if request.size is not None and request.size < needed:
-        p.error(f"--size: found {request.size}, expected at least {needed}")
+        p.error(
+            f"--size: found {request.size}, expected at least {needed}, the smallest slice for the"
+            f" losses of preset {request.name}"
+        )
     least = request.size or needed
     if request.resolution is not None and request.resolution < least:
         p.error(f"--resolution: found {request.resolution}, expected at least --size = {least}")
@@ -292,5 +295,7 @@ def check_numbers(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         value = getattr(args, option)
         if value is not None and value < 1:
             p.error(f"--{option}: found {value}, expected at least 1")
+    if not 0 <= args.seed < 2**64:
+        p.error(f"--seed: found {args.seed}, expected 0 to 2**64 - 1")
     if args.device == "cuda" and not torch.cuda.is_available():
         p.error("--device: found no CUDA device, expected one (or use --device cpu)")

@@ -12,6 +12,10 @@ from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.verification.reference import torch_box
 
 
+FARTHEST = 2**30 + 2**16
+"""Largest magnitude of a coordinate, as in the engine."""
+
+
 class SolidTexture(nn.Module):
     """The weights of a model file, under their names in the file, and the solid that they make.
 
@@ -40,6 +44,12 @@ class SolidTexture(nn.Module):
         lo, extent = _whole("origin", origin), _whole("size", size)
         if min(extent) < 1:
             raise ValueError(f"size: found {tuple(size)}, expected three whole numbers above 0")
+        for first, edge in zip(lo, extent, strict=True):
+            if first < -FARTHEST or first + edge > FARTHEST:
+                raise ValueError(
+                    f"origin: found {tuple(origin)} with the size {tuple(size)}, expected voxels"
+                    " between -2**30 - 2**16 and 2**30 + 2**16"
+                )
         return torch_box(self.document, dict(self.named_parameters()), lo, extent, self.seed)
 
 

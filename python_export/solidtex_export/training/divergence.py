@@ -54,7 +54,10 @@ class DivergenceWatch:
         self._first, self._recent = state["first"], state["recent"]
 
 
-ADVICE = "the last checkpoint is kept; a lower optimizer.learning_rate or another --seed may work"
+ADVICE = (
+    "a checkpoint, if there is one, is kept; a lower optimizer.learning_rate or another --seed may"
+    " work"
+)
 
 
 def not_finite(step: int, what: str) -> TrainError:

@@ -213,12 +213,19 @@ class Trainer(ResumableTraining):
         view = source.view(direction)
         if direction in self.config.directions:
             gradient, values = self.objective.gradient(drawn, index, progress, view)
+            losses = self._suspects(values, progress)
         else:
             gradient, values = self.objective.orientation_bias_gradient(drawn, index, view)
+            losses = "the orientation bias"
         if not gradient.isfinite().all():
-            raise not_finite(self.step, "a gradient")
+            raise not_finite(self.step, f"a gradient of {losses}")
         drawn.backward((weight * gradient).to(drawn.dtype))
         return values, drawn.detach().float()
+
+    def _suspects(self, values: dict[str, float], progress: float) -> str:
+        """The losses whose values are not finite, or else all that count now."""
+        active = [name for name, term in self.recipe.losses.items() if term.active(progress)]
+        return ", ".join([n for n in active if not math.isfinite(values[n])] or active)
 
     @property
     def _z_is_free(self) -> bool:
@@ -236,7 +243,7 @@ class Trainer(ResumableTraining):
         self.discriminators[index][name].update(losses, self.ranks.average_gradients)
         mean = sum(loss.item() for loss in losses) / len(losses)
         if not math.isfinite(mean):
-            raise not_finite(self.step, "a discriminator's loss")
+            raise not_finite(self.step, f"a loss of the discriminator {name}")
         return mean
 
     def _measure_statistics(self) -> None:
