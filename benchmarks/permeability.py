@@ -21,6 +21,7 @@ from solidtex import transport
 
 SQUARE_MICROMETERS_PER_DARCY = 0.9869233
 # Whole Berea of 400^3 voxels of 5.345 um (Imperial College London), as OpenPNM's tests state them.
+# x is the last axis of the stored array, as in a TIFF stack: the formation factors tell.
 BEREA = {
     "permeability": dict(zip("xyz", (1360, 1304, 1193), strict=True)),
     "formation factor": dict(zip("xyz", (23.12, 23.99, 25.22), strict=True)),
@@ -66,8 +67,9 @@ def flow(name: str, section: np.ndarray, exact: float) -> None:
 
 
 def read_pores(path: Path) -> np.ndarray:
+    """Pores [x][y][z]. Files store them [z][y][x]."""
     if path.suffix == ".npz":
-        return np.load(path)["im"].astype(bool)
+        return np.ascontiguousarray(np.load(path)["im"].astype(bool).T)
     import tifffile
 
     if path.suffix == ".zip":
@@ -77,8 +79,7 @@ def read_pores(path: Path) -> np.ndarray:
                 values = tifffile.imread(file)
     else:
         values = tifffile.imread(path)
-    # The axes as they are stored, like the reference values.
-    return values == 0
+    return np.ascontiguousarray(values.T == 0)
 
 
 def volume_rows(path: Path, voxel: float, axes: str, threads: int, refinement: int) -> None:
