@@ -95,7 +95,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     np.save(folder / "volume.npy", np.indices((12,) * 3).sum(0) % 3 > 0)
     torch.save(published_state(), folder / "params.pytorch")
     (folder / "plan.toml").write_text(
-        'minutes = 1\nmethods = ["lattice"]\n[[exemplar]]\nname = "a"\nphoto = "none.png"\n'
+        'minutes = 1\nmethods = ["lattice"]\n[[exemplar]]\nname = "a"\nphoto = "volume.npy"\n'
     )
     small_spaces.save_photos(folder / "photos")
     small_spaces.save_preset(folder / "space.toml", "sampler")

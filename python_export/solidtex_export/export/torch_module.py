@@ -11,7 +11,6 @@ from torch import Tensor, nn
 from solidtex_export.export.file_format.model_file import ModelFile
 from solidtex_export.export.verification.reference import torch_box
 
-
 FARTHEST = 2**30 + 2**16
 """Largest magnitude of a coordinate, as in the engine."""
 
