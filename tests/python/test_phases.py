@@ -299,6 +299,7 @@ def opened(path: Path) -> tuple[np.ndarray, float | None]:
     with tifffile.TiffFile(path) as file:
         pages = file.asarray().transpose(2, 1, 0)
         if file.imagej_metadata:
+            assert file.imagej_metadata["max"] == 2  # shown as white
             return pages, file.imagej_metadata["spacing"]
         assert file.is_ome
         return pages, float(file.ome_metadata.split('PhysicalSizeZ="')[1].split('"')[0])
@@ -346,8 +347,15 @@ def test_a_bake_is_measured_as_the_model_is(
     [
         ("granite-grey", [], "--labels: granite-grey has the channels albedo.r, albedo.g"),
         ("", ["--channels", "phase.clay"], "--channels excludes --labels"),
-        ("", ["-o", "a.zarr"], "--labels: found it with -o a.zarr, expected another format: .npy"),
-        ("", ["-o", "a.vol"], "--depth 8: vol holds float"),
+        *(
+            (
+                "",
+                ["-o", f"a{suffix}"],
+                f"--labels: found it with -o a{suffix}, expected a format"
+                " of whole numbers: .npy, .nrrd, .nhdr, .raw, .vti, .tif, or --slices png",
+            )
+            for suffix in (".zarr", ".vol", ".vdb", ".png", ".dds", ".ktx2")
+        ),
     ],
 )
 def test_labels_that_cannot_be_baked(

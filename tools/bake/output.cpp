@@ -98,6 +98,33 @@ std::vector<std::size_t> phase_channels(const solidtex::texture& texture) {
                   texture.name(), fmt::join(names, ", ")));
 }
 
+// A mean of labels is no label, and graphics formats show labels as black.
+bool holds_labels(FormatKind kind) {
+  switch (kind) {
+    case FormatKind::npy:
+    case FormatKind::nrrd:
+    case FormatKind::nhdr:
+    case FormatKind::raw:
+    case FormatKind::vti:
+    case FormatKind::tiff:
+    case FormatKind::imagej:
+    case FormatKind::png:
+      return true;
+    default:
+      return false;
+  }
+}
+
+void check_holds_labels(const Format& format, const fs::path& path) {
+  if (holds_labels(format.kind)) return;
+  const std::string extensions = format_list(
+      ", ", [](const Format& other) { return holds_labels(other.kind) ? other.extension : ""; });
+  throw std::runtime_error(
+      fmt::format("--labels: found it with -o {}, expected a format of whole numbers: {}, or "
+                  "--slices png",
+                  path.string(), extensions));
+}
+
 std::vector<std::string> words(const char* text) {
   std::istringstream stream(text);
   return {std::istream_iterator<std::string>(stream), {}};
@@ -239,6 +266,7 @@ const Format& format_of(const OutputRequest& request) {
 
 Output resolve_output(const OutputRequest& request, const solidtex::texture& texture) {
   const Format& format = format_of(request);
+  if (request.is_labels) check_holds_labels(format, request.path);
   const std::string depth_text = depth_name(format, request.is_labels ? "8" : request.depth);
   const Depth depth = parse_depth(depth_text);
   Output output{format,

@@ -130,10 +130,11 @@ std::string imagej_resolution(const VoxelSize& size, std::size_t axis) {
   constexpr double smallest = 1e-6, largest = 4e9;
   const double edge = size.edges[axis];
   if (edge >= smallest && edge <= largest) return pixels_in_unit(edge);
-  throw std::runtime_error(fmt::format(
-      "--voxel-size: found an edge of {}{}, expected {} to {} of the unit in a TIFF of ImageJ; take "
-      "another unit",
-      edge, size.unit, smallest, largest));
+  throw std::runtime_error(
+      fmt::format("--voxel-size: found an edge of {}{}, expected {} to {} of the unit in a TIFF of "
+                  "ImageJ; take "
+                  "another unit",
+                  edge, size.unit, smallest, largest));
 }
 
 // Without the unit, for which ImageJ and OME-XML have a place.
@@ -141,6 +142,13 @@ std::string description_lines(const Output& output, const Volume& volume) {
   Fields fields = description_fields(output, volume);
   std::erase_if(fields, [](const auto& field) { return field.first == "unit"; });
   return lines_of(fields);
+}
+
+// The value that ImageJ shows as white.
+std::size_t largest_shown(const Output& output) {
+  if (!output.phases.empty()) return output.phases.size() - 1;
+  if (output.depth == Depth::uint8) return 255;
+  return output.depth == Depth::uint16 ? 65535 : 1;
 }
 
 std::string imagej_description(const Output& output, const Volume& volume) {
@@ -157,10 +165,8 @@ std::string imagej_description(const Output& output, const Volume& volume) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (volume.origin[axis] != 0)
       text += fmt::format("{}origin={}\n", axes[axis], -volume.origin[axis]);
-  const char* max = output.depth == Depth::uint8    ? "255"
-                    : output.depth == Depth::uint16 ? "65535"
-                                                    : "1";
-  return text + fmt::format("min=0\nmax={}\n", max) + description_lines(output, volume);
+  return text + fmt::format("min=0\nmax={}\n", largest_shown(output)) +
+         description_lines(output, volume);
 }
 
 const char* ome_type(Depth depth) {

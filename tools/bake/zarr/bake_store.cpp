@@ -202,9 +202,6 @@ void check_store_options(const BakeOptions& options) {
   if (is_store(options)) {
     if (options.block)
       throw std::runtime_error("--block: found it with " + output + ", expected --shard-size");
-    if (options.is_labels)
-      throw std::runtime_error("--labels: found it with " + output +
-                               ", expected another format: .npy, .nrrd, .tif, .raw ...");
   } else if (options.parts > 1 || options.shard_size) {
     throw std::runtime_error((options.shard_size ? "--shard-size: found " : "--shard: found ") +
                              output + ", expected a name that ends in .zarr");
