@@ -132,8 +132,7 @@ std::string imagej_resolution(const VoxelSize& size, std::size_t axis) {
   if (edge >= smallest && edge <= largest) return pixels_in_unit(edge);
   throw std::runtime_error(
       fmt::format("--voxel-size: found an edge of {}{}, expected {} to {} of the unit in a TIFF of "
-                  "ImageJ; take "
-                  "another unit",
+                  "ImageJ; take another unit",
                   edge, size.unit, smallest, largest));
 }
 
