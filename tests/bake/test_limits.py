@@ -170,7 +170,7 @@ def test_a_store_that_may_not_fit_is_said_and_goes_on_with_more_room(small_disk:
 
 def test_a_checkpoint_on_a_full_disk_is_a_message(small_disk: Path, tmp_path: Path) -> None:
     (small_disk / "filler").write_bytes(bytes(MIB))
-    job = [*VASE, "vertex-color", "-o", tmp_path / "a.ply", "--checkpoint", "state"]
+    job = ["granite-grey", *VASE, "vertex-color", "-o", tmp_path / "a.ply", "--checkpoint", "state"]
     assert "state: cannot write: No space left" in refusal(small_disk, *job)
     assert not (tmp_path / "a.ply").exists()
 
