@@ -2,7 +2,8 @@
 # Builds the fuzz targets with clang's libFuzzer, AddressSanitizer and UndefinedBehaviorSanitizer
 # into build-fuzz/, and runs each of them.
 #   ./fuzz.sh [SECONDS [TARGET...]]     seconds of each target: 60
-# As many targets run at a time as there are cores.
+# As many targets run at a time as there are cores. SOLIDTEX_FUZZ_SEED=N repeats the inputs of a run
+# from the same corpus, as CI does; by default each run makes others.
 # New inputs are kept in build-fuzz/corpus/TARGET, so that the next run goes on from them. An input
 # that fails is kept in build-fuzz/found/TARGET: mend the reader, and move the input to
 # tests/fuzz/corpus/TARGET, where it is a test of every build. Exit code: 1 if an input failed.
@@ -28,7 +29,7 @@ cmake --build build-fuzz --parallel "$(build_jobs)" --target "${targets[@]/#/fuz
 fuzz() {  # becomes the target $1
   mkdir -p "build-fuzz/corpus/$1" "build-fuzz/found/$1"
   local options=(-max_total_time="$seconds" -timeout=25 -rss_limit_mb=4096 -max_len=65536
-                 -print_final_stats=1 -artifact_prefix="build-fuzz/found/$1/")
+                 -seed="${SOLIDTEX_FUZZ_SEED:-0}" -print_final_stats=1 -artifact_prefix="build-fuzz/found/$1/")
   # OpenImageIO 2.4 leaks its message about a PNG that ends early.
   export ASAN_OPTIONS=detect_leaks=$([ "$1" = image ] && echo 0 || echo 1)
   [ ! -e "tests/fuzz/$1.dict" ] || options+=(-dict="tests/fuzz/$1.dict")
