@@ -163,9 +163,8 @@ SOLIDTEX_API solidtex_status solidtex_set_progress_callback(solidtex_texture* te
 
 /* Opens a model. `model` is the path of a .solidtex file or the bare name of a model, such as
  * "granite-grey". The library looks for a name in the colon-separated folders of the environment
- * variable SOLIDTEX_MODEL_PATH, then in share/solidtex/models beside the library, then in the same
- * folder under the prefix for which the library was configured. On failure the texture is unchanged
- * and may be opened again. A texture can be opened once. */
+ * variable SOLIDTEX_MODEL_PATH, then in share/solidtex/models beside the library, then in that of
+ * the prefix it was built for. A texture opens once; a failure leaves it free to be opened. */
 SOLIDTEX_API solidtex_status solidtex_open(solidtex_texture* texture, const char* model);
 
 /* Opens a model from memory: the bytes of a .solidtex file. The library copies them. */
@@ -402,7 +401,7 @@ SOLIDTEX_API solidtex_status solidtex_space_blend(const solidtex_space* space, s
  *
  * details   JSON object with the keys "name", "license", "exemplar" and "training" of the model's
  *           document (docs/file-format.md), each optional, or NULL. The library adds
- *           "training"."space": of the space name, SHA-256, any inherited license; code, colors. */
+ *           "training"."space": name, SHA-256 and license of the space, code and colors. */
 SOLIDTEX_API solidtex_status solidtex_space_texture(const solidtex_space* space, const float* code,
                                                     const float* colors, const char* details,
                                                     solidtex_texture* texture);
