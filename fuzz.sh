@@ -29,7 +29,8 @@ cmake --build build-fuzz --parallel "$(build_jobs)" --target "${targets[@]/#/fuz
 fuzz() {  # becomes the target $1
   mkdir -p "build-fuzz/corpus/$1" "build-fuzz/found/$1"
   local options=(-max_total_time="$seconds" -timeout=25 -rss_limit_mb=4096 -max_len=65536
-                 -seed="${SOLIDTEX_FUZZ_SEED:-0}" -print_final_stats=1 -artifact_prefix="build-fuzz/found/$1/")
+                 -seed="${SOLIDTEX_FUZZ_SEED:-0}" -print_final_stats=1
+                 -artifact_prefix="build-fuzz/found/$1/")
   # OpenImageIO 2.4 leaks its message about a PNG that ends early.
   export ASAN_OPTIONS=detect_leaks=$([ "$1" = image ] && echo 0 || echo 1)
   [ ! -e "tests/fuzz/$1.dict" ] || options+=(-dict="tests/fuzz/$1.dict")

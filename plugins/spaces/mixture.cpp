@@ -68,12 +68,13 @@ std::size_t find_photograph(const solidtex::space& space, const std::string& giv
     if (names.back() == photograph) return i;
   }
   if (const auto near = near_names(photograph, names); !near.empty()) names = near;
+  if (names.size() > kShownPhotographs) names.resize(kShownPhotographs);
   std::string shown;
-  for (std::size_t i = 0; i < std::min(names.size(), kShownPhotographs); ++i)
-    shown += names[i] + ", ";
+  for (const std::string& name : names) shown += (shown.empty() ? "" : ", ") + name;
+  if (names.size() < count) shown += ", ...";
   refuse(given, "\"" + photograph + "\"",
          "one of the " + std::to_string(count) + " training photographs of " + space.path() + " (" +
-             shown + "...; solidtex-info " + space.path() + " lists them)");
+             shown + "; solidtex-info " + space.path() + " lists them)");
 }
 
 // Returns the photographs of a model, or of the inputs of a mixture.

@@ -364,12 +364,15 @@ def endless(slices, crops):
 """
 
 
-def test_a_loss_and_a_discriminator_of_ones_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def photo_beside_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A photograph, in a current folder with losses of one's own."""
     (tmp_path / "mine_for_a_test.py").write_text(OWN)
     monkeypatch.chdir(tmp_path)
-    photo = save_photo(tmp_path / "photo.png")
+    return save_photo(tmp_path / "photo.png")
+
+
+def test_a_loss_and_a_discriminator_of_ones_own(tmp_path: Path, photo_beside_own: Path) -> None:
     own = [
         "critic.widths=[4,6]",
         "critic.batch=2",
@@ -377,7 +380,7 @@ def test_a_loss_and_a_discriminator_of_ones_own(
         "losses.it.kind=mine_for_a_test:Tiny",
     ]
     settings = [part for setting in own for part in ("--set", setting)]
-    trainer = make_trainer([photo], tmp_path / "own", "gutierrez", *settings)
+    trainer = make_trainer([photo_beside_own], tmp_path / "own", "gutierrez", *settings)
     (tiny,) = trainer.discriminators[0]["mine_for_a_test:Tiny"].discriminators
     before = [p.clone() for p in tiny.parameters()]
     train(trainer)
@@ -388,14 +391,9 @@ def test_a_loss_and_a_discriminator_of_ones_own(
     assert calls and all(slices == crops for slices, crops in calls)
 
 
-def test_a_loss_that_is_not_finite_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "mine_for_a_test.py").write_text(OWN)
-    monkeypatch.chdir(tmp_path)
-    photo = save_photo(tmp_path / "photo.png")
+def test_a_loss_that_is_not_finite_is_named(tmp_path: Path, photo_beside_own: Path) -> None:
     kind = "losses.mine.kind=mine_for_a_test:endless"
-    trainer = make_trainer([photo], tmp_path / "r", "gutierrez", "--set", kind)
+    trainer = make_trainer([photo_beside_own], tmp_path / "r", "gutierrez", "--set", kind)
     with pytest.raises(TrainError, match="step 0: found a gradient of mine that is not finite"):
         train(trainer)
 

@@ -298,9 +298,13 @@ def _tiff_voxel(file: Any) -> Voxel | None:
 def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:
     import solidtex
 
-    if not path.suffix and _is_space(str(path)):
-        raise VolumeError(_space_message(path))
-    with solidtex.Texture(path, seed=seed, period=period) as texture:
+    try:
+        opened = solidtex.Texture(path, seed=seed, period=period)
+    except solidtex.Error as error:
+        if not path.suffix and _is_space(str(path)):
+            raise VolumeError(_space_message(path)) from error
+        raise
+    with opened as texture:
         values = texture.eval_box((0, 0, 0), (size, size, size))
         channels = tuple(texture.channels)
         model = {
