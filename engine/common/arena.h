@@ -34,34 +34,41 @@ void isolated(const Call& call) {
   tbb::this_task_arena::isolate(call);
 }
 
-// What a loop's caller wrote is visible to its parts, and what they wrote to the caller. oneTBB
-// sees to that, but is not instrumented, so ThreadSanitizer is told. Parts stay unordered among
-// themselves: their races are found.
+// What a loop's caller wrote is visible to its parts, and what they wrote to the caller, also where
+// a part throws. oneTBB sees to that, but is not instrumented, so ThreadSanitizer is told. Parts
+// stay unordered among themselves: their races are found.
 class HandOver {
  public:
-  void give() {
 #ifdef __SANITIZE_THREAD__
-    __tsan_release(this);
+  void give() { __tsan_release(this); }
+  void take() { __tsan_acquire(this); }
+#else
+  void give() {}
+  void take() {}
 #endif
-  }
-  void take() {
-#ifdef __SANITIZE_THREAD__
-    __tsan_acquire(this);
-#endif
-  }
 };
 inline HandOver to_parts, from_parts;
+
+// Stands in the caller around a loop.
+struct LoopScope {
+  LoopScope() { to_parts.give(); }
+  ~LoopScope() { from_parts.take(); }
+};
+
+// Stands in each part of a loop.
+struct PartScope {
+  PartScope() { to_parts.take(); }
+  ~PartScope() { from_parts.give(); }
+};
 
 // Runs a call in an arena: on this thread, or on one of the arena's where all its places are taken.
 template <class Call>
 void run_in(Arena& arena, const Call& call) {
-  to_parts.give();
+  const LoopScope loop;
   arena.execute([&] {
-    to_parts.take();
+    const PartScope part;
     call();
-    from_parts.give();
   });
-  from_parts.take();
 }
 
 // Runs work(begin, end) over parts of [0, count) of about `min_size` items or more, in parallel.
@@ -74,18 +81,16 @@ void run_parts(std::size_t count, std::size_t min_size, const Work& work) {
   tbb::task_group_context context(
       tbb::task_group_context::isolated,
       tbb::task_group_context::default_traits | tbb::task_group_context::fp_settings);
-  to_parts.give();
+  const LoopScope loop;
   isolated([&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, min_size),
         [&](const tbb::blocked_range<std::size_t>& part) {
-          to_parts.take();
+          const PartScope scope;
           work(part.begin(), part.end());
-          from_parts.give();
         },
         tbb::auto_partitioner(), context);
   });
-  from_parts.take();
 }
 
 #else
