@@ -21,6 +21,7 @@ from solidtex_export.spaces import settings
 from solidtex_export.spaces.colors import color_axes
 from solidtex_export.spaces.noise import TiledNoise
 from solidtex_export.spaces.photographs import find_sources, load_materials, patches
+from solidtex_export.training.divergence import TrainError
 
 torch.set_num_threads(1)
 
@@ -57,6 +58,18 @@ def test_an_interrupted_training_resumes_to_the_same_bits_and_is_exported(
     assert tensors["codes"].shape == (3, 4)
     assert all(np.isfinite(v).all() for v in tensors.values())
     assert export_space.main([str(tmp_path / "whole"), "-o", str(path)]) == 1  # exists
+
+
+@pytest.mark.parametrize("name", ["lattice", "gramgan-space"])
+def test_a_gradient_that_is_not_finite_names_its_losses(
+    photos: Path, tmp_path: Path, name: str
+) -> None:
+    trainer = begin(photos, save_preset(tmp_path / "preset.toml", name), tmp_path / "r", 2)
+    for parameter in trainer.generator.parameters():
+        parameter.data.fill_(torch.nan)
+    named = {"lattice": "gradient of descriptor, wavelets", "gramgan-space": "gradient of style, adversarial"}
+    with pytest.raises(TrainError, match=f"step 0: found a {named[name]}.* that is not finite"):
+        run(trainer, 2)
 
 
 @pytest.mark.parametrize(

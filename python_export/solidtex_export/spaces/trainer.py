@@ -27,7 +27,7 @@ from solidtex_export.spaces.photographs import Material, patches
 from solidtex_export.spaces.settings import SpaceRecipe
 from solidtex_export.spaces.targets import load_descriptor, make_targets
 from solidtex_export.training.acceleration import fast_autocast
-from solidtex_export.training.divergence import DivergenceWatch, not_finite
+from solidtex_export.training.divergence import DivergenceWatch, gradient_not_finite, not_finite
 from solidtex_export.training.loop import ResumableTraining
 from solidtex_export.training.optimizer import half_cosine
 from solidtex_export.training.ranks import Ranks
@@ -118,7 +118,7 @@ class SpaceTrainer(ResumableTraining):
             slices = self.draw(self._codes(chosen), self.recipe.slicing.size)
         gradient, sums = self._gradient(slices.detach().float(), chosen)
         if not gradient.isfinite().all():
-            raise not_finite(self.step, "a gradient")
+            raise gradient_not_finite(self.step, sums)
         slices.backward(gradient.to(slices.dtype))
         self.ranks.average_gradients(self._trained)
         if self.recipe.gradient_norm:

@@ -65,3 +65,9 @@ def not_finite(step: int, what: str) -> TrainError:
         f"step {step}: found {what} that is not finite, expected a finite one: the training"
         f" diverges; {ADVICE}"
     )
+
+
+def gradient_not_finite(step: int, losses: dict[str, float]) -> TrainError:
+    """Name the losses that are not finite, or else all of them."""
+    names = [name for name, value in losses.items() if not math.isfinite(value)]
+    return not_finite(step, f"a gradient of {', '.join(names or losses)}")

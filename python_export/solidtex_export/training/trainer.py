@@ -23,7 +23,7 @@ from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeigh
 from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.batch_norm import measure_statistics
 from solidtex_export.training.config import Config
-from solidtex_export.training.divergence import DivergenceWatch, not_finite
+from solidtex_export.training.divergence import DivergenceWatch, gradient_not_finite, not_finite
 from solidtex_export.training.families import build
 from solidtex_export.training.loop import ResumableTraining
 from solidtex_export.training.objective import Objective
@@ -213,19 +213,14 @@ class Trainer(ResumableTraining):
         view = source.view(direction)
         if direction in self.config.directions:
             gradient, values = self.objective.gradient(drawn, index, progress, view)
-            losses = self._suspects(values, progress)
+            counted = {n: values[n] for n, t in self.recipe.losses.items() if t.active(progress)}
         else:
             gradient, values = self.objective.orientation_bias_gradient(drawn, index, view)
-            losses = "the orientation bias"
+            counted = {"the orientation bias": 0.0}
         if not gradient.isfinite().all():
-            raise not_finite(self.step, f"a gradient of {losses}")
+            raise gradient_not_finite(self.step, counted)
         drawn.backward((weight * gradient).to(drawn.dtype))
         return values, drawn.detach().float()
-
-    def _suspects(self, values: dict[str, float], progress: float) -> str:
-        """The losses whose values are not finite, or else all that count now."""
-        active = [name for name, term in self.recipe.losses.items() if term.active(progress)]
-        return ", ".join([n for n in active if not math.isfinite(values[n])] or active)
 
     @property
     def _z_is_free(self) -> bool:
