@@ -10,7 +10,7 @@ from solidtex_export.commands import export_shader
 from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.shader.emitter import Precision, Storage
-from solidtex_export.export.shader.shader import shader
+from solidtex_export.export.shader.shader import BY_SUFFIX, shader
 from solidtex_export.export.verification import noise
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -140,6 +140,15 @@ def test_the_license_of_a_space_is_not_called_that_of_the_material() -> None:
             model_file.ModelFile(document, SMALL.tensors), ".glsl", NAME, "buffer", "float"
         )
         assert f"Licence of the {owner}" in made.text
+
+
+@pytest.mark.parametrize("suffix", BY_SUFFIX)
+def test_no_text_of_a_model_becomes_code(suffix: str) -> None:
+    breaks = "\n\r\v\f\u0085\u2028\u2029"
+    document = SMALL.document | {"name": f"a{breaks}evil", "license": f"CC0{breaks}evil"}
+    model = model_file.ModelFile(document, SMALL.tensors)
+    lines = shader(model, suffix, NAME, "buffer", "float").text.splitlines()
+    assert [line[:2] for line in lines if "evil" in line] == ["//", "//"]
 
 
 @pytest.mark.parametrize(

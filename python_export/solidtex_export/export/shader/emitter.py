@@ -138,7 +138,9 @@ class Emitter:
     # Statements.
 
     def comment(self) -> str:
-        return "".join(f"// {line}\n" for line in self.program.comment)
+        """Text of the model's author; nothing in it may end a line, or it would become code."""
+        lines = ("".join(c if c.isprintable() else " " for c in x) for x in self.program.comment)
+        return "".join(f"// {line}\n" for line in lines)
 
     def function(self, f: Function) -> str:
         self.references = {n for n, type_ in f.parameters.items() if isinstance(type_, Array)}
