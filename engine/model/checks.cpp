@@ -16,6 +16,16 @@ std::string join(const std::vector<std::string>& words) {
   return result;
 }
 
+// U+0000 to U+001F and U+007F to U+009F; the text is UTF-8.
+bool has_control_characters(const std::string& text) {
+  unsigned char before = 0;
+  for (const unsigned char byte : text) {
+    if (byte < 0x20 || byte == 0x7F || (before == 0xC2 && byte < 0xA0)) return true;
+    before = byte;
+  }
+  return false;
+}
+
 }  // namespace
 
 Error invalid(const std::string& label, const std::string& where, const std::string& found,
@@ -45,11 +55,9 @@ std::optional<std::int64_t> as_integer(const nlohmann::json& value) {
 }
 
 void check_name(const std::string& label, const std::string& where, const nlohmann::json& value) {
-  const auto is_control = [](unsigned char byte) { return byte < 0x20 || byte == 0x7F; };
   if (value.is_string()) {
     const auto& name = value.get_ref<const std::string&>();
-    if (!name.empty() && name.size() <= max_name_bytes && std::ranges::none_of(name, is_control))
-      return;
+    if (!name.empty() && name.size() <= max_name_bytes && !has_control_characters(name)) return;
   }
   throw invalid(
       label, where, show(value),

@@ -56,6 +56,8 @@ def _metadata() -> Iterator[Spoiled]:
     yield "name_empty", "field", put("name", ""), ("name", '""')
     yield "name_long", "field", put("name", "n" * 257), ("name", "256")
     yield "name_with_zero", "field", put("name", "a\0b"), ("name", "\\u0000")
+    yield "name_with_escape", "field", put("name", "a\x1b[2J"), ("name", "\\u001b")
+    yield "name_with_c1", "field", put("name", "a\x9b2J"), ("name", "\\u009b")
     yield "name_number", "field", put("name", 7), ("name", "found 7")
     yield "family_unknown", "field", put("family", "mesh"), ("family", '"mesh"', "sampler")
     yield "family_both", "field", put("sampler", {}), ("sampler", "only field")

@@ -42,9 +42,15 @@ ordered_json describe_nodes(const nlohmann::json& lattice) {
   return result;
 }
 
-// One short line. Control characters stay escaped: a file must not control the terminal.
+// One short line. Control characters are escaped, U+0080 to U+009F (C2 80 to C2 9F) too: a file
+// must not control the terminal.
 std::string text_of(const ordered_json& value) {
   std::string text = to_text(value, -1);
+  const auto is_c1 = [](char a, char b) {
+    return a == '\xC2' && static_cast<unsigned char>(b) < 0xA0;
+  };
+  if (std::ranges::adjacent_find(text, is_c1) != text.end())
+    text = value.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
   if (value.is_string()) text = text.substr(1, text.size() - 2);
   if (text.size() > max_text) text = text.substr(0, max_text - 3) + "...";
   return text;
@@ -67,7 +73,7 @@ void print_line(std::ostream& out, const std::string& label, const std::string& 
 void print_object(std::ostream& out, const std::string& label, const ordered_json& object) {
   std::string beside = label;
   for (const auto& [key, value] : object.items()) {
-    print_line(out, beside, key + ": " + text_of(value));
+    print_line(out, beside, text_of(key) + ": " + text_of(value));
     beside.clear();
   }
 }

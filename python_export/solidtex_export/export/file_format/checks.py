@@ -104,7 +104,7 @@ def check_name(label: str, where: str, value: Any) -> None:
     if (
         not isinstance(value, str)
         or not 1 <= len(value.encode()) <= MAX_NAME_BYTES
-        or any(ord(character) < 0x20 or ord(character) == 0x7F for character in value)
+        or any(ord(c) < 0x20 or 0x7F <= ord(c) < 0xA0 for c in value)
     ):
         expected = f"a name of 1 to {MAX_NAME_BYTES} bytes without control characters"
         raise fail(label, where, show(value), expected)
