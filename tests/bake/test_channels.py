@@ -10,8 +10,11 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from meshes import cube_obj
 
+from solidtex_export.export import random_models
 from solidtex_export.export.file_format.model_file import ModelFile, write
+from solidtex_export.export.file_format.model_file import read as read_model
 
 PROGRAMS = Path(os.environ["SOLIDTEX_BUILD"]) / "bin"
 CHANNELS = ["height", "albedo.b", "roughness", "albedo.r", "albedo.g"]
@@ -111,6 +114,40 @@ def test_an_unknown_channel_is_refused_with_the_known_ones(model: Path, tmp_path
     for name, is_advised in (("color", False), ("metallic", True)):
         result = bake(model, "--preview", tmp_path / "a.png", "--show", name)
         assert ("solidtex-train --map" in result.stderr) is is_advised
+
+
+def test_values_that_are_not_finite_are_not_written(tmp_path: Path) -> None:
+    model, file = random_models.sampler_model(octaves=2, hidden=1, width=4), tmp_path / "m.solidtex"
+    tensors = {name: np.full_like(values, 3e38) for name, values in model.tensors.items()}
+    write(file, ModelFile(model.document, tensors))
+    cube = cube_obj(tmp_path / "cube.obj")
+    mesh = ["--mesh", cube, "--size", "16"]
+    outputs = [("a.npy",), ("a.zarr",), ("a.glb", *mesh), ("a.exr", *mesh, "--to", "uv")]
+    outputs += [("a.ply", *mesh[:2], "--to", "vertex-color"), ("a", *mesh, "--maps", "albedo")]
+    for name, *more in outputs:
+        result = run("solidtex-bake", file, *(more or ["--size", "4"]), "-o", tmp_path / name)
+        assert result.returncode == 1, name
+        assert f"{file}: channel albedo.r: found the value " in result.stderr
+        assert "expected a finite one" in result.stderr
+    assert sorted(os.listdir(tmp_path)) == ["cube.obj", "m.solidtex"]
+
+
+def test_a_channel_that_would_leave_the_folder_is_no_map(model: Path, tmp_path: Path) -> None:
+    document = json.loads(json.dumps(read_model(model).document).replace("roughness", "../out"))
+    write(tmp_path / "m.solidtex", ModelFile(document, {}))
+    cube = cube_obj(tmp_path / "cube.obj")
+    arguments = ["--mesh", cube, "--maps", "../out", "-o", tmp_path / "maps"]
+    result = run("solidtex-bake", tmp_path / "m.solidtex", *arguments)
+    assert result.returncode == 1 and 'found the channel "../out"' in result.stderr
+    assert not (tmp_path / "maps").exists()
+
+
+def test_info_escapes_what_would_control_the_terminal(model: Path, tmp_path: Path) -> None:
+    training = {"a\x1b[2J": "b\x9b2J", "umlaut": "\u00e4"}
+    file = tmp_path / "m.solidtex"
+    write(file, ModelFile(read_model(model).document | {"training": training}, {}))
+    printed = run("solidtex-info", file, "--verbose").stdout
+    assert "a\\u001b[2J: b\\u009b2J" in printed and "umlaut: \u00e4" in printed
 
 
 def test_info_lists_the_channels(model: Path) -> None:

@@ -1,6 +1,7 @@
 #include "tools/bake/channels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace solidtex::tools {
@@ -81,6 +82,15 @@ std::vector<Encoding> channel_encodings(const solidtex::texture& texture) {
   for (const ChannelGroup& group : channel_groups(texture))
     for (const std::size_t channel : group.channels) encodings[channel] = group.encoding;
   return encodings;
+}
+
+void check_values(const solidtex::texture& texture, std::span<const float> values) {
+  const auto bad = std::ranges::find_if_not(values, [](float v) { return std::isfinite(v); });
+  if (bad == values.end()) return;
+  const auto channel = static_cast<std::size_t>(bad - values.begin()) % texture.channel_count();
+  throw std::runtime_error(texture.path() + ": channel " + texture.channel_name(channel) +
+                           ": found the value " + std::to_string(*bad) +
+                           ", expected a finite one: the model is damaged");
 }
 
 std::vector<std::string> exr_names(const solidtex::texture& texture) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <solidtex/solidtex.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,9 @@ std::vector<Encoding> channel_encodings(const solidtex::texture& texture);
 
 // Returns the name of each channel in an EXR: albedo is R, G and B, which viewers look for.
 std::vector<std::string> exr_names(const solidtex::texture& texture);
+
+// Throws if a model's weights are so large that its values [...][channel] are not finite.
+void check_values(const solidtex::texture& texture, std::span<const float> values);
 
 // Encodes linear colors as sRGB, for 8 bits.
 inline float display_value(float value, Encoding encoding) {

@@ -69,6 +69,9 @@ MapSet::MapSet(const solidtex::texture& texture, const std::vector<std::string>&
       maps_.push_back(normal_map(texture));
     } else {
       const ChannelGroup group = channel_group(texture, name, "--maps");
+      if (group.name.find_first_of("/\\") != std::string::npos)
+        throw std::runtime_error("--maps: " + texture.path() + ": found the channel \"" +
+                                 group.name + "\", expected a name without slashes, for a file");
       maps_.push_back({group.name, group.channels, group.encoding, {}});
     }
   }
@@ -98,6 +101,7 @@ void MapSet::evaluate(const mesh::Atlas& atlas, const solidtex::texture& texture
   std::vector<float> values(texels * channels);
   if (std::ranges::any_of(maps_, [](const Map& map) { return !map.is_normal(); })) {
     atlas.evaluate(texture, band, values.data());
+    check_values(texture, values);
   }
   for (Map& map : maps_) {
     if (map.is_normal()) {

@@ -102,6 +102,7 @@ std::vector<float> vertex_values(const Mesh& mesh, const mesh::Placement& placem
     if (!finished.read(part)) {
       part = evaluate_vertices(mesh, placement, texture, first,
                                std::span(radii).subspan(first, count));
+      check_values(texture, part);
       finished.append(part);
     }
     values.insert(values.end(), part.begin(), part.end());
@@ -192,6 +193,7 @@ void bake_atlas(const BakeOptions& options, Mesh loaded, const solidtex::texture
     values.resize(texel_count(band) * encodings.size());
     if (!finished.read(values)) {
       atlas.evaluate(texture, band, values.data());
+      check_values(texture, values);
       finished.append(values);
     }
     overlapping += atlas.overlapping_texels(band);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "tools/bake/channels.h"
 #include "tools/common/cli.h"
 
 namespace solidtex::tools {
@@ -83,6 +84,7 @@ class Column {
     Index3 origin;
     for (int i = 0; i < 3; ++i) origin[i] = volume_.origin[i] + piece.offset[i];
     volume_.texture.eval_box(origin, piece.size, values_);
+    check_values(volume_.texture, values_);
     piece.values = values_;
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     pace_.evaluated(voxel_count(piece.size), passed.count());

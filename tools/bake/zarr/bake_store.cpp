@@ -175,6 +175,7 @@ class StoreBake {
     for (std::size_t axis = 0; axis < 3; ++axis)
       origin[axis] = volume_.origin[axis] + box.offset[axis] + piece.offset[axis];
     volume_.texture.eval_box(origin, piece.size, values);
+    check_values(volume_.texture, values);
     piece.values = values;
   }
 
