@@ -17,6 +17,8 @@ namespace {
 using OIIO::ImageInput;
 using OIIO::ImageSpec;
 
+constexpr std::int64_t max_values = std::int64_t{1} << 32;  // read in a minute or two
+
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& found,
                          const std::string& expected) {
   throw std::runtime_error(path.string() + ": found " + found + ", expected " + expected);
@@ -46,6 +48,12 @@ bool holds_cmyk(const ImageSpec& spec) {
 // Refuses what OpenImageIO would give colors of its own, as solidtex-train does
 // (python_export/solidtex_export/images/file_kinds.py).
 void check_header(const std::filesystem::path& path, const ImageSpec& spec) {
+  const std::int64_t pixels = std::int64_t{spec.width} * spec.height;
+  if (spec.width < 1 || spec.height < 1 || pixels > max_values / std::max(spec.nchannels, 1))
+    refuse(path,
+           std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels of " +
+               std::to_string(spec.nchannels) + " channels",
+           "at most " + std::to_string(max_values / 1'000'000) + " million values in all");
   const std::string developed = "a developed image (for example darktable-cli " +
                                 path.filename().string() + " " + path.stem().string() +
                                 ".tif, then take the .tif)";
@@ -70,6 +78,14 @@ void check_header(const std::filesystem::path& path, const ImageSpec& spec) {
   if (holds_cmyk(spec))
     refuse(path, "CMYK inks, whose colors depend on a printer",
            "RGB; convert it to sRGB with its color profile first");
+}
+
+// Refuses frames and pages. Opens the file again, because some formats cannot seek back.
+void check_is_one_image(const std::filesystem::path& path) {
+  const auto input = open(path);
+  if (input->format_name() != std::string("openexr") && input->seek_subimage(1, 0))
+    refuse(path, "several images (frames, pages or parts)",
+           "a file with one (for example magick " + path.filename().string() + "[0] one.png)");
 }
 
 // Channels of the file that are used.
@@ -211,7 +227,7 @@ Photograph read_strips(const std::filesystem::path& path, ImageInput& input, con
                                              0, spec.nchannels, OIIO::TypeDesc::FLOAT, read.data())
                           : input.read_scanlines(0, 0, top, bottom, 0, 0, spec.nchannels,
                                                  OIIO::TypeDesc::FLOAT, read.data());
-    if (!good)
+    if (!good || input.has_error())
       refuse(path, "a damaged or unfinished image (" + first_line(input.geterror()) + ")",
              "a whole one");
     if (work.valid()) work.get();
@@ -237,6 +253,7 @@ Photograph read_photograph(const std::filesystem::path& path, std::size_t least_
   const auto input = open(path);
   const ImageSpec spec = input->spec();
   check_header(path, spec);
+  check_is_one_image(path);
   const auto side = static_cast<std::size_t>(std::min(spec.width, spec.height));
   if (side < patch)
     refuse(path, std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels",
