@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import platform
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
@@ -270,6 +271,8 @@ def lattice_shader(model: ModelFile, size: Sizes, name: str) -> Found:
 def onnx_runtime(model: ModelFile, args: argparse.Namespace) -> Found:
     try:
         import onnx  # noqa: F401
+
+        os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
         import onnxruntime
     except ImportError as error:
         yield f"ONNX Runtime is skipped: {error} (pip install onnx onnxruntime)"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -48,6 +49,7 @@ def _openvino(model: ModelProto, inputs: Inputs, threads: int) -> Work:
 
 
 def _onnx_runtime(model: ModelProto, inputs: Inputs, threads: int) -> Work:
+    os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
     import onnxruntime
 
     options = onnxruntime.SessionOptions()

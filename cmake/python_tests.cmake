@@ -22,7 +22,7 @@ function(solidtex_add_python_tests)
                      -c ${PROJECT_SOURCE_DIR}/python_export/pyproject.toml ${file})
     set_tests_properties(${folder}.${name} PROPERTIES COST 10 ENVIRONMENT
       "SOLIDTEX_BUILD=${PROJECT_BINARY_DIR};OMP_NUM_THREADS=1;OMP_WAIT_POLICY=PASSIVE;\
-PYTHONPATH=${PROJECT_SOURCE_DIR}/python_export:${PROJECT_BINARY_DIR}/python")
+ORT_DISABLE_TELEMETRY=1;PYTHONPATH=${PROJECT_SOURCE_DIR}/python_export:${PROJECT_BINARY_DIR}/python")
     if(SOLIDTEX_LONG_TESTS)
       set_property(TEST ${folder}.${name} APPEND PROPERTY ENVIRONMENT SOLIDTEX_LONG_TESTS=1)
     endif()

@@ -47,7 +47,12 @@ Error unavailable(const std::string& reason) {
                    "SOLIDTEX_ONNXRUNTIME");
 }
 
+// ONNX Runtime's own builds since 1.29 report their use to Microsoft, and write files in the home
+// folder, unless this variable is set when an environment is made. A host's own value stays.
+void switch_off_telemetry() { setenv("ORT_DISABLE_TELEMETRY", "1", 0); }
+
 const OrtApi& load_api() {
+  switch_off_telemetry();
   std::string problem;
   for (const std::string& candidate : library_candidates()) {
     void* library = dlopen(candidate.c_str(), RTLD_NOW | RTLD_LOCAL);

@@ -3,6 +3,7 @@
 import hashlib
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,25 @@ def save(path: Path, image: np.ndarray, **options: object) -> Path:
 def grid(extent: int, side: int) -> list[int]:
     steps = -(-(extent - side) // (side // 2))
     return [(extent - side) * i // max(1, steps) for i in range(steps + 1)]
+
+
+@pytest.mark.parametrize("reader", ["engine", "trainer"])
+def test_nothing_is_reported_to_others(reader: str, tmp_path: Path) -> None:
+    """ONNX Runtime would leave reports of its use in the home folder, and send them."""
+    home = tmp_path / "home"
+    home.mkdir()
+    photo, space = save(tmp_path / "p.png", photograph(64, 64)), write(tmp_path, "lattice")
+    program = BUILD / "bin" / "solidtex-encode"
+    module = "from pathlib import Path; from solidtex_export.spaces.space_reader import *;"
+    commands = {
+        "engine": [program, photo, "--space", space, "-o", tmp_path / "a.solidtex"],
+        "trainer": [sys.executable, "-c", f"{module} read_space_file(Path({str(space)!r}))"],
+    }
+    environment = os.environ | {"HOME": str(home), "TMPDIR": str(home)}
+    for name in ("ORT_DISABLE_TELEMETRY", "CI", "XDG_CACHE_HOME"):
+        environment.pop(name, None)
+    subprocess.run(commands[reader], check=True, env=environment)
+    assert list(home.rglob("*")) == []
 
 
 @pytest.mark.parametrize("kind", ["lattice", "linear"])
@@ -163,6 +183,28 @@ def test_program_refuses(tmp_path: Path) -> None:
     assert out.read_text() == "mine"
     run(good, "--space", path, "-o", out, "--force")
     assert solidtex.Texture(out).name == "g"
+
+
+def test_program_refuses_damaged_and_huge_files(tmp_path: Path) -> None:
+    path, out = write(tmp_path, "lattice"), tmp_path / "m.solidtex"
+    whole = save(tmp_path / "whole.jpg", photograph(64, 64)).read_bytes()
+    (tmp_path / "part.jpg").write_bytes(whole[: len(whole) // 2])
+    frames = [Image.fromarray(np.full((64, 64), v, np.uint8)) for v in (0, 200)]
+    frames[0].save(tmp_path / "frames.gif", save_all=True, append_images=frames[1:])
+    (tmp_path / "wide.hdr").write_bytes(
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n"
+    )
+    (tmp_path / "minus.ppm").write_bytes(b"P6 -5 5 255\n")
+    wrong = {
+        "part.jpg": "found a damaged or unfinished image",
+        "frames.gif": "found several images (frames, pages or parts)",
+        "wide.hdr": "2000000000 x 2000000000 pixels of 3 channels, expected at most 4294 million",
+        "minus.ppm": "minus.ppm: found ",
+    }
+    for name, message in wrong.items():
+        refused = run(tmp_path / name, "--space", path, "-o", out, code=1).stderr
+        assert f"{tmp_path / name}: " in refused and message in refused
+    assert not out.exists()
 
 
 def test_program_refuses_what_is_no_rgb_photograph(tmp_path: Path) -> None:

@@ -369,9 +369,13 @@ typedef enum solidtex_patches {
 
 /* Encodes a photograph. Needs ONNX Runtime, which is loaded by the first call: the library beside
  * libsolidtex, else the system's, or the one that the environment variable SOLIDTEX_ONNXRUNTIME
- * names. Without it the call returns SOLIDTEX_UNAVAILABLE. The photograph is reduced to the space's
- * resolution, and turned if the space has grain along z ("xy") and its own runs along rows. Patches
- * on a grid that reaches all corners are encoded. The last bits of a code depend on the machine.
+ * names. Without it the call returns SOLIDTEX_UNAVAILABLE. Loading it sets the environment variable
+ * ORT_DISABLE_TELEMETRY to 1 unless it is set: ONNX Runtime sends reports of its use otherwise. A
+ * host whose other threads read the environment then sets it itself, at its start.
+ *
+ * The photograph is reduced to the space's resolution, and turned if the space has grain along z
+ * ("xy") and its own runs along rows. Patches on a grid that reaches all corners are encoded. The
+ * last bits of a code depend on the machine.
  *
  * pixels  width x height x 3 floats, rows from the top, sRGB-encoded, 0 to 1.
  * width, height  At least solidtex_space_patch_size each.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -171,6 +172,7 @@ def _check_tensors(
 
 
 def _onnx_encoder(path: Path, data: bytes, document: SpaceDocument) -> Encode:
+    os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")  # else it reports its use to Microsoft
     try:
         import onnxruntime
     except ModuleNotFoundError as error:
