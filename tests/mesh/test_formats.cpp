@@ -156,7 +156,8 @@ double signed_area(const std::vector<glm::dvec3>& polygon) {
 // Triangles that have no area count, too.
 void check_triangulation(const std::vector<glm::dvec3>& polygon) {
   std::vector<glm::uvec3> triangles;
-  REQUIRE(triangulate(polygon, triangles));
+  std::uint64_t budget = kTriangulationBudget;
+  REQUIRE(triangulate(polygon, triangles, budget));
   REQUIRE(triangles.size() == polygon.size() - 2);
   double sum = 0, least = 1e30;
   for (const glm::uvec3& t : triangles) {
@@ -269,9 +270,25 @@ TEST_CASE("Degenerate polygons terminate") {
       polygon.emplace_back(random() % 4, random() % 4, trial % 2 ? random() % 3 : 0);
     }
     std::vector<glm::uvec3> triangles;
-    CHECK(triangulate(polygon, triangles));
+    std::uint64_t budget = kTriangulationBudget;
+    CHECK(triangulate(polygon, triangles, budget));
     CHECK(triangles.size() < polygon.size());
     for (const glm::uvec3& t : triangles) CHECK(std::max({t.x, t.y, t.z}) < polygon.size());
+  }
+}
+
+TEST_CASE("A polygon that would take minutes is refused") {
+  std::mt19937 random(7);
+  std::vector<glm::dvec3> wild, repeated;
+  for (int i = 0; i < 20000; ++i) {
+    wild.emplace_back(random() % 1000, random() % 1000, 0);
+    repeated.emplace_back(i % 3 == 1, i % 3 == 2, 0);
+  }
+  for (const auto* polygon : {&wild, &repeated}) {
+    std::uint64_t budget = 1 << 20;
+    std::vector<glm::uvec3> triangles;
+    CHECK_FALSE(triangulate(*polygon, triangles, budget));
+    CHECK(triangles.empty());
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "plugins/mesh/formats/gltf_buffers.h"
 #include "plugins/mesh/formats/readers.h"
+#include "plugins/mesh/formats/text.h"
 
 namespace solidtex::mesh {
 namespace {
@@ -227,9 +228,8 @@ class GltfReader {
     for (std::size_t i = 0; i < indices.count; ++i) {
       const double index = indices.at(i, 0);
       if (!(index >= 0 && index < static_cast<double>(count))) {
-        document_.refuse(
-            "vertex index " + std::to_string(index) + " in face " + std::to_string(i / 3),
-            "indices from 0 to below " + std::to_string(count));
+        document_.refuse("vertex index " + number_text(index) + " in face " + std::to_string(i / 3),
+                         "indices from 0 to below " + std::to_string(count));
       }
       vertices.push_back(static_cast<std::uint32_t>(index));
     }

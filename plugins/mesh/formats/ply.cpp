@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "plugins/mesh/formats/ply_body.h"
 #include "plugins/mesh/formats/readers.h"
@@ -163,12 +162,6 @@ class PlyReader {
     }
     refuse(mesh_.file, "vertex index " + number_text(value) + " in " + name_row(element, number),
            "indices from 0 to below " + std::to_string(vertex_count_));
-  }
-
-  static std::string number_text(double value) {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.12g", value);
-    return digits;
   }
 
   void add_corner(std::uint32_t vertex, std::uint32_t uv) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <span>
 
+#include "plugins/mesh/formats/text.h"
 #include "plugins/mesh/formats/triangulate.h"
 #include "plugins/mesh/vertex_table.h"
 
@@ -21,7 +22,7 @@ constexpr double kMaxRounding = 0.25;  // texels
 std::string text_of(const glm::dvec3& p) {
   std::string text;
   for (int axis = 0; axis < 3; ++axis) {
-    text.append(axis == 0 ? "(" : ", ").append(std::to_string(p[axis]));
+    text.append(axis == 0 ? "(" : ", ").append(number_text(p[axis]));
   }
   return text.append(")");
 }
@@ -176,7 +177,7 @@ class Builder {
       }
       if (is_triangle(from_.corners.data() + first, face.size())) {
         triangles.emplace_back(0, 1, 2);
-      } else if (!triangulate(face, triangles)) {
+      } else if (!triangulate(face, triangles, triangulation_budget_)) {
         refuse(from_.file,
                "face " + std::to_string(f) + " with " + std::to_string(face.size()) + " vertices",
                "smaller or simpler polygons: split it in the program that made it");
@@ -199,6 +200,7 @@ class Builder {
   const PolygonMesh& from_;
   Mesh mesh_;
   std::uint64_t dropped_ = 0;
+  std::uint64_t triangulation_budget_ = kTriangulationBudget;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "plugins/mesh/formats/text.h"
 
 #include <charconv>
+#include <cstdio>
 #include <limits>
 
 namespace solidtex::mesh {
@@ -67,6 +68,12 @@ std::string in_small_letters(std::string_view word) {
   std::string text(word);
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return text;
+}
+
+std::string number_text(double value) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.12g", value);
+  return digits;
 }
 
 std::string quote(std::string_view word) {

@@ -28,6 +28,9 @@ std::optional<std::int64_t> to_integer(std::string_view word);
 // Converts ASCII letters to lower case.
 std::string in_small_letters(std::string_view word);
 
+// At most 12 digits, for a message.
+std::string number_text(double value);
+
 // Quotes a word for a message: shortened, without unprintable characters.
 std::string quote(std::string_view word);
 

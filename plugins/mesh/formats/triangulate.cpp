@@ -62,14 +62,13 @@ bool is_convex(const std::vector<glm::dvec2>& ring) {
 // Ear clipping: cuts off corners between whose neighbors the polygon can be divided.
 class EarClipper {
  public:
-  explicit EarClipper(const std::vector<glm::dvec2>& ring) : ring_(ring) {
+  EarClipper(const std::vector<glm::dvec2>& ring, std::uint64_t& budget)
+      : ring_(ring), budget_(budget) {
     const auto count = static_cast<unsigned>(ring.size());
     for (unsigned i = 0; i < count; ++i) {
       next_.push_back((i + 1) % count);
       previous_.push_back((i + count - 1) % count);
     }
-    const std::uint64_t square = std::uint64_t{count} * count;
-    budget_ = std::min(64 * square, kMaxTests);
   }
 
   // Appends indices into the ring.
@@ -81,6 +80,7 @@ class EarClipper {
         if (budget_ == 0) return false;
         at = next_[at];
       }
+      if (budget_ == 0) return false;
       triangles.emplace_back(previous_[at], at, next_[at]);
       next_[previous_[at]] = next_[at];
       previous_[next_[at]] = previous_[at];
@@ -91,16 +91,17 @@ class EarClipper {
   }
 
  private:
-  static constexpr std::uint64_t kMaxTests = 1ull << 32;
+  void pay() { budget_ -= budget_ > 0; }
 
   bool is_ear(unsigned corner, std::size_t leniency) {
+    pay();
     const glm::dvec2 &a = ring_[previous_[corner]], &b = ring_[corner], &c = ring_[next_[corner]];
     if (leniency > 1 || turns_back(a, b, c)) return true;
     if (!turns_left(a, b, c)) return false;
     if (leniency > 0) return true;
     const glm::dvec2 low = glm::min(a, glm::min(b, c)), high = glm::max(a, glm::max(b, c));
     for (unsigned i = next_[next_[corner]]; i != previous_[corner]; i = next_[i]) {
-      if (budget_ > 0) --budget_;
+      pay();
       const glm::dvec2& p = ring_[i];
       if (p.x < low.x || p.y < low.y || p.x > high.x || p.y > high.y) continue;
       if (p == a || p == b || p == c) continue;
@@ -113,7 +114,7 @@ class EarClipper {
 
   const std::vector<glm::dvec2>& ring_;
   std::vector<unsigned> next_, previous_;
-  std::uint64_t budget_;
+  std::uint64_t& budget_;
 };
 
 // Indices of corners that are not at the place of the one before.
@@ -128,7 +129,8 @@ std::vector<unsigned> distinct_corners(std::span<const glm::dvec3> corners) {
 
 }  // namespace
 
-bool triangulate(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& triangles) {
+bool triangulate(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& triangles,
+                 std::uint64_t& budget) {
   const std::vector<unsigned> kept = distinct_corners(corners);
   if (kept.size() < 3) return true;
   if (kept.size() == 3) {
@@ -142,7 +144,7 @@ bool triangulate(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& t
   std::vector<glm::uvec3> found;
   if (is_convex(flat)) {
     for (unsigned i = 1; i + 1 < flat.size(); ++i) found.emplace_back(0, i, i + 1);
-  } else if (!EarClipper(flat).clip(found)) {
+  } else if (!EarClipper(flat, budget).clip(found)) {
     return false;
   }
   for (const glm::uvec3& t : found) triangles.emplace_back(kept[t.x], kept[t.y], kept[t.z]);
