@@ -67,8 +67,13 @@ def test_a_gradient_that_is_not_finite_names_its_losses(
     trainer = begin(photos, save_preset(tmp_path / "preset.toml", name), tmp_path / "r", 2)
     for parameter in trainer.generator.parameters():
         parameter.data.fill_(torch.nan)
-    named = {"lattice": "gradient of descriptor, wavelets", "gramgan-space": "gradient of style, adversarial"}
-    with pytest.raises(TrainError, match=f"step 0: found a {named[name]}.* that is not finite"):
+    named = {
+        "lattice": "descriptor, wavelets",
+        "gramgan-space": "style, adversarial",
+    }
+    with pytest.raises(
+        TrainError, match=f"step 0: found a gradient of {named[name]}.* that is not finite"
+    ):
         run(trainer, 2)
 
 
