@@ -92,7 +92,9 @@ TEST_CASE("solidtex-render refuses invalid commands without leaving files") {
         "scene.json -o a.png --size 0,3", "scene.json -o a.png --bogus",
         "scene.json -o a.exr --spp 1000000000", "scene.json -o a.exr --layers gloss",
         "scene.json -o a.png --view x", "scene.json -o a.exr --view depth --layers depth",
-        "scene.json -o a.png --threads x"}) {
+        "scene.json -o a.png --threads x", "scene.json -o a.png --seed=-1",
+        "scene.json -o a.png --seed 99999999999999999999",
+        "cube.ply --model granite-grey --variant=-1 -o a.png"}) {
     CAPTURE(arguments);
     CHECK(run_render(arguments, folder) == 2);
   }
@@ -188,6 +190,16 @@ TEST_CASE("Ctrl-C ends solidtex-render with exit code 130 and leaves no files") 
   CHECK(interrupt_render({"scene.json", "--spp", "1000000", "-o", "a.png"}, folder, "err.txt") ==
         130);
   CHECK(file_count(folder) == 4);
+}
+
+TEST_CASE("Ctrl-C in a sequence says how many images were written") {
+  const TemporaryFolder folder;
+  write_scene(folder);
+  CHECK(interrupt_render({"cube.ply", "--model", "granite-grey", "--turntable", "1000", "--size",
+                          "24,16", "--spp", "1", "-o", "a.####.png"},
+                         folder, "a.0001.png") == 130);
+  const std::string message = read_text(folder / "err.txt");
+  CHECK(message.find("of 1000 images were written: --resume goes on") != std::string::npos);
 }
 
 TEST_CASE("A checkpoint keeps the samples after Ctrl-C and on a full disk") {

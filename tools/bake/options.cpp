@@ -56,18 +56,6 @@ Index3 parse_origin(const std::string& text) {
   return {values[0], values[1], values[2]};
 }
 
-// CLI11 would take -1 for the largest number.
-std::uint64_t parse_seed(const std::string& text) {
-  std::uint64_t seed = 0;
-  const char* const end = text.data() + text.size();
-  const auto [next, error] = std::from_chars(text.data(), end, seed);
-  if (error != std::errc() || next != end) {
-    throw CLI::ValidationError("--seed", "found " + text + ", expected an integer from 0 to " +
-                                             std::to_string(UINT64_MAX));
-  }
-  return seed;
-}
-
 // "3/8": the third of eight parts.
 void parse_part(const std::string& text, BakeOptions& options) {
   const auto slash = text.find('/');
@@ -275,10 +263,8 @@ void add_options(CLI::App& app, BakeOptions& options) {
          "--origin", [&](const std::string& text) { options.origin = parse_origin(text); },
          "First voxel (default 0,0,0); with --mesh, the texel of its origin")
       ->type_name("X,Y,Z");
-  app.add_option_function<std::string>(
-         "--seed", [&](const std::string& text) { options.seed = parse_seed(text); },
-         "Random seed: variant of the material (default 0)")
-      ->type_name("N");
+  const auto set_seed = [&](std::uint64_t seed) { options.seed = seed; };
+  add_seed(app, "--seed", set_seed, "Random seed: variant of the material (default 0)");
   app.add_flag("--periodic", options.is_periodic,
                "Let opposite faces of the cube meet (lattice family)");
   add_precision(app, options.precision);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -220,6 +221,23 @@ void add_precision(CLI::App& app, std::string& precision) {
                  "full (default), or fast: sampler models only, almost all values within 1/255")
       ->check(one_of({"full", "fast"}))
       ->type_name("full|fast");
+}
+
+// CLI11 would take -1 for the largest number, and 010 for 8.
+CLI::Option* add_seed(CLI::App& app, const std::string& name,
+                      const std::function<void(std::uint64_t)>& set,
+                      const std::string& description) {
+  const auto parse = [name, set](const std::string& text) {
+    std::uint64_t seed = 0;
+    const char* const end = text.data() + text.size();
+    const auto [next, error] = std::from_chars(text.data(), end, seed);
+    if (error != std::errc() || next != end) {
+      throw CLI::ValidationError(
+          name, "found " + text + ", expected an integer from 0 to " + std::to_string(UINT64_MAX));
+    }
+    set(seed);
+  };
+  return app.add_option_function<std::string>(name, parse, description)->type_name("N");
 }
 
 CLI::Validator in_range(int low, int high) { return between(low, high, "a whole number"); }

@@ -35,6 +35,11 @@ void throw_if_interrupted();
 // Adds --precision full|fast.
 void add_precision(CLI::App& app, std::string& precision);
 
+// Adds an option for an integer from 0 to 2^64 - 1.
+CLI::Option* add_seed(CLI::App& app, const std::string& name,
+                      const std::function<void(std::uint64_t)>& set,
+                      const std::string& description);
+
 // Checks of an option's value, whose messages say in words what is allowed. A map also replaces the
 // name by its value.
 CLI::Validator in_range(int low, int high);

@@ -1,4 +1,6 @@
 // solidtex-render: renders a scene to EXR or PNG images.
+#include <fmt/core.h>
+
 #include <solidtex/denoise.hpp>
 #include <solidtex/pathtracer.hpp>
 
@@ -26,11 +28,19 @@ void run(tools::Options& options) {
   const auto frames = tools::frames_to_render(options, sequence.frame_count());
   for (const tools::Frame& frame : frames) tools::check_output(frame.output, options);
   if (frames.empty()) tools::say("all images exist");
-  for (const tools::Frame& frame : frames) {
-    tools::throw_if_interrupted();
-    const pt::Scene& scene = sequence.frame(frame.number);
-    if (&frame == &frames.front()) print_notes(scene);
-    tools::render_image(scene, options, frame.output);
+  std::size_t written = 0;
+  try {
+    for (const tools::Frame& frame : frames) {
+      tools::throw_if_interrupted();
+      const pt::Scene& scene = sequence.frame(frame.number);
+      if (written == 0) print_notes(scene);
+      tools::render_image(scene, options, frame.output);
+      ++written;
+    }
+  } catch (const tools::Interrupted&) {
+    if (written == 0) throw;
+    throw tools::Interrupted(
+        fmt::format("{} of {} images were written: --resume goes on", written, frames.size()));
   }
 }
 

@@ -85,7 +85,8 @@ void add_image_options(CLI::App& app, Options& options) {
          "Stop sampling a block of pixels at this relative error, 0.01 for example; 0: take all "
          "samples")
       ->check(in_range(0.0, 1e3));
-  app.add_option("--seed", options.seed, "Random seed");
+  const auto set_seed = [&](std::uint64_t seed) { options.seed = seed; };
+  add_seed(app, "--seed", set_seed, "Random seed");
   app.add_option("--texture-filter", options.texture_filter, "Filter of solid textures")
       ->transform(one_of(pt::texture_filters()))
       ->type_name("footprint|anisotropic|stochastic|none");
@@ -148,9 +149,8 @@ void add_mesh_options(CLI::App& app, Options& options) {
       app.add_option("--model", options.model,
                      "Show the mesh SCENE in this model: a .solidtex file or a shipped name")
           ->option_text("MODEL");
-  app.add_option("--variant", options.variant, "Random seed of the model (default 0)")
-      ->needs(model)
-      ->option_text("N");
+  const auto set_variant = [&](std::uint64_t seed) { options.variant = seed; };
+  add_seed(app, "--variant", set_variant, "Random seed of the model (default 0)")->needs(model);
   app.add_option("--texels-per-unit", options.texels_per_unit,
                  "Texels per unit of the mesh (default: 512 along its longest side)")
       ->check(in_range(1e-6, 1e6))
