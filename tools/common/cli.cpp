@@ -196,6 +196,7 @@ bool pipe_output(fs::path& output, const std::string& name) {
   std::string folder = (fs::temp_directory_path() / "solidtex-XXXXXX").string();
   if (!mkdtemp(folder.data())) throw WriteError(folder, std::strerror(errno));
   output = talk.piped = folder / file;
+  signal(SIGPIPE, SIG_IGN);  // a reader that ends early is a failed write: the folder is removed
   return true;
 }
 

@@ -92,6 +92,25 @@ mesh::Box box_in(const Scene& scene, const Object& object, bool world_space) {
   return box;
 }
 
+// Refuses an object that lies farther out in its solid texture than the engine evaluates.
+void check_place(const SceneFile& file, const Place& place, const Scene& scene,
+                 const Object& object) {
+  constexpr double kFarthest = (1 << 30) + (1 << 16);  // texels, as solidtex.h says
+  const SolidColor* solid = solid_texture_of(std::as_const(scene.materials[object.material]));
+  if (!solid) return;
+  const mesh::Box box = box_in(scene, object, solid->world_space);
+  const glm::dvec3 shift = solid->world_space ? scene.origin : glm::dvec3(0);
+  const glm::dvec3 far = glm::max(glm::abs(box.low + shift), glm::abs(box.high + shift));
+  const double units = std::max({far.x, far.y, far.z}), texels = units * texels_per_unit(*solid);
+  if (texels <= kFarthest) return;
+  std::ostringstream found;
+  found << "coordinates of up to " << units << " units, which are " << texels
+        << " texels in the material \"" << scene.materials[object.material].name << '"';
+  file.refuse(place / "mesh", found.str(),
+              "at most 1073807360 texels: move the mesh nearer to its origin, or take fewer texels "
+              "per unit");
+}
+
 // Gives objects with one material, and in object space one mesh, a copy of that material in which
 // the longest side of their box has mesh::kDefaultExtent texels.
 void fit_material(Scene& scene, const std::vector<Object*>& objects) {
@@ -136,7 +155,10 @@ void read_objects(const SceneFile& file, Scene& scene) {
     scene.objects.push_back(read_object(file, scene, meshes, place / i));
   }
   fit_materials(scene);
-  for (const Object& object : scene.objects) note_rounding(scene, object);
+  for (std::size_t i = 0; i < count; ++i) {
+    check_place(file, place / i, scene, scene.objects[i]);
+    note_rounding(scene, scene.objects[i]);
+  }
 }
 
 }  // namespace solidtex::pathtracer

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <solidtex/solidtex.hpp>
+#include <sstream>
 
 #include "plugins/mesh/placement.h"
 #include "plugins/pathtracer/reader/scene_file.h"
@@ -11,6 +12,10 @@ namespace solidtex::pathtracer {
 namespace {
 
 using nlohmann::json;
+
+// Of a mesh: texels per unit of a scene are 1e-6 to 1e6.
+constexpr double kLeastSide = mesh::kDefaultExtent * 1e-6;
+constexpr double kLargestSide = mesh::kDefaultExtent * 1e6;
 
 json to_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
@@ -99,6 +104,12 @@ json document_of(const MeshScene& scene) {
   const mesh::Mesh mesh = mesh::load_mesh(scene.mesh);
   const mesh::Box box = mesh::bounding_box(mesh);
   const double longest = box.longest_side();
+  if (!scene.texels_per_unit && longest > 0 && (longest < kLeastSide || longest > kLargestSide)) {
+    std::ostringstream text;
+    text << mesh.file << ": found a mesh whose longest side is " << longest << " units, expected "
+         << kLeastSide << " to " << kLargestSide << ": scale it, or give --texels-per-unit";
+    throw mesh::MeshError(text.str());
+  }
   const double texels_per_unit =
       scene.texels_per_unit.value_or(longest > 0 ? mesh::kDefaultExtent / longest : 1);
   glm::dvec3 center = 0.5 * (box.low + box.high);
