@@ -225,11 +225,13 @@ int fclose(FILE *stream) {
   return failed ? EOF : result;
 }
 
-int rename(const char *from, const char *to) {
+// Names of the working folder alone.
+int renameat2(int from_at, const char *from, int to_at, const char *to, unsigned flags) {
+  if (from_at != AT_FDCWD || to_at != AT_FDCWD) abort();
   FAIL_OR("rename", counts_path(AT_FDCWD, to), -1, )
   char path[PATH_MAX] = "";
   if (!realpath(from, path)) return -1;
-  const int result = REAL(rename)(from, to);
+  const int result = REAL(renameat2)(from_at, from, to_at, to, flags);
   for (int i = 0; i < unsafes; ++i)
     if (strcmp(unsafe[i], path) == 0 && !realpath(to, unsafe[i])) abort();
   if (result == 0 && renames < MAX_FILES) {
@@ -237,6 +239,10 @@ int rename(const char *from, const char *to) {
     strncpy(renamed_to[renames++], to, PATH_MAX - 1);
   }
   return result;
+}
+
+int rename(const char *from, const char *to) {
+  return renameat2(AT_FDCWD, from, AT_FDCWD, to, 0);
 }
 
 int mkdir(const char *path, mode_t mode) {

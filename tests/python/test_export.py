@@ -126,6 +126,10 @@ def edit_config(folder: Path, key: str, value: Any) -> None:
         (lambda f: (f / "checkpoint.pt").unlink(), "checkpoint.pt: found no such file"),
         (lambda f: (f / "config.json").write_text("["), "config.json: file: found text"),
         (lambda f: (f / "checkpoint.pt").write_bytes(b"x"), "no checkpoint that loads safely"),
+        (
+            lambda f: torch.save({"generator": Path("x")}, f / "checkpoint.pt"),
+            "(it is damaged, or holds more than tensors, which could run code)",
+        ),
         (lambda f: torch.save([1], f / "checkpoint.pt"), "generator: found no state dict"),
         (lambda f: torch.save({"generator": {}}, f / "checkpoint.pt"), "cb1_1.conv1.weight: found"),
         (lambda f: edit_config(f, "family", "mesh"), 'config.json: family: found "mesh"'),

@@ -85,6 +85,22 @@ TEST_CASE("A file appears when it is committed, and not before") {
   CHECK(folder.entry_count() == 1);
 }
 
+TEST_CASE("A file that another program writes meanwhile stays") {
+  const Folder folder;
+  const fs::path target = folder / "out.npy";
+  {
+    AtomicFile file(target);
+    write(file.temporary_path(), "new");
+    write(target, "theirs");
+    CHECK_THROWS_WITH(file.commit(),
+                      target.string() +
+                          ": another program has written it "
+                          "meanwhile, and it stays: choose another name, or --force");
+  }
+  CHECK(read(target) == "theirs");
+  CHECK(folder.entry_count() == 1);
+}
+
 TEST_CASE("A file that is not committed leaves nothing") {
   const Folder folder;
   const fs::path target = folder / "out.npy";

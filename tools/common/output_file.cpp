@@ -115,6 +115,7 @@ AtomicFile::AtomicFile(const fs::path& target)
   std::error_code ignored;
   if (!folder.empty() && !fs::is_directory(folder, ignored))
     throw WriteError(target_, "there is no folder " + folder.string());
+  replaces_ = fs::exists(fs::symlink_status(target_, ignored));
   fs::remove_all(temporary_, ignored);
   remove_remains(target_);
   // Permissions alone do not tell: the file system may be read-only, or full.
@@ -130,6 +131,17 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::commit() {
+  if (!replaces_) {
+    const int result =
+        renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, target_.c_str(), RENAME_NOREPLACE);
+    if (result == 0) return;
+    if (errno == EEXIST)
+      throw std::runtime_error(target_.string() +
+                               ": another program has written it meanwhile, and it stays: choose "
+                               "another name, or --force");
+    const bool is_unknown = errno == EINVAL || errno == ENOSYS;  // to some file systems
+    if (!is_unknown) throw WriteError(target_, std::strerror(errno));
+  }
   std::error_code problem;
   fs::rename(temporary_, target_, problem);
   if (problem)

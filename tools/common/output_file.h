@@ -29,11 +29,13 @@ class AtomicFile {
   const std::filesystem::path& target() const { return target_; }
   const std::filesystem::path& temporary_path() const { return temporary_; }
 
-  // Replaces the target. Throws for a folder that is not empty.
+  // Replaces the target. Throws for a folder that is not empty, and for a file that was not there
+  // when this began: another process has written it.
   void commit();
 
  private:
   std::filesystem::path target_, temporary_;
+  bool replaces_;
 };
 
 // Calls `write` with a temporary name, which becomes the target's when it returns. Error messages

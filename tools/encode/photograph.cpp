@@ -32,10 +32,16 @@ std::unique_ptr<ImageInput> open(const std::filesystem::path& path) {
   if (problem) throw std::runtime_error(path.string() + ": cannot read: " + problem.message());
   if (!std::filesystem::is_regular_file(status))
     throw std::runtime_error(path.string() + ": cannot read: not a regular file");
-  auto input = ImageInput::open(path.string());
+  std::unique_ptr<ImageInput> input;
+  std::string reason;
+  try {
+    input = ImageInput::open(path.string());
+    if (!input) reason = first_line(OIIO::geterror());
+  } catch (const std::exception& error) {  // of a header that claims more pixels than fit memory
+    reason = error.what();
+  }
   if (!input)
-    refuse(path, "no readable image (" + first_line(OIIO::geterror()) + ")",
-           "a photograph (JPEG, PNG, TIFF, EXR ...)");
+    refuse(path, "no readable image (" + reason + ")", "a photograph (JPEG, PNG, TIFF, EXR ...)");
   return input;
 }
 

@@ -79,6 +79,7 @@ class Reader {
   void check_content() const {
     if (!std::filesystem::exists(file_)) refuse("no such file", "an image");
     if (std::filesystem::is_directory(file_)) refuse("a folder", "an image");
+    if (!std::filesystem::is_regular_file(file_)) refuse("no regular file", "an image");
     std::string begin(mesh::kOtherContentSize, '\0');
     std::ifstream stream(file_, std::ios::binary);
     stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));

@@ -12,6 +12,7 @@ from solidtex_export.export.file_format.checks import Fields, ModelFileError, pa
 from solidtex_export.export.lattice_state import StateError, check_lattice_state
 from solidtex_export.generators.build import KIND_OF_FAMILY, Generator, build_generator
 from solidtex_export.images.channels import COLOR, MAX_CHANNELS
+from solidtex_export.state_file import reason
 
 
 @dataclass
@@ -74,8 +75,7 @@ def read_checkpoint(path: Path, error: type[ValueError] = StateError) -> dict[st
     try:
         checkpoint = torch.load(path, map_location="cpu", weights_only=True)
     except Exception as cause:  # torch raises many kinds for a damaged or unsafe file
-        reason = (str(cause) or type(cause).__name__).splitlines()[0]
-        raise error(f"{path}: found no checkpoint that loads safely ({reason})") from cause
+        raise error(f"{path}: found no checkpoint that loads safely ({reason(cause)})") from cause
     if not isinstance(checkpoint, dict) or not isinstance(checkpoint.get("generator"), dict):
         raise error(f"{path}: generator: found no state dict, expected one")
     return checkpoint

@@ -14,6 +14,7 @@ import torch
 
 from solidtex_export.images.display import Display
 from solidtex_export.images.exemplar import Exemplar, save_channels, save_image
+from solidtex_export.state_file import reason
 from solidtex_export.whole_file import naming, replacing
 
 # What the command line gives of a configuration, in the order in which messages name it: of two
@@ -133,8 +134,8 @@ class ResultFolder:
             state = torch.load(self.checkpoint, map_location="cpu", weights_only=True)
         except Exception as error:  # torch raises many kinds for a damaged file
             raise ResultError(
-                f"{self.checkpoint}: found no readable checkpoint ({error}), expected one of"
-                f" {self.program}; delete it to start over"
+                f"{self.checkpoint}: found no readable checkpoint ({reason(error)}), expected one"
+                f" of {self.program}; delete it to start over"
             ) from error
         try:
             restore(state)
