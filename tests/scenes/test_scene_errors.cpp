@@ -303,7 +303,8 @@ TEST_CASE("Invalid JSON and duplicate keys are refused") {
     write_text(file, text);
     const std::string message = refusal(file);
     CAPTURE(text, message);
-    CHECK(message.find(file.string() + ": found what is not JSON") == 0);
+    CHECK(message.find(file.string() + ": found what is not JSON (") == 0);
+    CHECK(message.find("json.exception") == std::string::npos);
   }
   write_text(file, R"({"version": 1, "version": 2})");
   CHECK(refusal(file).find("the key \"version\" twice") != std::string::npos);

@@ -113,8 +113,8 @@ void check_mesh_usage(const BakeOptions& options) {
   if (options.to.empty() && options.maps.empty() && !is_glb) {
     throw CLI::ValidationError("--mesh", "found -o " + options.output.string() +
                                              ", expected -o FILE.glb, --maps albedo -o FOLDER, "
-                                             "--to uv -o FILE.exr or --to vertex-color -o "
-                                             "FILE.ply");
+                                             "--to uv -o FILE.exr, --to vertex-color -o FILE.ply "
+                                             "or --to volume -o FILE.vdb");
   }
   if (options.normal_map == "directx") {
     if (is_glb) refuse("--normal-map directx", "opengl in a .glb: the normals of glTF point up");

@@ -183,9 +183,8 @@ Range parse_range(const std::string& text, int frame_count) {
   if (parsed.ec != std::errc() || parsed.ptr != end || range.first < 0 ||
       range.last < range.first || range.last >= frame_count) {
     throw std::runtime_error(
-        fmt::format("--frames: found {}, expected FRAME or FIRST-LAST, from 0 "
-                    "to {}",
-                    text, frame_count - 1));
+        fmt::format("--frames: found {}, expected FRAME or FIRST-LAST, from 0 to {}{}", text,
+                    frame_count - 1, frame_count == 1 ? ": the scene has no animation" : ""));
   }
   return range;
 }

@@ -30,7 +30,8 @@ Bounds bounds_of(const Mesh& mesh) {
 
 std::string describe(const Mesh& mesh, const MeshReport& report) {
   std::string text = std::filesystem::path(mesh.file).filename().string() + ": " +
-                     std::to_string(mesh.triangles.size()) + " triangles";
+                     std::to_string(mesh.triangles.size()) +
+                     (mesh.triangles.size() == 1 ? " triangle" : " triangles");
   if (!can_repair_meshes()) return text + " (not checked: built without CGAL)";
   text += ", " + std::to_string(report.component_count) +
           (report.component_count == 1 ? " component" : " components");

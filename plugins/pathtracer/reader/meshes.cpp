@@ -55,6 +55,7 @@ Cut MeshReader::read_cut(const Place& place, const Mesh& mesh) {
     }
     const glm::vec3 point(to_dvec3(plane["point"]) - mesh.origin);
     cut.tool = make_half_space(point, to_vec3(plane["normal"]), mesh);
+    cut.tool.file = "the clip plane";
     return cut;
   }
   const bool subtract = value.contains("subtract");

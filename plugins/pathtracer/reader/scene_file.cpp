@@ -37,8 +37,9 @@ json parse_file(const std::filesystem::path& file) {
   try {
     return json::parse(stream, check_structure);
   } catch (const json::exception& error) {
-    throw SceneError(file.string() + ": found what is not JSON (" + error.what() +
-                     "), expected a scene");
+    const std::string reason = error.what();  // begins "[json.exception.parse_error.101] "
+    throw SceneError(file.string() + ": found what is not JSON (" +
+                     reason.substr(reason.find("] ") + 2) + "), expected a scene");
   }
 }
 
