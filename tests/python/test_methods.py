@@ -427,6 +427,11 @@ def fixed(slices, crops):
 
 def endless(slices, crops):
     return slices.mean() * float("inf")
+
+
+class Fixed(Tiny):
+    def __init__(self, channels):
+        nn.Module.__init__(self)
 """
 
 
@@ -457,6 +462,14 @@ def test_a_loss_and_a_discriminator_of_ones_own(tmp_path: Path, photo_beside_own
     assert calls and all(slices == crops for slices, crops in calls)
 
 
+def test_a_discriminator_without_parameters_is_refused(
+    tmp_path: Path, photo_beside_own: Path
+) -> None:
+    own = ["--set", "losses.it.kind=mine_for_a_test:Fixed", "--set", "critic.widths=[4,6]"]
+    with pytest.raises(SettingsError, match='Fixed", a discriminator without parameters'):
+        make_trainer([photo_beside_own], tmp_path / "r", "gutierrez", *own)
+
+
 def test_a_loss_that_is_not_finite_is_named(tmp_path: Path, photo_beside_own: Path) -> None:
     kind = "losses.mine.kind=mine_for_a_test:endless"
     trainer = make_trainer([photo_beside_own], tmp_path / "r", "gutierrez", "--set", kind)
@@ -470,6 +483,8 @@ def test_a_loss_that_is_not_finite_is_named(tmp_path: Path, photo_beside_own: Pa
         ("no_such_module:f", "expected a module and a function in it"),
         ("json:no_such_function", "expected a module and a function in it"),
         ("string:digits", "expected a function or class, not str"),
+        ("string:Template", "expected a function, or a class derived from torch.nn.Module"),
+        ("torch.nn:Flatten", "expected a class with the methods features, score, loss; features"),
     ],
 )
 def test_a_loss_that_is_none_is_refused(kind: str, message: str, tmp_path: Path) -> None:
