@@ -52,6 +52,15 @@ def wrong(where: str, found: Any, what: str) -> PydanticCustomError:
     return PydanticCustomError("wrong", "{sentence}", {"sentence": sentence})
 
 
+def check_table(model: type[Settings], values: Any, where: str) -> None:
+    """Validate an inner table whose values are kept as they are."""
+    try:
+        model.model_validate(values)
+    except ValidationError as error:
+        sentence = f"{where}.{_sentence(model, error.errors()[0])}"
+        raise PydanticCustomError("wrong", "{sentence}", {"sentence": sentence}) from error
+
+
 def show(value: Any) -> str:
     """JSON text of a value, short enough for a message."""
     text = json.dumps(value, default=str)

@@ -146,10 +146,20 @@ def test_refusals(variant: str) -> None:
         ({"channel": "roughness"}, "channel: found no 'roughness' in granite-beige"),
         ({"precision": "half"}, "precision: found 'half'"),
         ({"seed": -1}, "seed: found -1"),
+        ({"seed": 1.5}, "seed: found 1.5, expected a whole number"),
+        ({"seed": True}, "seed: found True, expected a whole number"),
+        ({"cache_limit": 0.5}, "cache_limit: found 0.5, expected a whole number"),
+        ({"cache_limit": -1}, "cache_limit: found -1"),
+        ({"texels_per_unit": -8.0}, "texels_per_unit: found -8.0, expected one positive number"),
+        ({"texels_per_unit": [1.0, 0.0, 1.0]}, "texels_per_unit: found .*, expected one positive"),
+        ({"texels_per_unit": "8"}, "texels_per_unit: found 8, expected one positive number"),
+        ({"model": 3}, "model: found 3, expected a path or the name of a model"),
         ({"texels": 3}, "texels"),
     ):
         with pytest.raises(Exception, match=message):
             mi.load_dict(stone(**options))
+    with pytest.raises(Exception, match="solidtex: model: found nothing, expected a path or the"):
+        mi.load_dict({"type": "solidtex"})
     mi.set_variant("scalar_spectral")
     with pytest.raises(Exception, match="found the variant scalar_spectral"):
         mi.load_dict(stone())

@@ -24,7 +24,12 @@ from solidtex_export.generators.oblique import cubic_columns
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.images.histograms import share_histograms
 from solidtex_export.losses import pretrained, statistics
-from solidtex_export.losses.descriptors import DescriptorSource, PretrainedWeights
+from solidtex_export.losses.descriptor.weights import DISTILLED, PROCEDURAL, load_weights
+from solidtex_export.losses.descriptors import (
+    DescriptorSource,
+    PretrainedWeights,
+    known_feature_names,
+)
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.networks import WeightsError, load_network, vgg
 from solidtex_export.networks.squeezenet import SqueezeNet
@@ -90,10 +95,12 @@ def test_feature_loss_takes_the_layers_that_there_are() -> None:
     pair = (maps(1, 2, 6, 6), maps(1, 2, 6, 6, seed=1))
     features = {"relu1_1": pair, "pool1": (pair[0], pair[0])}
     layers = ("relu1_1", "pool1", "relu5_1")
-    found = statistics.feature_loss("gram", layers, 1e-3, features)
+    found = statistics.feature_loss("near", "gram", layers, 1e-3, features)
     assert float(found) == pytest.approx(float(statistics.gram_distance(*pair)) / 2)
-    with pytest.raises(statistics.LayerError, match="expected relu9_9"):
-        statistics.feature_loss("gram", ("relu9_9",), 1e-3, features)
+    with pytest.raises(
+        statistics.LayerError, match="layers: found relu9_9, expected some of relu1_1"
+    ):
+        statistics.feature_loss("near", "gram", ("relu9_9",), 1e-3, features)
 
 
 def test_random_descriptor_names_its_layers_like_vgg() -> None:
@@ -193,6 +200,24 @@ def test_vgg_sees_colors(weights: dict[str, Tensor], tmp_path: Path) -> None:
     loss = whitened.loss(y, -y.detach())
     (gradient,) = torch.autograd.grad(loss, y)
     assert float(loss.detach()) > 0 and float(gradient.norm()) > 0
+
+
+def test_names_of_features_are_known_beforehand(weights: dict[str, Tensor], tmp_path: Path) -> None:
+    torch.save(weights, tmp_path / "vgg.pth")
+    images = maps(1, 3, 96, 96)
+    for network in (load_network(tmp_path / "vgg.pth"), SqueezeNet()):
+        given = PretrainedWeights(network)
+        found = DescriptorSource(MEAN, BASIS, given).make("features").features(images, images)
+        assert list(found) == given.feature_names("features")
+    for path in (PROCEDURAL, DISTILLED):
+        given = PretrainedWeights(None, load_weights(path))
+        source = DescriptorSource(MEAN, BASIS, given)
+        for name in ("features", "learned", "random"):
+            found = source.make(name).features(images, images)
+            assert list(found) == given.feature_names(name)
+            assert set(found) <= set(known_feature_names())
+    names = ["relu1_1", "pool1", "relu2_1", "relu2_2", "pool2"]
+    assert PretrainedWeights().feature_names("random", ((4,), (5, 6))) == names
 
 
 def test_vgg_takes_the_first_three_of_five_channels(

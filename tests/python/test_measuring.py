@@ -414,6 +414,13 @@ def test_a_picture_that_is_not_finite_is_refused(tmp_path: Path, capfd) -> None:
     assert "nan.tif: found values that are not finite" in capfd.readouterr().err
 
 
+def test_a_picture_that_is_missing_is_named(tmp_path: Path, capfd) -> None:
+    np.save(tmp_path / "v.npy", ball(3, 9).astype(np.uint8))
+    options = ["--voxel-size", "1um", "--exemplar", str(tmp_path / "nix.tif")]
+    assert main([str(tmp_path / "v.npy"), "-o", str(tmp_path / "r.json"), *options]) == 1
+    assert "nix.tif: found no such file, expected an image" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("suffix", [".tif", ".nrrd", ".solidtex"])
 def test_files_of_junk_are_refused(tmp_path: Path, capfd, suffix: str) -> None:
     path = tmp_path / f"junk{suffix}"

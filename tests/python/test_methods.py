@@ -237,6 +237,14 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("losses = 3", "losses: found 3, expected named tables, such as [losses.gram]"),
         ("[losses.gram]", "losses.gram.layers: found [], expected layer names"),
         ("[losses.spectrum]\nend = 0.4", "expected at least one with start = 0 and end = 1"),
+        (
+            "[losses.descriptor]\nlayers = ['relu1_1']",
+            'losses.descriptor.layers: found ["relu1_1"], expected none: only the kinds gram, auto',
+        ),
+        (
+            "[losses.near]\nkind = 'gram'\nlayers = ['relu1_1', 'relu9_9']",
+            'losses.near.layers: found ["relu9_9"], expected some of relu1_1, relu1_2, pool1',
+        ),
         ("[losses.gram]\nenabled = false", "expected at least one with start = 0 and end = 1"),
         ("[losses.mine]\nweight = 1", 'losses.mine.kind: found "mine", expected one of'),
         (
@@ -290,9 +298,23 @@ def test_wrong_presets_are_named(text: str, message: str, tmp_path: Path) -> Non
     ("setting", "message"),
     [
         ("mixing", "expected KEY.KEY=VALUE"),
+        ("a.b=" + 5000 * "[", "--set: found a.b=[[["),
         ("mixing=average", 'mixing: found "average", expected one of sum'),
         ("losses.0.weight=1", "found losses.0.weight=1, expected a loss by its name: descriptor"),
-        ("generator.sizes.levels=two", "generator"),
+        ("generator.sizes.levels=two", 'lattice: generator.sizes.levels: found "two", expected an'),
+        (
+            "losses.descriptor.layers=['relu1_1']",
+            'descriptor.layers: found ["relu1_1"], expected none',
+        ),
+        (
+            "losses.gram.layers=['relu5_1']",
+            "losses.gram.layers: found relu5_1, expected some of relu1",
+        ),
+        ("generator.sizes.levels=0", "lattice: generator.sizes.levels: found 0, expected 1 to 21"),
+        (
+            "generator.sizes.step_channels=500",
+            "generator.sizes: found 1279884003 weights, expected at most",
+        ),
     ],
 )
 def test_wrong_settings_are_refused(
@@ -305,6 +327,50 @@ def test_wrong_settings_are_refused(
         code = exit.code
     assert code in (1, 2) and message in capsys.readouterr().err
     assert not (tmp_path / "r").exists()
+
+
+@pytest.mark.parametrize(
+    ("preset", "size", "message"),
+    [
+        (
+            "lattice",
+            "levls=4",
+            "levls: found an unknown key, expected levels, noise_channels, step",
+        ),
+        ("lattice", "levels=22", "levels: found 22, expected 1 to 21"),
+        ("lattice", "levels=2.5", "levels: found 2.5, expected an integer"),
+        ("lattice", "slope=true", "slope: found true, expected a number"),
+        ("lattice", "slope=-0.5", "slope: found -0.5, expected 0 to 1"),
+        ("lattice", "noise_channels=0", "noise_channels: found 0, expected 1 to 512"),
+        (
+            "lattice",
+            "step_channels=700",
+            "step_channels: found 700, expected 1 to 682 for 6 levels",
+        ),
+        ("lattice", "out_channels=5", "out_channels: found an unknown key"),
+        ("sts-gan", "width=4095", "width: found 4095, expected 1 to 4092 for 4 noise_channels"),
+        ("gramgan", "octaves=-16", "octaves: found -16, expected 1 to 256"),
+        (
+            "gramgan",
+            "octaves=15",
+            "octaves: found 15, expected a multiple of hidden_layers - 1 = 4",
+        ),
+        ("sampler", "octaves=65", "octaves: found 65, expected 1 to 64 for 5 hidden_layers with"),
+        ("sampler", "noise_at=output", 'noise_at: found "output", expected one of hidden, input'),
+    ],
+)
+def test_wrong_sizes_of_a_generator_are_named(preset: str, size: str, message: str) -> None:
+    with pytest.raises(PresetError) as error:
+        load_recipe(preset, [f"generator.sizes.{size}"])
+    assert str(error.value).startswith(f"{preset}: generator.sizes.{message}")
+
+
+def test_sizes_are_kept_as_they_are_written() -> None:
+    """Older results are resumed by a configuration of the same keys in the same order."""
+    sizes = load_recipe("lattice", ["generator.sizes.slope=0"]).generator.sizes
+    expected = {"levels": 6, "noise_channels": 3, "step_channels": 4, "slope": 0}
+    assert list(sizes.items()) == list(expected.items())
+    assert isinstance(sizes["slope"], int)
 
 
 def test_some_octaves_are_as_long_as_the_grain(
@@ -361,6 +427,11 @@ def fixed(slices, crops):
 
 def endless(slices, crops):
     return slices.mean() * float("inf")
+
+
+class Fixed(Tiny):
+    def __init__(self, channels):
+        nn.Module.__init__(self)
 """
 
 
@@ -391,6 +462,14 @@ def test_a_loss_and_a_discriminator_of_ones_own(tmp_path: Path, photo_beside_own
     assert calls and all(slices == crops for slices, crops in calls)
 
 
+def test_a_discriminator_without_parameters_is_refused(
+    tmp_path: Path, photo_beside_own: Path
+) -> None:
+    own = ["--set", "losses.it.kind=mine_for_a_test:Fixed", "--set", "critic.widths=[4,6]"]
+    with pytest.raises(SettingsError, match='Fixed", a discriminator without parameters'):
+        make_trainer([photo_beside_own], tmp_path / "r", "gutierrez", *own)
+
+
 def test_a_loss_that_is_not_finite_is_named(tmp_path: Path, photo_beside_own: Path) -> None:
     kind = "losses.mine.kind=mine_for_a_test:endless"
     trainer = make_trainer([photo_beside_own], tmp_path / "r", "gutierrez", "--set", kind)
@@ -404,6 +483,8 @@ def test_a_loss_that_is_not_finite_is_named(tmp_path: Path, photo_beside_own: Pa
         ("no_such_module:f", "expected a module and a function in it"),
         ("json:no_such_function", "expected a module and a function in it"),
         ("string:digits", "expected a function or class, not str"),
+        ("string:Template", "expected a function, or a class derived from torch.nn.Module"),
+        ("torch.nn:Flatten", "expected a class with the methods features, score, loss; features"),
     ],
 )
 def test_a_loss_that_is_none_is_refused(kind: str, message: str, tmp_path: Path) -> None:

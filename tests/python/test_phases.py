@@ -90,7 +90,10 @@ def test_reduced_labels_keep_their_shares(tmp_path: Path) -> None:
         ([section([0, 1]), section([0, 255])], (),
          "{0}: found the labels 0, 1, while {1} has 0, 255, expected the same number for a phase"),
         ([section([0, 1])], ("pore", "pore"), "--phase-names: found a name twice in pore,pore"),
-        ([section([0, 1])], ("pore", "no name"), "found the name 'no name', expected one such as"),
+        ([section([0, 1])], ("pore", "no name"),
+         "--phase-names: found 'no name' in pore,no name, expected names of letters, digits, _,"),
+        ([section([0, 1])], ("", "grain"), "--phase-names: found '' in ,grain, expected names of"),
+        ([section([0, 1])], ("pore/1", "grain"), "--phase-names: found 'pore/1' in pore/1,grain"),
     ],
 )  # fmt: skip
 def test_labels_that_are_refused(
@@ -123,6 +126,7 @@ def test_images_of_labels_without_the_option_name_it(tmp_path: Path, capfd) -> N
         (["--phase-names", "a,b"], "--phase-names: found without --phases"),
         (["--phases", "--range", "auto"], "--phases: found together with --range"),
         (["--phases", "--estimate", "height"], "--phases: found together with --estimate"),
+        (["--phases", "--color-space", "linear"], "--phases: found together with --color-space"),
         (["--phases", "--preset", "sampler"], "generator.kind: found sampler, expected lattice"),
     ],
 )
@@ -198,6 +202,11 @@ def test_ctrl_c_stops_while_fractions_are_held(tmp_path: Path, monkeypatch, capf
     error = capfd.readouterr().err
     assert "stopped: after the steps the fractions of phases are held" in error
     assert "stopped at step 2, before its fractions were held; the same command resumes" in error
+    assert export.main([str(tmp_path / "stopped"), "-o", str(tmp_path / "a.solidtex")]) == 0
+    error = capfd.readouterr().err
+    assert (
+        "not finished, it stopped at step 2 before the fractions of its phases were held" in error
+    )
     code, resumed = run("stopped")
     assert code == 0 and resumed["finished"]
     assert torch.equal(resumed["generator"]["color_mean"], whole["generator"]["color_mean"])

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from solidtex.arguments import Floats
-from solidtex.errors import Error
+from solidtex.errors import Error, InvalidArgument
 from solidtex.texture import CACHE_LIMIT, Texture
 
 mi: Any = importlib.import_module("mitsuba")
@@ -34,15 +34,17 @@ class Lookup:
     """Lookup of one texture of a scene in NumPy, independent of variants and their types."""
 
     def __init__(self, props: Any) -> None:
-        self.model: str = props["model"]
-        seed, precision = int(props.get("seed", 0)), props.get("precision", "full")
+        self.model = _model(props)
         self.texture = Texture(
-            self.model, seed, precision, int(props.get("cache_limit", CACHE_LIMIT))
+            self.model,
+            _whole(props, "seed", 0),
+            props.get("precision", "full"),
+            _whole(props, "cache_limit", CACHE_LIMIT),
         )
         channel = props.get("channel", "albedo")
         self.is_color = channel == "albedo"
         self.channels = self._indices(ALBEDO if self.is_color else (channel,))
-        scale = np.diag(np.broadcast_to(np.array(props.get("texels_per_unit", 1.0), float), 3))
+        scale = np.diag(_texels_per_unit(props))
         to_world = props.get("to_world", None)
         matrix = np.eye(4) if to_world is None else np.array(to_world.matrix, float).reshape(4, 4)
         to_object = np.linalg.inv(matrix)
@@ -78,6 +80,34 @@ class Lookup:
             values = decoded(values)
         shown: Floats = np.clip(values, 0, LARGEST_ALBEDO)
         return shown
+
+
+def _model(props: Any) -> str:
+    model = props.get("model", None)
+    if not isinstance(model, str):
+        found = "nothing" if model is None else repr(model)
+        raise InvalidArgument(f"model: found {found}, expected a path or the name of a model")
+    return model
+
+
+def _whole(props: Any, name: str, default: int) -> int:
+    value = props.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value // 1:
+        raise InvalidArgument(f"{name}: found {value!r}, expected a whole number")
+    return int(value)
+
+
+def _texels_per_unit(props: Any) -> np.ndarray[Any, Any]:
+    value = props.get("texels_per_unit", 1.0)
+    try:
+        scale = np.broadcast_to(np.array(None if isinstance(value, str) else value, float), 3)
+    except (TypeError, ValueError):
+        scale = np.zeros(3)
+    if not (np.isfinite(scale) & (scale > 0)).all():
+        raise InvalidArgument(
+            f"texels_per_unit: found {value}, expected one positive number or three"
+        )
+    return scale
 
 
 def decoded(values: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import copy
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -60,6 +61,13 @@ def export(args: argparse.Namespace) -> cli.Document:
 def unfinished(result: TrainingResult) -> str:
     step = result.progress.get("step", 0)
     steps, minutes = result.config.get("steps"), result.config.get("minutes")
+    seconds = result.progress.get("seconds", 0)
+    is_trained = step >= steps if steps else seconds >= 60 * (minutes or math.inf)
+    if is_trained and result.has_phases:
+        return (
+            f"the training is not finished, it stopped at step {step} before the fractions of its"
+            " phases were held; repeat its command to hold them"
+        )
     whole = f" of {steps}" if steps else f"; it was to take {minutes:g} minutes" if minutes else ""
     return (
         f"the training is not finished, it stopped at step {step}{whole}; repeat its command to"

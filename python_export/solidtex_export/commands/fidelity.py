@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 PROGRAM = "solidtex-fidelity"
 
 EXAMPLES = f"""  {PROGRAM} docs/papers.toml --photos photographs -o results/papers
-  {PROGRAM} docs/papers.toml --photos photographs -o results/papers --only granite-grey
+  {PROGRAM} docs/papers.toml --photos photographs -o results/papers --only granite-beige
   {PROGRAM} docs/papers.toml -o results/papers --no-training --table docs/papers.md
   {PROGRAM} docs/fidelity.toml --photos photographs --features squeezenet.safetensors \\
       --workers 2 -o results/fidelity

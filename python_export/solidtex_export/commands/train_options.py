@@ -275,6 +275,7 @@ def check_phases(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         "--estimate": args.estimate,
         "--range": args.ranges,
         "--layer": args.layer,
+        "--color-space": args.color_space != "srgb",
         "--space": args.space,
         "--start": args.start,
         "--features": args.features,

@@ -17,6 +17,7 @@ from solidtex_export.discriminators.settings import AnyDiscriminator, ProjectedC
 from solidtex_export.images.exemplar import random_crops
 from solidtex_export.losses import own
 from solidtex_export.losses.descriptors import DescriptorSource
+from solidtex_export.settings import SettingsError, show
 
 Reals = Callable[[int, int], Tensor]
 """(count, side) -> crops of the photograph [count, channel, side, side]."""
@@ -127,7 +128,13 @@ def _discriminator(
     name: str, settings: AnyDiscriminator, photograph: Tensor, source: DescriptorSource
 ) -> Any:
     if own.is_own(name):
-        return own.load(name)(len(photograph))
+        made = own.load(name)(len(photograph))
+        if not any(True for _ in made.parameters()):
+            raise SettingsError(
+                f"losses: found the kind {show(name)}, a discriminator without parameters,"
+                " expected some to train"
+            )
+        return made
     if isinstance(settings, ProjectedCriticSettings):
         network = source.learned("projected_critic").network
         return ProjectedCritic(network, photograph, settings.layers, settings.head_width)

@@ -11,6 +11,7 @@ import torch
 from solidtex_export.export.file_format.checks import Fields, ModelFileError, parse_json
 from solidtex_export.export.lattice_state import StateError, check_lattice_state
 from solidtex_export.generators.build import KIND_OF_FAMILY, Generator, build_generator
+from solidtex_export.generators.lattice import BaseLattice
 from solidtex_export.images.channels import COLOR, MAX_CHANNELS
 from solidtex_export.state_file import reason
 
@@ -24,6 +25,10 @@ class TrainingResult:
     progress: dict[str, float]
     generator: Generator
     finished: bool = True
+
+    @property
+    def has_phases(self) -> bool:
+        return isinstance(self.generator, BaseLattice) and self.generator.softmax
 
     @property
     def channels(self) -> list[str]:

@@ -31,6 +31,7 @@ NOT_COLOR = {"n", "normal", "normals", "p", "position", "motion", "velocity", "v
 DEPTH = ("z", "zback", "depth", "depth.z")
 
 MAP_NAME = "[A-Za-z][A-Za-z0-9_.-]*"
+NAMED = "letters, digits, _, . and -, a letter first"
 GRAY_TOLERANCE = 2 / 255  # between channels of a gray map that was stored as color
 
 Channels = dict[str, np.ndarray]
@@ -188,7 +189,7 @@ def map_channels(name: str, picture: Picture, asked: Range | None = None) -> Rea
 def check_map_name(name: str) -> None:
     """Refuse a --map that cannot be a channel."""
     if not re.fullmatch(MAP_NAME, name):
-        raise ExemplarError(f"found the name {name!r}, expected one such as roughness")
+        raise ExemplarError(f"found the name {name!r}, expected {NAMED}, such as roughness")
     if name.split(".")[0] == "albedo":
         raise ExemplarError(f"found {name}, expected another name: PHOTO is the albedo")
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageOps
 
-from solidtex_export.images.channels import check_map_name
+from solidtex_export.images.channels import MAP_NAME, NAMED
 from solidtex_export.images.exemplar import Crop, Exemplar, cropped, reduced
 from solidtex_export.images.file_kinds import ExemplarError, refuse
 from solidtex_export.images.photographs import Picture, read_picture
@@ -44,7 +45,10 @@ def load_labels(
             " each label"
         )
     for name in names:
-        check_map_name(name if not name.isdigit() else f"label{name}")
+        if not re.fullmatch(f"{MAP_NAME}|[0-9]+", name):
+            raise ExemplarError(
+                f"--phase-names: found {name!r} in {','.join(names)}, expected names of {NAMED}"
+            )
     exemplars = []
     for picture in pictures:
         indicators = [(picture.pixels[:, :, 0] == label).astype(np.float32) for label in labels]

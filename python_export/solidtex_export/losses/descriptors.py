@@ -7,12 +7,13 @@ from typing import Protocol
 
 from torch import Tensor
 
+from solidtex_export.losses.descriptor.network import DISTILLED_WIDTHS, WIDTHS
 from solidtex_export.losses.descriptor.weights import Trained, WeightsError
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.pretrained import PretrainedDescriptor
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.losses.statistics import Features
-from solidtex_export.networks import SqueezeNet, Vgg19
+from solidtex_export.networks import SqueezeNet, Vgg19, squeezenet, vgg
 
 
 class Descriptor(Protocol):
@@ -29,12 +30,40 @@ class Descriptor(Protocol):
         """Feature maps by layer name, for losses that compare them in other ways."""
 
 
+Groups = tuple[tuple[int, ...], ...]
+
+
 @dataclass(frozen=True)
 class PretrainedWeights:
     """Pretrained weights that the user provides."""
 
     features: Vgg19 | SqueezeNet | None = None
     learned: Trained | None = None
+
+    def feature_names(self, descriptor: str, groups: Groups = ()) -> list[str]:
+        """Layers of the descriptor of that name, for images that are large enough."""
+        if descriptor == "random":
+            return _grouped_names(groups or RandomDescriptor.groups)
+        if descriptor == "features" and self.features is not None:
+            named = vgg if isinstance(self.features, Vgg19) else squeezenet
+            return named.feature_names()
+        return _grouped_names(self.learned.network.widths if self.learned else WIDTHS)
+
+
+def known_feature_names(groups: Groups = ()) -> list[str]:
+    """Layers that any descriptor has, the random one with the given groups among them."""
+    random = _grouped_names(groups or RandomDescriptor.groups)
+    learned = _grouped_names(WIDTHS) + _grouped_names(DISTILLED_WIDTHS)
+    names = vgg.feature_names() + squeezenet.feature_names() + learned + random
+    return list(dict.fromkeys(names))
+
+
+def _grouped_names(groups: Groups) -> list[str]:
+    """relu1_1, relu1_2, pool1, relu2_1 ... for the widths of each group."""
+    names = []
+    for i, group in enumerate(groups, 1):
+        names += [f"relu{i}_{j}" for j in range(1, len(group) + 1)] + [f"pool{i}"]
+    return names
 
 
 @dataclass(frozen=True)
@@ -47,7 +76,7 @@ class DescriptorSource:
     linear: bool = False
     """Whether colors are linear light rather than sRGB-encoded."""
 
-    def make(self, name: str, groups: tuple[tuple[int, ...], ...] = ()) -> Descriptor:
+    def make(self, name: str, groups: Groups = ()) -> Descriptor:
         """Make a descriptor. "features" without a file is "learned", the built-in network."""
         if name == "random":
             return RandomDescriptor(groups) if groups else RandomDescriptor()

@@ -4,8 +4,9 @@ A loss is a function of two batches [batch, channel, side, side] on the device o
 slices of the solid, and crops of the photograph. It returns a number to minimize, differentiable
 with respect to the slices. Values are whitened: mean 0 and covariance 1 over the photographs.
 
-A discriminator is a class that is constructed with the number of channels; `Discriminator` in
-discriminators/critic.py is its interface. The table [critic] has the settings of its training.
+A discriminator is a torch.nn.Module that is constructed with the number of channels;
+`Discriminator` in discriminators/critic.py is its interface. The table [critic] has the settings of
+its training.
 """
 
 from __future__ import annotations
@@ -17,9 +18,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from torch import Tensor
+from torch import Tensor, nn
 
 from solidtex_export.settings import SettingsError, expected, show
+
+METHODS = ("features", "score", "loss")
+"""Methods of a discriminator."""
 
 
 def is_own(kind: str) -> bool:
@@ -39,7 +43,16 @@ def load(kind: str) -> Callable[..., Any]:
         raise expected(what) from error
     if not callable(found):
         raise expected(f"a function or class, not {type(found).__name__}")
+    if inspect.isclass(found):
+        _check_discriminator(found)
     return found  # type: ignore[no-any-return]
+
+
+def _check_discriminator(found: type) -> None:
+    if not issubclass(found, nn.Module):
+        raise expected("a function, or a class derived from torch.nn.Module")
+    if missing := [name for name in METHODS if not callable(getattr(found, name, None))]:
+        raise expected(f"a class with the methods {', '.join(METHODS)}; {missing[0]} is missing")
 
 
 def loss(name: str, kind: str, slices: Tensor, crops: Tensor) -> Tensor:

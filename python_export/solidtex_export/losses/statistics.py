@@ -90,12 +90,15 @@ def smoothness_distance(fakes: Tensor, reals: Tensor, sigma: float) -> Tensor:
     return (smoothness(fakes, sigma) - smoothness(reals, sigma)).square().sum() / len(fakes)
 
 
-def feature_loss(kind: str, layers: tuple[str, ...], sigma: float, features: Features) -> Tensor:
-    """One term: the mean over those of `layers` that the descriptor has (table 1)."""
-    pairs = [features[name] for name in layers if name in features]
+def feature_loss(
+    name: str, kind: str, layers: tuple[str, ...], sigma: float, features: Features
+) -> Tensor:
+    """The term `name`: the mean over those of `layers` that the descriptor has (table 1)."""
+    pairs = [features[layer] for layer in layers if layer in features]
     if not pairs:
         raise LayerError(
-            f"{kind}: found layers {', '.join(features)}, expected {', '.join(layers)}"
+            f"losses.{name}.layers: found {', '.join(layers)}, expected some of"
+            f" {', '.join(features)}, the layers that the descriptor has for slices of this size"
         )
     distances = {
         "gram": gram_distance,

@@ -147,6 +147,8 @@ def read_picture(path: Path) -> NDArray[Any]:
     try:
         with Image.open(path) as image:
             pixels = np.asarray(image)
+    except FileNotFoundError as error:
+        raise VolumeError(f"{path}: found no such file, expected an image") from error
     except (OSError, UnidentifiedImageError) as error:
         raise VolumeError(f"{path}: found a file that is no image: {error}") from error
     if pixels.ndim == 3:

@@ -36,6 +36,15 @@ class Fire(nn.Module):
         return F.relu(torch.cat([self.expand1x1(x), self.expand3x3(x)], 1))
 
 
+def feature_names() -> list[str]:
+    """Names of the features that `SqueezeNet.named_features` returns."""
+    found = []
+    for group, modules in enumerate(GROUPS, 1):
+        found += [f"relu{group}_{i}" for i in range(1, len(modules) + 1)]
+        found += [f"pool{group}"] if group < len(GROUPS) else []
+    return found + [f"half_{name}" for name in found]
+
+
 def _pooled(features: Tensor) -> Tensor:
     """Largest values of 3 x 3 neighborhoods, at half the size."""
     return F.max_pool2d(features, 3, 2, ceil_mode=True)

@@ -86,6 +86,15 @@ class Vgg19:
         return found
 
 
+def feature_names() -> list[str]:
+    """Names of the features, finest first."""
+    found = []
+    for group, count in enumerate(CONVOLUTIONS, 1):
+        found += [f"relu{group}_{i}" for i in range(1, count + 1)]
+        found += [f"pool{group}"] if group < len(CONVOLUTIONS) else []
+    return found
+
+
 def recognizes(state: Mapping[str, Any]) -> bool:
     """Whether the names of the tensors are VGG-19's."""
     return _is_named_by_gatys(state) or any(str(key).startswith("features.") for key in state)

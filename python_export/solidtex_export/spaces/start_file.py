@@ -76,9 +76,8 @@ def read_start_file(path: Path) -> LearnedStart:
 def check_state(path: Path, document: StartDocument, state: Mapping[str, Tensor]) -> None:
     """Refuse tensors that are not those of the generator, or not finite."""
     settings = {k: v for k, v in document.generator.items() if k != "kind"}
-    kind = validated(
-        GeneratorSettings, {"kind": document.generator.get("kind"), "sizes": settings}, str(path)
-    ).kind
+    named = {"kind": document.generator.get("kind"), "sizes": settings}
+    kind = validated(GeneratorSettings, named, f"{path}: generator").kind
     try:
         with torch.device("meta"):
             family = "sampler" if kind == "sampler" else "field"

@@ -150,7 +150,7 @@ class Objective:
                 if key not in features:
                     reals = self._reals(index, len(slices), slices.shape[2])
                     features[key] = self._descriptors[key].features(self._turned(slices), reals)
-                loss = feature_loss(term.kind, term.layers, term.sigma, features[key])
+                loss = feature_loss(name, term.kind, term.layers, term.sigma, features[key])
             losses[name] = (term, loss)
         return losses
 

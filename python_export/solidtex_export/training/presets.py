@@ -131,6 +131,8 @@ def _override(text: str, values: dict[str, Any]) -> dict[str, Any]:
         raise PresetError(f"--set: found {text}, expected KEY.KEY=VALUE")
     try:
         found: dict[str, Any] = {last: tomllib.loads(f"value = {value}")["value"]}
+    except RecursionError as error:
+        raise PresetError(f"--set: found {text[:60]} ..., expected less nesting") from error
     except tomllib.TOMLDecodeError:
         found = {last: value}  # a bare word
     for part in reversed(path):

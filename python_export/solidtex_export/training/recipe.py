@@ -17,8 +17,10 @@ from solidtex_export.discriminators.settings import (
     CriticSettings,
     ProjectedCriticSettings,
 )
+from solidtex_export.generators.settings import SIZES
 from solidtex_export.losses import own
-from solidtex_export.settings import Array, Pair, Settings, expected, within, wrong
+from solidtex_export.losses.descriptors import known_feature_names
+from solidtex_export.settings import Array, Pair, Settings, check_table, expected, within, wrong
 
 Share = Annotated[float, within(0, 1)]
 Rate = Annotated[float, within(1e-9, 10)]
@@ -66,10 +68,16 @@ class GeneratorSettings(Settings):
 
     kind: Literal["lattice", "pyramid", "sampler"]
     sizes: dict[str, Any] = Field(default_factory=dict)
+    """Keys, defaults and ranges are those of the kind's table in generators/settings.py."""
     statistics: Literal["measured", "trained"] = "measured"
     """Statistics of batch normalization: measured once, then fixed; or of each slice, measured at
     the end.
     """
+
+    @model_validator(mode="after")
+    def _check(self) -> GeneratorSettings:
+        check_table(SIZES[self.kind], self.sizes, "sizes")
+        return self
 
 
 class Init(Settings):
@@ -146,6 +154,12 @@ class Loss(Settings):
             raise wrong("end", self.end, f"at least its start, {self.start:g}")
         if self.kind in FEATURE_LOSSES and not self.layers:
             raise wrong("layers", [], "layer names")
+        if self.kind not in FEATURE_LOSSES and self.layers:
+            needed = f"none: only the kinds {', '.join(FEATURE_LOSSES)} choose layers"
+            raise wrong("layers", self.layers, needed)
+        known = known_feature_names(self.groups)
+        if unknown := [name for name in self.layers if name not in known]:
+            raise wrong("layers", unknown, f"some of {', '.join(known)}")
         return self
 
     def active(self, progress: float) -> bool:

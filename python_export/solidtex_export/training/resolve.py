@@ -7,11 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
+import torch
+
 from solidtex_export.analysis.choice import LATTICE, VEINS, Choice, choose_lattice, choose_preset
 from solidtex_export.analysis.measurements import Measurements
 from solidtex_export.discriminators.critic import Critic
 from solidtex_export.generators.build import build_generator
 from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.generators.settings import MAX_WEIGHTS
 from solidtex_export.images.channels import AS_IS, Reading
 from solidtex_export.images.estimates import METHOD
 from solidtex_export.images.exemplar import Exemplar, check_alike, load_exemplar
@@ -157,7 +160,20 @@ def resolve(request: Request) -> Resolved:
     learned = None
     if descriptor is not None:
         learned = load_weights(descriptor)
-    return Resolved(config, exemplars, PretrainedWeights(features, learned), choices, start)
+    weights = PretrainedWeights(features, learned)
+    check_layers(preset, recipe, weights)
+    return Resolved(config, exemplars, weights, choices, start)
+
+
+def check_layers(preset: str, recipe: Recipe, weights: PretrainedWeights) -> None:
+    """Refuse a loss of features none of whose layers its descriptor has."""
+    for name, term in recipe.losses.items():
+        known = weights.feature_names(term.descriptor, term.groups)
+        if term.layers and not set(term.layers) & set(known):
+            raise PresetError(
+                f"{preset}: losses.{name}.layers: found {', '.join(term.layers)}, expected some of"
+                f" {', '.join(known)}"
+            )
 
 
 def shipped_descriptor(recipe: Recipe) -> Path:
@@ -283,9 +299,16 @@ def generator_arguments(
     if phases:
         arguments["softmax"] = True
     try:
-        generator = build_generator(recipe.family, arguments)
+        with torch.device("meta"):
+            generator = build_generator(recipe.family, arguments)
     except (TypeError, ValueError) as error:
         raise PresetError(f"{preset}: generator: {error}") from error
+    weights = sum(parameter.numel() for parameter in generator.parameters())
+    if weights > MAX_WEIGHTS:
+        raise PresetError(
+            f"{preset}: generator.sizes: found {weights} weights, expected at most {MAX_WEIGHTS},"
+            " the 512 MiB of a model file; choose smaller sizes"
+        )
     short = recipe.grain.short_octaves
     if isinstance(generator, OctaveSampler) and short >= generator.octaves:
         needed = f"fewer than all {generator.octaves} octaves"
