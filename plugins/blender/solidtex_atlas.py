@@ -19,16 +19,25 @@ COLOR, NORMAL = "Base Color", "Normal"
 
 
 def unwrap(target: bpy.types.Object) -> None:
-    """Give the object texture coordinates without overlaps."""
+    """Give the object texture coordinates without overlaps. Ends in Object Mode."""
+    if not target.data.polygons:
+        raise ValueError(f"{target.name}: found a mesh without faces, expected one with faces")
     bpy.context.view_layer.objects.active = target
     bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
-    bpy.ops.uv.smart_project(island_margin=0.02)
-    bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.uv.smart_project(island_margin=0.02)
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
 
 
-def apply(target: bpy.types.Object, pictures: Mapping[str, Path]) -> bpy.types.Material:
-    """Give a mesh a material of images, by the inputs of the principled shader that they fill."""
+def apply(
+    target: bpy.types.Object, pictures: Mapping[str, Path], uv_map: str = ""
+) -> bpy.types.Material:
+    """Give a mesh a material of images, by the inputs of the principled shader that they fill.
+
+    uv_map: the UV map that the images were baked for; without, the one that Blender renders.
+    """
     material = bpy.data.materials.new(NAME)
     material.use_nodes = True
     tree = material.node_tree
@@ -36,11 +45,16 @@ def apply(target: bpy.types.Object, pictures: Mapping[str, Path]) -> bpy.types.M
     for name, path in pictures.items():
         node = tree.nodes.new("ShaderNodeTexImage")
         node.image = bpy.data.images.load(str(path.resolve()))
+        if uv_map:
+            place = tree.nodes.new("ShaderNodeUVMap")
+            place.uv_map = uv_map
+            tree.links.new(place.outputs["UV"], node.inputs["Vector"])
         if name != COLOR:
             node.image.colorspace_settings.name = "Non-Color"
         value = node.outputs["Color"]
         if name == NORMAL:
             relief = tree.nodes.new("ShaderNodeNormalMap")
+            relief.uv_map = uv_map
             tree.links.new(value, relief.inputs["Color"])
             value = relief.outputs["Normal"]
         tree.links.new(value, surface.inputs[name])

@@ -128,17 +128,45 @@ volume = [values(mesh, "albedo", "vector", 3), values(mesh, "roughness")]
 np.save("values.npy", np.concatenate([values(mesh, "position", "vector", 3), *volume], axis=1))
 material = ball.data.materials[0]
 found = {{"modifiers": len(ball.modifiers), "objects": len(bpy.data.objects),
-          "vdb": (folder / "Sphere-paint-rusted.vdb").is_file(),
+          "vdbs": len(list(folder.glob("scene-Sphere-paint-rusted-*.vdb"))),
           "name": material.name, "seed": material["solidtex"]["seed"]}}
 """,
         folder,
     )
-    assert found == {"modifiers": 1, "objects": 1, "vdb": True, "seed": SEED,
+    assert found == {"modifiers": 1, "objects": 1, "vdbs": 1, "seed": SEED,
                      "name": "paint-rusted Sphere"}  # fmt: skip
     table = np.load(folder / "values.npy").astype(np.float64)
     volume = painted(table[:, :3])
     assert volume[:, :3].std() > 0.01
     assert np.abs(table[:, 3:] - volume).max() < 1e-4
+
+
+@needs_volumes
+def test_a_volume_replaces_no_other_one(folder: Path) -> None:
+    """Neither that of another .blend file, nor the former one, which Blender would still show."""
+    found = blender(
+        f"""{PAINTED}
+settings.chosen, settings.way = "granite-grey", "VOLUME"
+def made(seed):
+    settings.seed = seed
+    bpy.ops.solidtex.make_material()
+    mesh = ball.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+    return float(values(mesh, "albedo", "vector", 3)[0, 0])
+contents = lambda: {{p.name: p.read_bytes() for p in folder.glob("*.vdb")}}
+first, second = made(0), made(1)
+before = contents()
+bpy.ops.wm.save_as_mainfile(filepath=str(folder / "other.blend"))
+again = made(0)
+after = contents()
+found = {{"shown": [first, second, again], "kept": all(after[n] == before[n] for n in before),
+          "names": [len(before), len(after)], "new": list(after.keys() - before.keys())}}
+""",
+        folder,
+    )
+    first, second, again = found["shown"]
+    assert first == again and abs(first - second) > 1e-3
+    assert found["kept"] and found["names"] == [2, 3]
+    assert found["new"][0].startswith("other-Sphere-granite-grey-")
 
 
 def painted(positions: np.ndarray) -> np.ndarray:
@@ -183,10 +211,38 @@ found = {"packed": [bool(image.packed_file) for image in bpy.data.images],
 
 
 @needs_bpy
+def test_images_are_shown_by_the_uv_map_that_was_baked(folder: Path) -> None:
+    found = blender(
+        """
+settings.chosen, settings.way, settings.resolution = "granite-grey", "IMAGES", 32
+settings.texels = 30
+first = ball.data.uv_layers[0]
+first.name = "tiled"
+for item in first.data:
+    item.uv = item.uv * 3
+tiled = message(bpy.ops.solidtex.make_material)
+ball.data.uv_layers.active = ball.data.uv_layers.new(name="atlas", do_init=False)
+module("solidtex_atlas").unwrap(ball)
+bpy.ops.solidtex.make_material()
+nodes = ball.data.materials[0].node_tree.nodes
+rendered = next(layer.name for layer in ball.data.uv_layers if layer.active_render)
+found = {"tiled": tiled, "rendered": rendered,
+         "shown": [node.uv_map for node in nodes if node.type == "UVMAP"]}
+""",
+        folder,
+    )
+    assert "Sphere: UV map tiled: found the texture coordinates (" in found["tiled"]
+    assert "Smart UV Project" in found["tiled"] and "Vertex colors" in found["tiled"]
+    assert found["rendered"] == "tiled" and found["shown"] == ["atlas"]
+
+
+@needs_bpy
 def test_models_of_ones_own_get_thumbnails(folder: Path) -> None:
     own = folder / "mine"
     own.mkdir()
     shutil.copy(REPOSITORY / "models" / "granite-grey-sampler.solidtex", own / "my-stone.solidtex")
+    (own / "broken.solidtex").write_text("nothing")  # looked at before my-stone
+    (own / "gone.solidtex").symlink_to(own / "nowhere.solidtex")
     found = blender(
         """
 preferences.models = str(folder / "mine")
@@ -196,12 +252,14 @@ path = module("settings").thumbnail(Path(settings.model))
 image = bpy.data.images.load(str(path))
 found = {"model": settings.model, "size": list(image.size),
          "models": len(module("settings").models()),
+         "broken": module("settings").thumbnail(folder / "mine" / "broken.solidtex"),
          "contrast": float(np.std(image.pixels[:]))}
 """,
         folder,
     )
     shipped = len(list((REPOSITORY / "models").glob("*.solidtex")))
-    assert found["model"] == str(own / "my-stone.solidtex") and found["models"] == shipped + 1
+    assert found["model"] == str(own / "my-stone.solidtex") and found["models"] == shipped + 2
+    assert found["broken"] is None
     assert found["size"] == [128, 128] and found["contrast"] > 0.05
 
 
@@ -283,6 +341,125 @@ found["disabled"] = not hasattr(bpy.types.Scene, "solidtex")
     assert "broken.solidtex" in found["damaged"]
     assert "solidtex-bake" in found["missing"] and "Preferences" in found["missing"]
     assert str(folder / "empty") in found["missing"] and found["disabled"]
+
+
+@needs_bpy
+def test_a_model_that_is_gone_is_not_replaced_by_another(folder: Path) -> None:
+    found = blender(
+        """
+settings.way = "VERTICES"
+shown = []
+for settings.chosen in ("", "/elsewhere/granite-grey.solidtex", "granite-grey.v2"):
+    shown.append(Path(settings.model).stem)
+found = {"shown": shown, "gone": message(bpy.ops.solidtex.make_material),
+         "materials": len(ball.data.materials)}
+""",
+        folder,
+    )
+    assert found["shown"] == ["marble", "granite-grey", ""]
+    assert "Found no model granite-grey.v2 in " in found["gone"] and found["materials"] == 0
+
+
+UNUSABLE = {
+    "edges": ("found a mesh without faces",),
+    "tiny": ("2e-09 units wide", "Make the mesh larger", "fewer Texels"),
+    "huge": ("2e+12 units wide", "Make the mesh smaller", "more Texels"),
+    "far": ("texels from the object's origin", "Origin to Geometry"),
+    "nan": ("found 1 of 8 vertices", "are no numbers"),
+}
+WAYS = ("AUTO", "OSL", "IMAGES", "VERTICES", "VOLUME")
+
+
+@needs_bpy
+def test_meshes_without_a_place_in_a_solid_are_refused_by_name_in_every_way(folder: Path) -> None:
+    found = blender(
+        f"""
+bpy.ops.wm.save_as_mainfile(filepath=str(folder / "scene.blend"))
+def cube(name, factor=1.0, move=0.0):
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.name = name
+    for vertex in bpy.context.object.data.vertices:
+        vertex.co = [factor * number + move for number in vertex.co]
+    return bpy.context.object
+edges = bpy.data.objects.new("edges", bpy.data.meshes.new("edges"))
+edges.data.from_pydata([(0, 0, 0), (1, 0, 0)], [(0, 1)], [])
+bpy.context.collection.objects.link(edges)
+cube("tiny", 1e-9), cube("huge", 1e12), cube("far", 1, 1e6)
+cube("nan").data.vertices[3].co.x = math.nan
+settings.chosen = "granite-grey"
+found = {{}}
+for name in {tuple(UNUSABLE)}:
+    settings.texels = 1e4 if name == "far" else 64
+    bpy.context.view_layer.objects.active = bpy.data.objects[name]
+    found[name] = []
+    for settings.way in {WAYS}:
+        found[name].append(message(bpy.ops.solidtex.make_material))
+        found[name].append(bpy.context.mode)
+bpy.data.meshes[bpy.data.objects["nan"].data.name].validate()
+settings.way = "VERTICES"
+found["validated"] = message(bpy.ops.solidtex.make_material)
+""",
+        folder,
+    )
+    assert found.pop("validated") is None
+    for name, parts in UNUSABLE.items():
+        assert set(found[name][1::2]) == {"OBJECT"}
+        for said in found[name][::2]:
+            assert said.startswith(f"Error: {name}: ") and all(part in said for part in parts)
+
+
+@needs_bpy
+def test_an_unwrap_that_fails_ends_in_object_mode(folder: Path) -> None:
+    found = blender(
+        """
+def fails(**_others):
+    raise RuntimeError("no unwrap")
+atlas = module("solidtex_atlas")
+atlas.bpy = type("", (), {"context": bpy.context, "ops": type("", (), {
+    "object": bpy.ops.object, "mesh": bpy.ops.mesh,
+    "uv": type("", (), {"smart_project": staticmethod(fails)})})})
+found = {"said": message(lambda: atlas.unwrap(ball)), "mode": bpy.context.mode}
+""",
+        folder,
+    )
+    assert found == {"said": "no unwrap", "mode": "OBJECT"}
+
+
+@needs_volumes
+def test_too_large_a_volume_is_refused_with_the_advice_of_the_panel(folder: Path) -> None:
+    found = blender(
+        """
+bpy.ops.wm.save_as_mainfile(filepath=str(folder / "scene.blend"))
+settings.chosen, settings.way = "granite-grey", "VOLUME"
+found = []
+for settings.texels in (20000, 2e6):
+    found.append(message(bpy.ops.solidtex.make_material))
+""",
+        folder,
+    )
+    memory, edge = found
+    assert "Sphere: a volume of 20004 x " in memory and " voxels needs " in memory
+    assert "of memory" in memory and "Choose fewer Texels, now 20000" in memory
+    assert ".zarr" not in memory and str(folder) not in memory
+    assert "expected at most 1048576 along an edge. Choose fewer Texels, now 2e+06" in edge
+
+
+@needs_bpy
+def test_a_missing_plugin_is_named_by_its_preference(folder: Path) -> None:
+    found = blender(
+        """
+settings.chosen, settings.way = "granite-grey", "OSL"
+found = []
+for preferences.plugin in ("", str(folder / "nowhere")):
+    found.append(message(bpy.ops.solidtex.make_material))
+""",
+        folder,
+    )
+    for said, value in zip(found, ("nothing", f"{folder / 'nowhere'} without"), strict=True):
+        assert (
+            f"OpenImageIO plugin, in Edit > Preferences > Add-ons > Solidtex: found {value}" in said
+        )
+        assert "OIIO_LIBRARY_PATH" not in said and "?size" not in said
 
 
 @needs_bpy

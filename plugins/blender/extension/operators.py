@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 
 import bpy
@@ -17,12 +17,15 @@ FAILURES = (ProgramError, RuntimeError, ReferenceError, ValueError, OSError)
 THUMBNAIL_EDGE = 128
 
 
+Jobs = Generator[Job, None, None]
+
+
 class Run:
-    """Programs one after another, as a way yields them."""
+    """Programs one after another, as a way yields them. A program's error is raised there."""
 
     active: Run | None = None
 
-    def __init__(self, jobs: Iterator[Job]) -> None:
+    def __init__(self, jobs: Jobs) -> None:
         self._jobs = jobs
         self._job: Job | None = None
         self.is_cancelled = False
@@ -33,16 +36,27 @@ class Run:
 
     def advance(self) -> bool:
         """Start the next program if none runs; false when all have ended."""
-        while self._job is None or not self._job.is_running():
-            self._job = next(self._jobs, None)
+        while True:
+            try:
+                if self._job and self._job.is_running():
+                    return True
+            except ProgramError as error:
+                self._job = self._after(error)
+            else:
+                self._job = next(self._jobs, None)
             if self._job is None:
                 return False
-        return True
+
+    def _after(self, error: ProgramError) -> Job | None:
+        try:
+            return self._jobs.throw(error)
+        except StopIteration:
+            return None
 
     def finish(self) -> None:
         """Run to the end without returning to Blender."""
-        for job in self._jobs:
-            job.wait()
+        while self.advance():
+            self._job.wait()
 
     def cancel(self) -> None:
         self.is_cancelled = True
@@ -128,14 +142,15 @@ class SOLIDTEX_OT_make_material(RunsPrograms, bpy.types.Operator):
             return False
         return super().poll(context)
 
-    def jobs(self, context: bpy.types.Context) -> Iterator[Job]:
+    def jobs(self, context: bpy.types.Context) -> Jobs:
         chosen = context.scene.solidtex
-        if not chosen.model:
+        if settings.number_of_model(chosen) is None:
             find("solidtex-bake")
             where = ", ".join(map(str, settings.model_folders()))
+            wanted = f"model {chosen.chosen}" if chosen.chosen else "model"
             raise ProgramError(
-                f"Found no model in {where}. Set the folder of your models in "
-                "Edit > Preferences > Add-ons > Solidtex"
+                f"Found no {wanted} in {where}. Choose another model, or set the folder of your "
+                "models in Edit > Preferences > Add-ons > Solidtex"
             )
         yield from ways.make(context.active_object, chosen)
 
@@ -146,13 +161,18 @@ class SOLIDTEX_OT_refresh_models(RunsPrograms, bpy.types.Operator):
     bl_idname = "solidtex.refresh_models"
     bl_label = "Look for models"
 
-    def jobs(self, _context: bpy.types.Context) -> Iterator[Job]:
+    def jobs(self, _context: bpy.types.Context) -> Jobs:
         settings.refresh()
         for model in settings.models():
-            if settings.thumbnail(model) is None:
-                out = settings.thumbnail_to_make(model)
-                yield Job([find("solidtex-bake"), model, "--preview", out, "--force"])
+            if settings.thumbnail(model) is not None:
+                continue
+            bake = find("solidtex-bake")
+            out = settings.thumbnail_to_make(model)
+            try:
+                yield Job([bake, model, "--preview", out, "--force"])
                 _crop(out)
+            except FAILURES as error:
+                self.report({"WARNING"}, f"{model.stem} gets no thumbnail: {error}")
         settings.refresh()
 
 

@@ -49,8 +49,8 @@ class SOLIDTEX_PT_material(bpy.types.Panel):
         settings = context.scene.solidtex
         try:
             scale = ways.texels_per_unit(target, settings)
-        except ValueError:
-            return  # a point; making the material says so
+        except (ProgramError, ValueError):
+            return  # making the material says what is wrong
         x, y, z = ways.volume_box(target, scale, tuple(settings.rotation))[1]
         self.layout.label(text=f"{x} x {y} x {z} voxels, {x * y * z / 1e6:.1f} million")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import pty
@@ -17,6 +18,7 @@ import bpy
 
 USUAL = ("~/.local/bin", "/usr/local/bin", "/usr/bin")
 CANCEL_SECONDS = 10.0
+WAIT_SECONDS = 0.1
 # What solidtex-bake prints to a terminal: "Baking marble  12 %  0:10 left".
 PROGRESS = re.compile(r"(\d+) %")
 
@@ -90,12 +92,9 @@ class Job:
         return False
 
     def wait(self) -> None:
-        while self.is_running():
-            # Waiting must not fill the terminal, so it is read in between.
-            try:
-                self._process.wait(0.1)
-            except subprocess.TimeoutExpired:
-                continue
+        """Wait a moment, or until the program ends. Its terminal must be read in between."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(WAIT_SECONDS)
 
     def cancel(self) -> None:
         """End the program as Ctrl-C does: it leaves no file behind."""

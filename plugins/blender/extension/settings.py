@@ -15,6 +15,7 @@ from . import programs, solidtex_osl
 SHIPPED_THUMBNAILS = Path(__file__).resolve().parent / "thumbnails"
 DEFAULT_MODEL = "marble"
 PLUGIN = "solidtex.imageio.so"
+NO_MODEL = -1  # the menu shows nothing
 WAYS = (
     ("AUTO", "Automatic", "At every hit where this Blender can, otherwise images"),
     ("OSL", "At every hit", "Nothing is baked: Cycles with OSL, and the OpenImageIO plugin"),
@@ -96,7 +97,8 @@ def models() -> list[Path]:
     found: dict[str, Path] = {}
     for folder in model_folders():
         for path in sorted(folder.glob("*.solidtex")):
-            found.setdefault(path.stem, path)
+            if path.is_file():
+                found.setdefault(path.stem, path)
     return [found[name] for name in sorted(found)]
 
 
@@ -144,14 +146,21 @@ def _model_items(_self: Settings, _context: bpy.types.Context | None) -> list:
     return _items
 
 
-def _number_of_model(settings: Settings) -> int:
-    """The chosen model, by name if it has moved, else the default."""
+def number_of_model(settings: Settings) -> int | None:
+    """The chosen model, by name if it has moved. Without a choice, the default or the first."""
     items = _model_items(settings, None)
-    for name in (settings.chosen, Path(settings.chosen).stem, DEFAULT_MODEL):
+    chosen = settings.chosen
+    name = Path(chosen).name.removesuffix(".solidtex")
+    for wanted in (chosen, name) if chosen else (DEFAULT_MODEL,):
         for path, stem, _, _, number in items:
-            if name in (path, stem):
+            if wanted in (path, stem):
                 return number
-    return 0
+    return None if chosen or not items else 0
+
+
+def _shown_model(settings: Settings) -> int:
+    number = number_of_model(settings)
+    return NO_MODEL if number is None else number
 
 
 def _choose_model(settings: Settings, number: int) -> None:
@@ -164,7 +173,7 @@ class Settings(bpy.types.PropertyGroup):
     chosen: bpy.props.StringProperty(options={"HIDDEN"})
     # The list may change between sessions, so a scene stores the path.
     model: bpy.props.EnumProperty(
-        name="Model", items=_model_items, get=_number_of_model, set=_choose_model,
+        name="Model", items=_model_items, get=_shown_model, set=_choose_model,
         description="Material, learned from a photograph",
     )  # fmt: skip
     seed: bpy.props.IntProperty(name="Seed", min=0, description="Which piece of the material")
