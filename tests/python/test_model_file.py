@@ -149,6 +149,14 @@ def test_output_names_in_capitals_are_accepted(tmp_path: Path) -> None:
         check_output(tmp_path / "m.npy", force=False)
 
 
+def test_a_folder_of_the_same_name_hides_no_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "granite-grey").mkdir()
+    assert read("granite-grey").document["name"] == "granite-grey"
+
+
 def test_a_bare_name_is_that_of_an_installed_model() -> None:
     path = REPOSITORY / "models" / "marble.solidtex"
     assert read("marble").document == read(path).document

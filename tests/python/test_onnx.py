@@ -178,10 +178,15 @@ def test_metadata_says_what_the_inputs_are(tmp_path: Path) -> None:
 
 def test_inputs_of_the_wrong_family_are_refused(tmp_path: Path) -> None:
     exported = Exported(tmp_path, SAMPLERS["n=1 L=2 m=1"])
-    with pytest.raises(onnx_inputs.InputError, match="family 'sampler', expected 'field'"):
+    with pytest.raises(onnx_inputs.InputError, match="sampler family, expected the lattice family"):
         exported.box((0, 0, 0), 0)
     with pytest.raises(onnx_inputs.InputError, match=r"found shape \(3,\)"):
         exported.points(np.zeros(3), 0)
+    for place in (np.nan, 2.0**31):
+        with pytest.raises(ValueError, match="in row 0, expected finite coordinates"):
+            exported.points(np.full((1, 3), place), 0)
+    with pytest.raises(ValueError, match="seed: found -1, expected a whole number from 0"):
+        exported.points(np.zeros((1, 3)), -1)
     with pytest.raises(onnx_inputs.InputError, match="found no key 'solidtex'"):
         onnx_inputs.point_inputs({}, np.zeros((1, 3)))
     later = {"solidtex": json.dumps({"version": 2})}

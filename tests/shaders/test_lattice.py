@@ -164,3 +164,18 @@ def test_refusals() -> None:
     ):
         with pytest.raises(ModelFileError, match=message):
             lattice_program(model)
+
+
+def test_boxes_that_are_none_are_refused() -> None:
+    model = noise_model("uniform")
+    with pytest.raises(ValueError, match="seed: found -1"):
+        LatticeGpu(device(), model, -1)
+    gpu = LatticeGpu(device(), model, SEED)
+    for lo, size, message in (
+        ((0, 0, 0), (0, 1, 1), "size: found .* expected three whole numbers above 0"),
+        ((0.5, 0, 0), (1, 1, 1), "origin: found .* expected three whole numbers"),
+        ((2**40, 0, 0), (1, 1, 1), "origin: found .* expected voxels between"),
+        ((0, 0, 0), (4096, 4096, 4096), "size: found a box that needs .* expected at most"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            gpu.eval_box(lo, size)  # type: ignore[arg-type]

@@ -58,12 +58,26 @@ def test_refusals(tmp_path: Path) -> None:
             [sys.executable, FOLDER / "tabs.py", *map(str, arguments)],
             capture_output=True, text=True, cwd=tmp_path, check=False,
         )  # fmt: skip
-        assert done.returncode == 1 and not list(tmp_path.glob("*-image.glsl"))
+        assert done.returncode == (1 if arguments else 2)
+        assert not list(tmp_path.glob("*-image.glsl"))
         return done.stderr
 
-    assert "found 0 arguments" in told()
+    assert "arguments are required: shader" in told()
     assert "none.glsl: found no such file" in told("none.glsl")
     for options in (["texture", "--precision", "float"], ["buffer", "--precision", "half"]):
         shader = tmp_path / f"{options[0]}.glsl"
         assert export_shader.main(["stone-grey", "-o", str(shader), "--weights", *options]) == 0
         assert "found other weights than a texture of halves" in told(shader)
+
+
+def test_tabs_are_not_replaced_without_force(tmp_path: Path) -> None:
+    shader, tab = tmp_path / "stone.glsl", tmp_path / "stone-image.glsl"
+    options = ["--weights", "texture", "--precision", "half"]
+    assert export_shader.main(["stone-grey", "-o", str(shader), *options]) == 0
+    command = [sys.executable, FOLDER / "tabs.py", shader]
+    tab.write_text("mine")
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "found an existing file, expected none" in done.stderr
+    assert tab.read_text() == "mine" and not (tmp_path / "stone-buffer-a.glsl").exists()
+    subprocess.run([*command, "--force"], check=True)
+    assert tab.read_text() != "mine"

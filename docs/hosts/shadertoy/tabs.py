@@ -1,13 +1,14 @@
 """Writes the tabs of a Shadertoy from an exported shader and its weights.
 
     solidtex-export-shader stone-grey -o stone.glsl --weights texture --precision half
-    python tabs.py stone.glsl
+    python tabs.py stone.glsl           # with --force it replaces tabs that exist
 
 Shadertoy has no textures of one's own, and browsers compile no 140 KB of constants in one shader.
 So each of the buffers A to D has a quarter of the weights and copies the others from the buffer
 before it: D has all.
 """
 
+import argparse
 import re
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import NoReturn
 
 import numpy as np
 
+TABS = ("image", *(f"buffer-{letter}" for letter in "abcd"))
 WIDTH = 128  # texels of the texture of weights
 EXPORT = "solidtex-export-shader MODEL -o NAME.glsl --weights texture --precision half"
 BUFFER = """// Texels {first} to {last} of the weights; the others come from iChannel0.
@@ -30,10 +32,7 @@ void mainImage(out vec4 color, in vec2 pixel) {{
 """
 
 
-def main(arguments: list[str]) -> None:
-    if len(arguments) != 1:
-        fail(f"found {len(arguments)} arguments, expected one: a shader, such as stone.glsl")
-    shader = Path(arguments[0])
+def main(shader: Path, force: bool) -> None:
     data = shader.with_suffix(".weights.bin")
     for file in (shader, data):
         if not file.is_file():
@@ -44,6 +43,9 @@ def main(arguments: list[str]) -> None:
     words = weights[: 2 * WIDTH].view("<f2")  # whole numbers below 2048
     if sampler is None or words.size < 4 * WIDTH or not np.array_equal(words, words.round()):
         fail(f"{shader}: found other weights than a texture of halves, expected those of {EXPORT}")
+    existing = [tab for tab in TABS if path_of(shader, tab).exists()]
+    if existing and not force:
+        fail(f"{path_of(shader, existing[0])}: found an existing file, expected none, or --force")
     name = sampler[1]
     image = Path(__file__).with_name("image.glsl").read_text()
     image = image.replace("solidtex_stone", f"solidtex_{name}")
@@ -61,11 +63,19 @@ def fail(message: str) -> NoReturn:
     sys.exit(f"tabs.py: {message}")
 
 
+def path_of(shader: Path, tab: str) -> Path:
+    return shader.with_name(f"{shader.stem}-{tab}.glsl")
+
+
 def write(shader: Path, tab: str, text: str) -> None:
-    path = shader.with_name(f"{shader.stem}-{tab}.glsl")
+    path = path_of(shader, tab)
     path.write_text(text)
     print(path)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("shader", type=Path, help=f"of {EXPORT}")
+    parser.add_argument("--force", action="store_true", help="replace tabs that exist")
+    arguments = parser.parse_args()
+    main(arguments.shader, arguments.force)

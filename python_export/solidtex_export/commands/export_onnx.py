@@ -8,6 +8,7 @@ import sys
 from solidtex_export.commands import cli
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.places import check_box
 from solidtex_export.export.verification.model_output import OutputError, check_output
 from solidtex_export.generators.lattice import Box
 from solidtex_export.whole_file import write_whole
@@ -67,6 +68,10 @@ def block(args: argparse.Namespace, model: ModelFile) -> Box | None:
     """Box of voxels to compute; None for the sampler family, which computes points."""
     if model.document["family"] == "field":
         lo, extent = args.origin or DEFAULT_ORIGIN, args.size or DEFAULT_SIZE
+        try:
+            check_box(lo, extent)
+        except ValueError as error:
+            raise OutputError(f"--{error}") from error
         return Box(lo, tuple(l + e for l, e in zip(lo, extent, strict=True)))
     for option in ("size", "origin"):
         if getattr(args, option) is not None:

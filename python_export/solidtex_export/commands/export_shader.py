@@ -15,6 +15,7 @@ import OpenImageIO as oiio
 from solidtex_export.commands import cli
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.places import check_seed
 from solidtex_export.export.shader.emitter import PRECISIONS, STORAGES, Storage
 from solidtex_export.export.shader.lattice import lattice_program
 from solidtex_export.export.shader.shader import BY_SUFFIX, Shader, function_name, shader
@@ -25,7 +26,6 @@ from solidtex_export.whole_file import replacing, write_whole
 PROGRAM = "solidtex-export-shader"
 BRICK, MAX_BRICK = 32, 256
 PASSES_VERSION = 1
-MAX_SEED = 2**64 - 1
 LANGUAGES = ", ".join(f"{suffix} {emitter.language}" for suffix, emitter in BY_SUFFIX.items())
 
 EXAMPLES = f"""  {PROGRAM} granite.solidtex -o granite.wgsl
@@ -55,7 +55,8 @@ def make_parser() -> argparse.ArgumentParser:
     p.add_argument("--weights", choices=STORAGES,
                    help="where the shader finds its weights: constants in the source, a storage"
                    " buffer (.weights.bin), or a texture (.weights.bin and .weights.exr); default:"
-                   " the first that the language has of buffer, texture, constant")  # fmt: skip
+                   " texture for GLSL, else the first that the language has of buffer, texture and"
+                   " constant")  # fmt: skip
     p.add_argument("--precision", choices=PRECISIONS, default="float",
                    help="stored weights; arithmetic is in float32 (default float)")  # fmt: skip
     p.add_argument("--size", type=int, metavar="N",
@@ -72,8 +73,10 @@ def export(args: argparse.Namespace) -> cli.Document:
             f"{args.output}: found the suffix {suffix!r}, expected one of {', '.join(BY_SUFFIX)}"
         )
     check_output(args.output, args.force, suffix)
-    if not 0 <= args.seed <= MAX_SEED:
-        raise OutputError(f"--seed: found {args.seed}, expected 0 to {MAX_SEED}")
+    try:
+        check_seed(args.seed)
+    except ValueError as error:
+        raise OutputError(f"--{error}") from error
     model = model_file.read(args.model)
     if model.document["family"] == "field":
         return _export_lattice(args, model)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from operator import index
 
 import torch
 from torch import Tensor, nn
 
 from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.places import check_box, check_seed
 from solidtex_export.export.verification.reference import torch_box
-
-FARTHEST = 2**30 + 2**16
-"""Largest magnitude of a coordinate, as in the engine."""
 
 
 class SolidTexture(nn.Module):
@@ -24,7 +21,7 @@ class SolidTexture(nn.Module):
     def __init__(self, model: ModelFile, seed: int = 0) -> None:
         super().__init__()
         self.document = model.document
-        self.seed = seed
+        self.seed = check_seed(seed)
         for name, values in model.tensors.items():
             *folders, last = name.split(".")
             owner: nn.Module = self
@@ -40,23 +37,5 @@ class SolidTexture(nn.Module):
 
     def forward(self, origin: Sequence[int], size: Sequence[int]) -> Tensor:
         """The voxels [origin, origin + size) at their centers: [x, y, z, channel]."""
-        lo, extent = _whole("origin", origin), _whole("size", size)
-        if min(extent) < 1:
-            raise ValueError(f"size: found {tuple(size)}, expected three whole numbers above 0")
-        for first, edge in zip(lo, extent, strict=True):
-            if first < -FARTHEST or first + edge > FARTHEST:
-                raise ValueError(
-                    f"origin: found {tuple(origin)} with the size {tuple(size)}, expected voxels"
-                    " between -2**30 - 2**16 and 2**30 + 2**16"
-                )
+        lo, extent = check_box(origin, size)
         return torch_box(self.document, dict(self.named_parameters()), lo, extent, self.seed)
-
-
-def _whole(name: str, values: Sequence[int]) -> tuple[int, ...]:
-    try:
-        found = tuple(index(value) for value in values)
-    except TypeError:
-        found = ()
-    if len(found) != 3:
-        raise ValueError(f"{name}: found {values!r}, expected three whole numbers")
-    return found

@@ -28,7 +28,7 @@ def open_space(path: Path) -> OpenSpace:
     """Open a space file, a shipped space by its bare name, or a result of solidtex-train-space."""
     if path.is_dir():
         return _open_result(path)
-    bare = path.name == str(path) and not path.suffix and not path.exists()
+    bare = path.name == str(path) and not path.suffix and not path.is_file()
     return read_space_file(_shipped(path.name) if bare else path)
 
 

@@ -47,7 +47,7 @@ def read(path: str | os.PathLike[str]) -> ModelFile:
     A bare name ("granite-grey") that is no file is that of an installed model.
     """
     given = Path(path)
-    is_name = given.parent == Path() and not given.suffix and not given.exists()
+    is_name = given.parent == Path() and not given.suffix and not given.is_file()
     model = path if is_name else given.absolute()
     with engine.checking(ModelFileError), engine.open_model(model) as texture:
         found = Path(texture.path)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solidtex_export.export.places import check_box, check_points, check_seed
 from solidtex_export.export.verification import noise
 from solidtex_export.export.verification.reference import octave_noise
 
@@ -24,7 +25,7 @@ Inputs = dict[str, np.ndarray]
 
 
 class InputError(ValueError):
-    """Noise inputs that cannot be computed for an ONNX model."""
+    """Noise inputs that cannot be computed for an ONNX model; places and seeds raise ValueError."""
 
 
 def block_inputs(metadata: Mapping[str, str], origin: Sequence[int], seed: int = 0) -> Inputs:
@@ -34,6 +35,9 @@ def block_inputs(metadata: Mapping[str, str], origin: Sequence[int], seed: int =
     """
     document = _document(metadata, "field")
     exported, step = document["box"]["lo"], document["alignment"]
+    size = [high - low for low, high in zip(exported, document["box"]["hi"], strict=True)]
+    origin, _ = check_box(origin, size)
+    check_seed(seed)
     shift = [o - e for o, e in zip(origin, exported, strict=True)]
     if any(s % step for s in shift):
         raise InputError(
@@ -49,6 +53,8 @@ def point_inputs(metadata: Mapping[str, str], positions: ArrayLike, seed: int = 
     points = np.asarray(positions, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"positions: found shape {points.shape}, expected (count, 3)")
+    check_points(points)
+    check_seed(seed)
     scheme = document["noise"]["scheme"]
     octaves = [
         octave_noise(scheme, seed, level, points @ transform.T)
@@ -79,6 +85,7 @@ def _document(metadata: Mapping[str, str], family: str) -> dict[str, Any]:
         raise InputError(f"metadata: found version {document['version']}, expected"
                          f" {DOCUMENT_VERSION}")  # fmt: skip
     if document["family"] != family:
-        raise InputError(f"metadata: found a model of family {document['family']!r}, expected"
-                         f" {family!r}")  # fmt: skip
+        names = {"field": "lattice", "sampler": "sampler"}
+        raise InputError(f"metadata: found a model of the {names[document['family']]} family,"
+                         f" expected the {names[family]} family")  # fmt: skip
     return document

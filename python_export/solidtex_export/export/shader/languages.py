@@ -28,7 +28,7 @@ def named(names: str) -> dict[str, str]:
 
 
 class Glsl(Emitter):
-    """GLSL 3.30, GLSL ES 3.00 and later; a buffer needs 4.30 or ES 3.10."""
+    """GLSL 3.30, ES 3.00 and later; a buffer needs 4.30 or ES 3.10, half constants 4.20."""
 
     language, suffix = "GLSL", ".glsl"
     storages: ClassVar[tuple[Storage, ...]] = ("texture", "buffer", "constant")

@@ -6,9 +6,11 @@ import numpy as np
 import wgpu
 
 from solidtex_export.export.file_format.model_file import ModelFile
+from solidtex_export.export.places import check_box, check_seed
 from solidtex_export.export.shader.lattice import LatticeProgram, Pass, lattice_program
 from solidtex_export.generators.regions import Box
 
+LARGEST_BINDING = "max-storage-buffer-binding-size"
 UNIFORM_PITCH = 256
 """Alignment that every adapter allows."""
 
@@ -18,7 +20,7 @@ class LatticeGpu:
 
     def __init__(self, device: wgpu.GPUDevice, model: ModelFile, seed: int = 0) -> None:
         self.device = device
-        self.program: LatticeProgram = lattice_program(model, seed)
+        self.program: LatticeProgram = lattice_program(model, check_seed(seed))
         usage = wgpu.BufferUsage
         self._weights = device.create_buffer_with_data(
             data=self.program.weights, usage=usage.STORAGE
@@ -37,12 +39,13 @@ class LatticeGpu:
         self._bound: list[wgpu.GPUBindGroup] = []
 
     def eval_box(self, lo: tuple[int, int, int], size: tuple[int, int, int]) -> np.ndarray:
-        """Values of voxels: float32 [x, y, z, channel]."""
+        """Values of voxels: float32 [x, y, z, channel]; raises ValueError for a wrong box."""
         self.submit(lo, size)
         return self.read(size)
 
     def submit(self, lo: tuple[int, int, int], size: tuple[int, int, int]) -> None:
         """Start the computation of a box. It is done when the device has no more work."""
+        lo, size = check_box(lo, size)
         hi = tuple(l + s for l, s in zip(lo, size, strict=True))
         passes = self.program.passes(Box(lo, hi))
         self._grow(passes)
@@ -71,6 +74,11 @@ class LatticeGpu:
         if all(p.step.name in self._tensors and 16 * p.elements <= self._tensors[p.step.name].size
                for p in passes):  # fmt: skip
             return
+        needed, limit = 16 * max(p.elements for p in passes), self.device.limits[LARGEST_BINDING]
+        if needed > limit:
+            raise ValueError(
+                f"size: found a box that needs {needed} bytes, expected at most {limit}"
+            )
         for p in passes:
             self._tensors[p.step.name] = self.device.create_buffer(
                 size=16 * p.elements, usage=usage
