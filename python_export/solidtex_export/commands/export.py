@@ -21,6 +21,7 @@ from solidtex_export.generators.build import Generator
 from solidtex_export.generators.lattice import BaseLattice, ConvBlock, LatticeGenerator
 from solidtex_export.generators.pyramid import PyramidGenerator, fold_pyramid
 from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.training.result import counted
 
 PROGRAM = "solidtex-export"
 SCHEME = "solidtex-1"
@@ -60,7 +61,11 @@ def export(args: argparse.Namespace) -> cli.Document:
 def unfinished(result: TrainingResult) -> str:
     step = result.progress.get("step", 0)
     steps, minutes = result.config.get("steps"), result.config.get("minutes")
-    whole = f" of {steps}" if steps else f"; it was to take {minutes:g} minutes" if minutes else ""
+    whole = ""
+    if steps:
+        whole = f" of {steps}"
+    elif minutes:
+        whole = f"; it was to take {counted(minutes, 'minutes')}"
     return (
         f"the training is not finished, it stopped at step {step}{whole}; repeat its command to"
         " finish it"
