@@ -24,6 +24,7 @@ from solidtex_export.spaces.opening import open_space, open_start
 from solidtex_export.spaces.result import read_space
 from solidtex_export.spaces.space_reader import SpaceError
 from solidtex_export.training.presets import PresetError
+from solidtex_export.training.result import ResultError
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
@@ -55,6 +56,18 @@ def start(folder: Path, source: str, result: Path, *more: str) -> Trainer:
     photo = "upright.png" if source.startswith("sampler") else "p1.png"
     arguments = [str(folder / "photos" / photo), option, str(folder / source)]
     return begin(*arguments, "-o", str(result), "--size", "40", *settings, *more)
+
+
+def test_a_result_of_another_space_is_refused_by_the_space(folder: Path, tmp_path: Path) -> None:
+    """Not by the size, whose default follows from the preset of the space."""
+    photo, options = str(folder / "photos" / "p1.png"), ("-o", str(tmp_path / "result"), "--size")
+    spaces = [
+        ("--space", str(folder / f"{name}.solidtex-space")) for name in ("lattice", "sampler")
+    ]
+    begin(photo, *spaces[0], *options, "40")
+    for other, name in ((spaces[1], "sampler"), ((), "none")):
+        with pytest.raises(ResultError, match=f"--space: found lattice, expected {name}; to res"):
+            begin(photo, *other, *options, "48")
 
 
 @pytest.mark.parametrize("name", PRESETS)

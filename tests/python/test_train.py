@@ -248,7 +248,7 @@ def test_a_photograph_smaller_than_a_slice_is_told(
 ) -> None:
     args = cli_train.parser().parse_args([str(photo), "-o", str(tmp_path / "r"), *options])
     notes = resolve(cli_train.request_of(cli_train.parser(), args)).exemplars[0].notes
-    told = "photo.png: 64 x 56 pixels: slices of 56 instead of 128; features repeat little"
+    told = f"{photo}: 64 x 56 pixels: slices of 56 instead of 128; features repeat little"
     assert [note.startswith(told) for note in notes if "features repeat" in note] == [True] * said
 
 
@@ -380,11 +380,15 @@ def test_another_training_is_refused_by_its_first_option(
     result = tmp_path / "result"
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
     config = json.loads((result / "config.json").read_text())
-    other = arguments(photo, result, "--steps", "1", "--size", "48", "--preset", "sampler")
+    other = arguments(photo, result, "--steps", "1", "--size", "48", "--seed", "5")
     assert cli_train.main(other) == 1
     message = f"{result / 'config.json'}: --size: found {SIZE}, expected 48; to resume"
     assert message in capsys.readouterr().err
+    # A preset that is given comes first: defaults of the others follow from it.
     assert config["preset"] != "sampler"
+    assert cli_train.main([*other, "--preset", "sampler"]) == 1
+    message = f'config.json: --preset: found {json.dumps(config["preset"])}, expected "sampler";'
+    assert message in capsys.readouterr().err
 
 
 def test_a_training_on_another_photograph_is_named_by_its_file(
@@ -446,3 +450,10 @@ def test_a_reduction_and_an_unfinished_export_are_announced(
     torch.save(state | {"finished": False}, result / "checkpoint.pt")
     assert cli_export.main([str(result), "-o", str(tmp_path / "early.solidtex")]) == 0
     assert "not finished, it stopped at step 1 of 1" in capsys.readouterr().err
+    config = json.loads((result / "config.json").read_text())
+    del config["steps"]
+    for minutes, words in ((1, "1 minute;"), (1.5, "1.5 minutes;")):
+        (result / "config.json").write_text(json.dumps(config | {"minutes": minutes}))
+        early = str(tmp_path / f"{minutes}.solidtex")
+        assert cli_export.main([str(result), "-o", early]) == 0
+        assert f"stopped at step 1; it was to take {words} repeat" in capsys.readouterr().err

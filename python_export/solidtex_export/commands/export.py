@@ -22,6 +22,7 @@ from solidtex_export.generators.build import Generator
 from solidtex_export.generators.lattice import BaseLattice, ConvBlock, LatticeGenerator
 from solidtex_export.generators.pyramid import PyramidGenerator, fold_pyramid
 from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.training.result import counted
 
 PROGRAM = "solidtex-export"
 SCHEME = "solidtex-1"
@@ -68,7 +69,11 @@ def unfinished(result: TrainingResult) -> str:
             f"the training is not finished, it stopped at step {step} before the fractions of its"
             " phases were held; repeat its command to hold them"
         )
-    whole = f" of {steps}" if steps else f"; it was to take {minutes:g} minutes" if minutes else ""
+    whole = ""
+    if steps:
+        whole = f" of {steps}"
+    elif minutes:
+        whole = f"; it was to take {counted(minutes, 'minutes')}"
     return (
         f"the training is not finished, it stopped at step {step}{whole}; repeat its command to"
         " finish it"

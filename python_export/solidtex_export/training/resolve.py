@@ -110,7 +110,9 @@ def resolve(request: Request) -> Resolved:
     exemplars = load_exemplars(request, resolution, size)
     check_alike(exemplars)
     if request.size is None and request.resolution is None:
-        exemplars = [note_small(exemplar, size, default_size(request)) for exemplar in exemplars]
+        default = default_size(request)
+        pairs = zip(request.photos, exemplars, strict=True)
+        exemplars = [note_small(path, exemplar, size, default) for path, exemplar in pairs]
     for exemplar in exemplars:
         for name in request.estimated:
             exemplar.maps[name]["estimate"] = METHOD
@@ -198,13 +200,13 @@ def default_size(request: Request) -> int:
     return request.recipes()[0].slicing.size or DEFAULT_SIZE
 
 
-def note_small(exemplar: Exemplar, size: int, default: int) -> Exemplar:
+def note_small(path: Path, exemplar: Exemplar, size: int, default: int) -> Exemplar:
     """Add a note if the photograph makes the slices smaller."""
     rows, columns = exemplar.image.shape[1:]
     if min(rows, columns) > size or size >= default:
         return exemplar
     note = (
-        f"{exemplar.name}: {columns} x {rows} pixels: slices of {size} instead of {default};"
+        f"{path}: {columns} x {rows} pixels: slices of {size} instead of {default};"
         " features repeat little in so small a photograph"
     )
     return replace(exemplar, notes=(*exemplar.notes, note))

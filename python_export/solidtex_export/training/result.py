@@ -108,6 +108,7 @@ class ResultFolder:
                 " training, and only that version can resume it; export it as it is, or choose"
                 " another -o"
             )
+        is_preset_given = not all(map(_has_chosen_preset, (found, wanted)))
         records = {k: wanted[k] or found.get(k) for k in RECORDED if k in wanted}
         changed = found | records != found
         found |= records
@@ -118,7 +119,9 @@ class ResultFolder:
         longer = _lengthened(found, wanted) if "recipe" in wanted else None  # of solidtex-train
         if longer:
             print(f"{self.path}: continues a training of {longer}", file=sys.stderr)
-        elif difference := given_difference(found, wanted) or first_difference(found, wanted):
+        elif difference := given_difference(found, wanted, is_preset_given) or first_difference(
+            found, wanted
+        ):
             raise ResultError(
                 f"{self._config}: {difference}; to resume, repeat the same command, else choose"
                 " another -o"
@@ -176,6 +179,11 @@ class ResultFolder:
             write(temporary)
 
 
+def _has_chosen_preset(config: dict[str, Any]) -> bool:
+    """Whether measurements or a space chose the preset (`Choice.sentence`)."""
+    return any(", so --preset " in reason for reason in config.get("reasons") or ())
+
+
 def _lengthened(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
     """Return the old length, "60 steps" say, if `wanted` differs by a larger one only."""
     for key in ("steps", "minutes"):
@@ -183,15 +191,25 @@ def _lengthened(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
         if before is None or now is None or not before < now:
             continue
         if found | {key: now} == wanted:
-            return f"{before:g} {key}"
+            return counted(before, key)
     return None
 
 
-def given_difference(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
-    """The first photograph or option that differs."""
-    if photographs := photograph_difference(found, wanted):
-        return photographs
-    names = {key: key if key == "exemplars" else f"--{key}" for key in GIVEN}
+def counted(number: float, unit: str) -> str:
+    """Return "1 minute" or "2 minutes"; `unit` is a plural."""
+    return f"{number:g} {unit.removesuffix('s') if number == 1 else unit}"
+
+
+def given_difference(
+    found: dict[str, Any], wanted: dict[str, Any], is_preset_given: bool = False
+) -> str | None:
+    """The first photograph or option that differs. A space, and a preset that is given, decide on
+    defaults of others.
+    """
+    if source := photograph_difference(found, wanted) or space_difference(found, wanted):
+        return source
+    keys = sorted(GIVEN, key=lambda key: key != "preset") if is_preset_given else GIVEN
+    names = {key: key if key == "exemplars" else f"--{key}" for key in keys}
     differences = (first_difference(found.get(k), wanted.get(k), n) for k, n in names.items())
     return next(filter(None, differences), None)
 
@@ -208,6 +226,19 @@ def photograph_difference(found: dict[str, Any], wanted: dict[str, Any]) -> str 
     if names[0] == names[1]:
         names[0] = f"another file named {names[0]}"
     return f"exemplars: found a training on {names[0]}, expected one on {names[1]}"
+
+
+def space_difference(found: dict[str, Any], wanted: dict[str, Any]) -> str | None:
+    """The spaces, or learned starts, of both trainings, if they are not the same."""
+    spaces = [config.get("space") for config in (found, wanted)]
+    old, new = (space if isinstance(space, dict) else {} for space in spaces)
+    if [old.get(k) for k in ("name", "sha256")] == [new.get(k) for k in ("name", "sha256")]:
+        return None
+    option = "--space" if old.get("code") or new.get("code") else "--start"
+    names = [record.get("name", "none") for record in (old, new)]
+    if names[0] == names[1]:
+        names[0] = f"another file named {names[0]}"
+    return f"{option}: found {names[0]}, expected {names[1]}"
 
 
 def first_difference(found: object, wanted: object, key: str = "") -> str | None:
