@@ -14,7 +14,8 @@ from PIL import Image
 from safetensors.torch import save_file
 
 from solidtex_export.commands import evaluate
-from solidtex_export.commands.fidelity import main
+from solidtex_export.commands.fidelity import EXAMPLES, main
+from solidtex_export.commands.train_options import DEFAULT_MINUTES
 from solidtex_export.evaluation import subjects
 from solidtex_export.export.file_format import model_file
 from solidtex_export.networks.squeezenet import SqueezeNet
@@ -357,6 +358,8 @@ def test_the_plan_of_the_benchmark_has_both_families(tmp_path: Path) -> None:
     (tmp_path / "SOURCES.csv").write_text("file,licence,split\na.jpg,CC0-1.0,validation\n")
     plan = read_plan(DOCS / "fidelity.toml", tmp_path)
     assert plan.methods == ("lattice", "sampler") and plan.exemplars[0].photo == "validation/a.jpg"
+    assert DEFAULT_MINUTES == 15 and "`solidtex-train` trains for fifteen, and" in plan.note
+    assert plan.note.strip() in (DOCS / "fidelity.md").read_text()
 
 
 def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
@@ -364,6 +367,7 @@ def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
     assert len(plan.exemplars) >= 12
     assert len(plan.methods) > 5 and set(plan.methods) <= set(shipped())
     assert {entry.solid for entry in plan.exemplars if entry.solid} <= set(SOLIDS)
+    assert set(re.findall(r"--only (\S+)", EXAMPLES)) <= {entry.name for entry in plan.exemplars}
     for entry in plan.exemplars:
         if (entry.photo or "").startswith("skimage:"):
             with Image.open(photograph(entry, tmp_path)) as picture:
