@@ -8,6 +8,7 @@ import importlib
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import tomllib
 from collections.abc import Callable
@@ -33,6 +34,7 @@ BIN = Path(os.environ["SOLIDTEX_BUILD"]) / "bin"
 SCRIPTS = tomllib.loads((REPOSITORY / "python_export/pyproject.toml").read_text())["project"][
     "scripts"
 ]
+FULL = Path("/dev/full")
 OPTIONS = ("--help", "--quiet", "--json", "--config", "--completion", "--version")
 
 # Documents of their own: --json FILE of two programs, and the report on a model.
@@ -207,6 +209,20 @@ def test_the_file_goes_to_standard_output(program: str, execute: Execute, make_r
     assert tempfile.gettempdir().encode() not in piped.err  # where the file was meanwhile
     both = execute(program, *arguments(program, run.pipe), "--json")
     assert both.code == 2 and both.out == b"" and b"both are for standard output" in both.err
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("options", ["-o -", "-o a.html", "-o b.html --json"])
+def test_a_full_standard_output_is_named(options: str, tmp_path: Path) -> None:
+    code = "import sys; from solidtex_export.commands.launch import view; sys.exit(view())"
+    command = [sys.executable, "-c", code, "granite-grey", "--wasm", "none", *options.split()]
+    buffered = {k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"}
+    with FULL.open("wb") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+                              cwd=tmp_path, env=buffered)  # fmt: skip
+    assert done.returncode == 1
+    last = "solidtex-view: standard output: cannot write: No space left on device"
+    assert done.stderr.splitlines()[-1] == last
 
 
 def test_several_files_do_not_go_to_standard_output(execute: Execute) -> None:

@@ -39,6 +39,7 @@ from solidtex import Texture
 from solidtex_export.commands import export_shader, view
 from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
+from solidtex_export.export.view.page import distinct_names
 
 BINARIES = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin"
 DOCUMENTATION = REPOSITORY / "docs" / "view.md"
@@ -119,15 +120,31 @@ def test_a_drag_turns_the_view(page: Any) -> None:
 
 
 def test_the_address_sets_controls(file: Path, browser: Any) -> None:
-    query = "?texels=1e9&cut=y&at=-0.5&place=1,-2,3&seed=12&shape=sphere"
+    query = "?texels=2048&cut=y&at=-0.5&place=1,-2,3&seed=12&shape=sphere&model=stone-grey"
     page = opened(browser, file, query, size=(32, 24))
     names = ["model", "shape", "texels", "cut", "at", "place", "seed"]
     found = page.evaluate("names => names.map((name) => solidtex.state[name])", names)
     assert found == [0, "sphere", 2048, "y", -0.5, [1, -2, 3], "12"]
     assert page.text_content("label[for=texels]") == "texels across: 2048"
     assert page.text_content("label[for=at]") == "cut at: -0.5"
-    page.goto(f"file://{file}?texels=x&model=none&shape=none&at=")
-    page.evaluate("solidtex.ready")
+    assert message(page) == ""
+
+
+def test_wrong_values_of_the_address_are_named(file: Path, browser: Any) -> None:
+    """All of them; the page shows its defaults instead."""
+    told = {
+        "backend=foo": 'backend: found "foo", expected webgpu, webgl or webassembly',
+        "model=none": 'model: found "none", expected stone-grey',
+        "shape=toString": 'shape: found "toString", expected cube, sphere, knot or rabbit',
+        "texels=9999999": 'texels: found "9999999", expected a number from 16 to 2048',
+        "cut=q": 'cut: found "q", expected x, y or z',
+        "at=": 'at: found "", expected a number from -1 to 1',
+        "place=1,2": 'place: found "1,2", expected three whole numbers up to 2^30',
+        "seed=-1": 'seed: found "-1", expected a whole number from 0 to 2^64 - 1',
+    }
+    page = opened(browser, file, f"?{'&'.join(told)}", size=(32, 24))
+    assert message(page).split("\n") == list(told.values())
+    names = ["model", "shape", "texels", "cut", "at", "place", "seed"]
     found = page.evaluate("names => names.map((name) => solidtex.state[name])", names)
     assert found == [0, "cube", 512, "", 0, [0, 0, 0], "0"]
 
@@ -208,6 +225,18 @@ def test_controls_are_folded_where_they_would_cover_half(file: Path, browser: An
     for width, is_open in ((1000, True), (600, False)):
         page = opened(browser, file, "?texels=16", (width, 60))
         assert page.evaluate("document.getElementById('controls').open") == is_open
+
+
+def test_the_progress_is_seen_beside_folded_controls(file: Path, browser: Any) -> None:
+    page = opened(browser, file, "?texels=16", (360, 640))
+    assert not page.evaluate("document.getElementById('controls').open")
+    progress = page.locator("#progress")
+    assert not progress.is_visible()
+    page.evaluate("document.getElementById('progress').value = 'drawn: 40 %'")
+    assert progress.is_visible()
+    box, controls = progress.bounding_box(), page.locator("#controls").bounding_box()
+    assert controls["x"] + controls["width"] < box["x"] and box["x"] + box["width"] <= 360
+    assert box["y"] >= 0 and box["y"] + box["height"] < 100
 
 
 def between_voxels(texture: Texture, points: np.ndarray, place: tuple[int, int, int]) -> np.ndarray:
@@ -320,13 +349,34 @@ def test_gallery_shows_all_shipped_models(browser: Any, tmp_path: Path) -> None:
         assert np.abs(found - expected).mean() < 2 * BOUND, model.stem
 
 
-def test_a_browser_without_graphics(file: Path, browser: Any) -> None:
+def test_a_browser_without_graphics(tmp_path: Path, browser: Any) -> None:
+    """The page has no WebAssembly either: it says what to do, without controls that do nothing."""
+    file = tmp_path / "page.html"
+    assert view.main(["stone-grey", "--wasm", "none", "-o", str(file)]) == 0
     script = "HTMLCanvasElement.prototype.getContext = () => null; delete Navigator.prototype.gpu;"
     page = opened(browser, file, script=script)
-    assert message(page) == "This page needs WebGPU or WebGL 2; this browser offers neither."
-    page.goto(f"file://{file}?backend=webgpu")
-    page.evaluate("solidtex.ready")
-    assert message(page) == "found no webgpu in this browser; open the page without backend=webgpu"
+    told = "write the page again with solidtex-view --wasm FOLDER, which draws by WebAssembly"
+    assert message(page) == f"found no WebGPU or WebGL 2 in this browser; {told}"
+    assert not page.locator("#controls").is_visible()
+    for backend, found in (
+        ("webgpu", "found no webgpu in this browser; open the page without backend=webgpu"),
+        ("webassembly", "found no WebAssembly in this page; write the page again with solidtex-"),
+    ):
+        page.goto(f"file://{file}?backend={backend}")
+        page.evaluate("solidtex.ready")
+        assert message(page).startswith(found)
+
+
+def test_models_of_one_name_are_numbered(
+    browser: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "page.html"
+    assert view.main(["stone-grey", "stone-grey", "--wasm", "none", "-o", str(file)]) == 0
+    told = "found another model named stone-grey: the page shows it as stone-grey-2"
+    assert told in capsys.readouterr().err
+    page = opened(browser, file, "?texels=16&model=stone-grey-2", size=(32, 24))
+    assert (page.evaluate("solidtex.state.model"), message(page)) == (1, "")
+    assert distinct_names(["a", "a", "a-2", "b", "a"]) == ["a", "a-3", "a-2", "b", "a-4"]
 
 
 def test_page_is_small_and_needs_no_network(file: Path) -> None:

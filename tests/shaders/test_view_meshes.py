@@ -20,6 +20,7 @@ def glb(
     mode: int = 4,
     nodes: Any = ({"mesh": 0, "scale": [2, 2, 2]},),
     required: tuple[str, ...] = (),
+    uri: str = "",
 ) -> bytes:
     """A tetrahedron, or what the arguments make of it."""
     parts = [corners.astype("<f4"), np.array(order, "<u2")]
@@ -44,7 +45,7 @@ def glb(
             {"buffer": 0, "byteOffset": start, "byteLength": part.nbytes}
             for start, part in zip(starts, parts, strict=False)
         ],
-        "buffers": [{"byteLength": starts[-1]}],
+        "buffers": [{"byteLength": starts[-1], **({"uri": uri} if uri else {})}],
     }
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
@@ -98,6 +99,16 @@ def test_strips_and_fans(page: Any) -> None:
         assert np.allclose(facing(positions), [0, 0, 1])
 
 
+def test_normals_that_are_zero_are_missing(page: Any) -> None:
+    """Also single ones: their triangle stands for them."""
+    given = np.zeros((12, 3))
+    given[7] = [0, 0, 2]
+    positions, normals = triangles(page, glb(CORNERS[ORDER], list(range(12)), given))
+    expected = np.repeat(facing(positions)[:, None], 3, axis=1)
+    expected[2, 1] = [0, 0, 1]
+    assert np.allclose(normals, expected, atol=1e-5)
+
+
 @pytest.mark.parametrize("scale", [[-1, 1, 1], [1, 2, 0.25]])
 def test_nodes_that_mirror_or_stretch(page: Any, scale: list[float]) -> None:
     """Normals stay normal to the surface, and face outward."""
@@ -118,7 +129,14 @@ def test_nodes_that_mirror_or_stretch(page: Any, scale: list[float]) -> None:
     [
         (b"solid x", "found no binary glTF, expected a .glb file"),
         (glb()[:-16], "found a file that ends before its vertices"),
-        (glb().replace(b'"POSITION"', b'"POSITIVE"'), "found a damaged file"),
+        (glb().replace(b'"POSITION"', b'"POSITIVE"'), "found triangles without POSITION"),
+        (glb().replace(b'"attributes"', b'"attribuded"'), "found a damaged file"),
+        (glb().replace(b'"meshes"', b'"mashes"'), "found no meshes[0], expected it in the JSON"),
+        (glb().replace(b'"accessors"', b'"axcessors"'), "found no accessors[0]"),
+        (glb().replace(b'"bufferViews"', b'"bufferVoids"'), "found no bufferViews["),
+        (glb().replace(b'"scenes"', b'"scents"'), "found no scenes[0]"),
+        (glb(nodes=[{"children": [1]}]), "found no nodes[1]"),
+        (glb(uri="other.bin"), "found vertices outside of its binary part, expected one .glb"),
         (glb(CORNERS * np.nan), "found points at one place, or not finite"),
         (glb(CORNERS * 0), "found points at one place, or not finite"),
         (glb(order=[0, 1, 9]), "found the vertex 9, expected one of 4"),

@@ -122,6 +122,15 @@ def test_fast_is_another_module(tmp_path: Path) -> None:
         ({"points": 7}, "1: points: found 7, expected an array of x, y, z of every point"),
         ({"points": [0] * 3, "options": {"radii": [-1]}}, "1: radius of point 0 is -1, expected 0"),
         ({"points": [0] * 3, "options": {"origin": [0]}}, "1: origin: found [0], expected three"),
+        ({"points": [0] * 3, "options": {"origin": list(range(9))}}, "1: origin: found [0,1,2,3,4"),
+        ({"points": [0] * 3, "options": {"orgin": [5] * 3}}, "1: options: found orgin, expected"),
+        ({"points": [0] * 3, "options": {"axes": [0] * 9}}, "1: options: found axes, expected"),
+        ({"points": [0] * 3, "options": {"radii": 0}}, "1: radii: found 0, expected an array"),
+        (
+            {"points": [0] * 3, "options": None},
+            "1: options: found null, expected an object with origin or radii",
+        ),
+        ({"points": [0] * 3, "options": 7}, "1: options: found 7, expected an object with origin"),
         ({"box": [[0, 0, 0], [4096, 4096, 64]]}, "4: a box of 4096 x 4096 x 64 voxels needs 1288"),
         ({"box": [[2**30, 0, 0], [2**17, 1, 1]]}, "1: box along x has origin 1073741824 and size"),
         ({"box": [[0, 0, 0], [1, -1, 1]]}, "1: box size along y is -1, expected 0 or more"),
@@ -154,7 +163,31 @@ def test_refused_queries(
         ),
         (
             {"options": {"precision": "half"}},
-            '1: precision: found half, expected "exact" or',
+            '1: precision: found "half", expected "exact" or',
+        ),
+        ({"options": None}, "1: options: found null, expected an object with precision"),
+        ({"options": 5}, "1: options: found 5, expected an object with precision"),
+        ({"options": {"seed": "7"}}, '1: seed: found "7", expected a whole number'),
+        (
+            {"options": {"seed": 2**60}},
+            "1: seed: found 1152921504606847000, expected a whole number from 0 to"
+            " 18446744073709551615, above 2^53 - 1 as a bigint",
+        ),
+        ({"options": {"module": {}}}, "1: module.create: found undefined, expected a function"),
+        ({"options": {"module": {"make": 1}}}, "1: module: found make, expected create or wasm"),
+        ({"options": {"baseUrl": "nowhere"}}, '1: baseUrl: found "nowhere", expected a file: URL'),
+        (
+            {"options": {"baseUrl": "file:///nowhere"}},
+            "2: file:///nowhere/solidtex-exact: cannot load: MODULE_NOT_FOUND",
+        ),
+        (
+            {"options": {"baseUrl": "nowhere"}, "workers": 2},
+            '1: baseUrl: found "nowhere", expected a file: URL',
+        ),
+        (
+            {"options": {"presicion": "fast"}, "workers": 2},
+            "1: options: found presicion, expected precision, seed, period, cacheLimitBytes,"
+            " baseUrl or workers",
         ),
         ({"options": {"seed": -1}}, "1: seed: found -1, expected a whole number from 0 to 1844674"),
         ({"options": {"period": 64}}, '1: parameter "period" is 64, expected 0 for a model of the'),
@@ -162,6 +195,7 @@ def test_refused_queries(
         ({"model": 5}, "1: model: found 5, expected bytes, a URL or a path"),
         ({"model": 5, "workers": 2}, "1: model: found 5, expected bytes, a URL or a path"),
         ({"workers": 0}, "1: workers: found 0, expected a whole number from 1 to 256"),
+        ({"workers": -1}, "1: workers: found -1, expected a whole number from 1 to 256"),
         ({"workers": 2, "bytes": 1000}, "3: model in memory: header length: found "),
     ],
 )

@@ -10,6 +10,8 @@ const shared = await loadInWorkers("granite.solidtex", { workers: 2 });
 const later: Float32Array = await shared.evalBox([0, 0, 0], [8, 8, 8]);
 // @ts-expect-error: a promise
 const now: Float32Array = shared.evalPoints([0, 0, 0]);
+// @ts-expect-error: not for workers
+await loadInWorkers("a.solidtex", { module: { create: async () => 0, wasm: new Uint8Array() } });
 // @ts-expect-error: no such precision
 await load("granite.solidtex", { precision: "half" });
 console.log(new SolidtexError("text").status, values, box, later, now, texture.channels.length);

@@ -8,17 +8,20 @@ export type Vector = readonly [number, number, number];
 export interface LoadOptions {
   /** Default "exact". */
   precision?: Precision;
-  /** Random seed, a whole number from 0 to 2^64 - 1. Default 0. */
+  /** Random seed, a whole number from 0 to 2^64 - 1, above 2^53 - 1 a bigint. Default 0. */
   seed?: number | bigint;
   /** Texels after which the solid repeats (lattice family). Default 0: never. */
   period?: number;
   /** Memory bound of the brick cache in bytes (lattice family). Default 256 MiB. */
   cacheLimitBytes?: number;
-  /** Folder of the package's files, where a bundler moved index.mjs away from them. */
+  /**
+   * Absolute URL of the folder of the package's files, where a bundler moved index.mjs away from
+   * them. In Node a file: URL.
+   */
   baseUrl?: string | URL;
   /**
    * What solidtex-<precision>.mjs exports, and the bytes of solidtex-<precision>.wasm, where a page
-   * carries both itself. For load() alone: a function cannot be sent to workers.
+   * carries both itself. Not for loadInWorkers(): a function cannot be sent to workers.
    */
   module?: { create: (settings: object) => Promise<unknown>; wasm: ArrayBuffer | Uint8Array };
 }
@@ -61,7 +64,7 @@ export function load(
   options?: LoadOptions,
 ): Promise<Texture>;
 
-export interface WorkersOptions extends LoadOptions {
+export interface WorkersOptions extends Omit<LoadOptions, "module"> {
   /** Workers, each with a copy of the model and a cache. Default: one for each processor. */
   workers?: number;
 }

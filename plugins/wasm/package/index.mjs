@@ -5,7 +5,10 @@ const MAX_MEMORY = 2 ** 31; // that of the modules
 const PAGE = 65536;
 const INVALID_ARGUMENT = 1, OUT_OF_MEMORY = 4, INTERNAL_ERROR = 5; // solidtex_status
 const MAX_WORKERS = 256;
+const MAX_SHOWN = 8; // numbers of an array in a message
 const modules = new Map(); // promises, by precision and folder or by `create`
+const OPTIONS = ["precision", "seed", "period", "cacheLimitBytes", "baseUrl"];
+const QUERY_OPTIONS = ["origin", "radii"];
 
 export class SolidtexError extends Error {
   constructor(message, status = INVALID_ARGUMENT) {
@@ -15,15 +18,62 @@ export class SolidtexError extends Error {
   }
 }
 
-const show = (value) => (typeof value === "object" ? JSON.stringify(value) : String(value));
-const refuse = (what, found, expected) => {
-  throw new SolidtexError(`${what}: found ${show(found)}, expected ${expected}`);
+function show(value) {
+  if (typeof value === "string") return JSON.stringify(value);
+  if (typeof value === "function") return "a function";
+  if (typeof value !== "object" || value === null) return String(value);
+  if (Array.isArray(value) || ArrayBuffer.isView(value)) {
+    const shown = Array.from(value.slice?.(0, MAX_SHOWN) ?? [], show).join(",");
+    return `[${shown}${value.length > MAX_SHOWN ? ", ..." : ""}]`;
+  }
+  return value instanceof URL ? value.href : `{${Object.keys(value).join(", ")}}`;
+}
+const refuseFound = (what, found, expected) => {
+  throw new SolidtexError(`${what}: found ${found}, expected ${expected}`);
 };
+const refuse = (what, value, expected) => refuseFound(what, show(value), expected);
 
-function wholeNumber(what, value, max) {
+const either = (names) => `${names.slice(0, -1).join(", ")} or ${names.at(-1)}`;
+
+// Returns an object of options, of which none is unknown.
+function optionsOf(given, names, what = "options") {
+  if (given === undefined) return {};
+  if (given === null || typeof given !== "object" || Array.isArray(given))
+    refuse(what, given, `an object with ${either(names)}`);
+  for (const name of Object.keys(given))
+    if (!names.includes(name)) refuseFound(what, name, either(names));
+  return given;
+}
+
+function wholeNumber(what, value, max, min = 0) {
   const isWhole = typeof value === "bigint" || Number.isSafeInteger(value);
-  if (!isWhole || value < 0 || value > max) refuse(what, value, `a whole number from 0 to ${max}`);
+  if (!isWhole || value < min || value > max) {
+    const kind = max > Number.MAX_SAFE_INTEGER ? ", above 2^53 - 1 as a bigint" : "";
+    refuse(what, value, `a whole number from ${min} to ${max}${kind}`);
+  }
   return BigInt(value);
+}
+
+// Address of a folder, with a slash at its end.
+function folderOf(baseUrl) {
+  if (baseUrl === undefined) return undefined;
+  let url;
+  try {
+    url = new URL(String(baseUrl).replace(/\/?$/, "/"));
+  } catch {} // refused below
+  if (!url || (isNode && url.protocol !== "file:"))
+    refuse("baseUrl", baseUrl, isNode ? "a file: URL" : "an absolute URL");
+  return url.href;
+}
+
+// The modules that a page carries.
+function carried(given) {
+  if (given === undefined) return undefined;
+  const { create, wasm } = optionsOf(given, ["create", "wasm"], "module");
+  if (typeof create !== "function") refuse("module.create", create, "a function");
+  if (typeof wasm?.byteLength !== "number")
+    refuse("module.wasm", wasm, "the bytes of a .wasm file");
+  return given;
 }
 
 function vector(what, value, isValid, expected) {
@@ -35,7 +85,7 @@ function vector(what, value, isValid, expected) {
 function floats(what, value, isLength, expected) {
   if (value === null || typeof value !== "object" || typeof value.length !== "number")
     refuse(what, value, `an array of ${expected}`);
-  if (!isLength(value.length)) refuse(what, `${value.length} numbers`, expected);
+  if (!isLength(value.length)) refuseFound(what, `${value.length} numbers`, expected);
   return value instanceof Float32Array ? value : Float32Array.from(value);
 }
 
@@ -79,6 +129,19 @@ async function instantiate(precision, folder, given) {
     ...(wasmBinary && { wasmBinary }),
   });
   return { module, memory };
+}
+
+// Instantiates a module once. A failure is not kept: the next call tries again.
+async function engineOf(precision, folder, given) {
+  const key = given?.create ?? `${precision} ${folder}`;
+  if (!modules.has(key)) modules.set(key, instantiate(precision, folder, given));
+  try {
+    return await modules.get(key);
+  } catch (error) {
+    modules.delete(key);
+    const what = given ? "module" : `${folder.replace(/[^/]*$/, "")}solidtex-${precision}`;
+    throw new SolidtexError(`${what}: cannot load: ${error.code ?? error.message ?? error}`, 2);
+  }
 }
 
 // Memory of one call, freed at its end.
@@ -164,12 +227,13 @@ class Texture {
     this.channels = Array.from({ length: count }, (_, channel) => text("channel_name", channel));
   }
 
-  evalPoints(points, { origin = [0, 0, 0], radii } = {}) {
+  evalPoints(points, options) {
+    const { origin = [0, 0, 0], radii } = optionsOf(options, QUERY_OPTIONS);
     const given = floats("points", points, (n) => n % 3 === 0, "x, y, z of every point");
     const count = given.length / 3;
     const from = vector("origin", origin, (x) => typeof x === "number", "three numbers");
-    const edges =
-      radii && floats("radii", radii, (n) => n === count, `one radius for each of ${count} points`);
+    const edges = radii === undefined ? undefined
+      : floats("radii", radii, (n) => n === count, `one radius for each of ${count} points`);
     return this.#call((scratch, module, handle) => {
       const size = count * this.channels.length;
       const values = scratch.allocate(4 * size, `a result of ${count} points`);
@@ -201,12 +265,10 @@ class Texture {
   }
 }
 
-export async function load(model, options = {}) {
-  const { precision = "exact", seed = 0, period = 0, cacheLimitBytes = 2 ** 28,
-          baseUrl, module, ...unknown } = options;
-  for (const name of Object.keys(unknown))
-    refuse("options", name, "precision, seed, period, cacheLimitBytes, baseUrl or module");
-  const folder = baseUrl === undefined ? import.meta.url : String(baseUrl).replace(/\/?$/, "/");
+export async function load(model, options) {
+  const { precision = "exact", seed = 0, period = 0, cacheLimitBytes = 2 ** 28, baseUrl,
+          module } = optionsOf(options, [...OPTIONS, "module"]);
+  const folder = folderOf(baseUrl) ?? import.meta.url;
   if (precision !== "exact" && precision !== "fast")
     refuse("precision", precision, '"exact" or "fast"');
   const parameters = {
@@ -214,10 +276,9 @@ export async function load(model, options = {}) {
     period: wholeNumber("period", period, 2 ** 30),
     cache_limit_bytes: wholeNumber("cacheLimitBytes", cacheLimitBytes, MAX_MEMORY),
   };
+  const given = carried(module);
   const bytes = await read(model);
-  const key = module?.create ?? `${precision} ${folder}`;
-  if (!modules.has(key)) modules.set(key, instantiate(precision, folder, module));
-  const texture = new Texture(await modules.get(key));
+  const texture = new Texture(await engineOf(precision, folder, given));
   try {
     texture._open(bytes, parameters);
   } catch (error) {
@@ -311,11 +372,12 @@ class WorkersTexture {
       });
   }
 
-  async evalPoints(points, { origin, radii } = {}) {
+  async evalPoints(points, options) {
+    const { origin, radii } = optionsOf(options, QUERY_OPTIONS);
     const given = floats("points", points, (n) => n % 3 === 0, "x, y, z of every point");
     const count = given.length / 3;
-    const edges =
-      radii && floats("radii", radii, (n) => n === count, `one radius for each of ${count} points`);
+    const edges = radii === undefined ? undefined
+      : floats("radii", radii, (n) => n === count, `one radius for each of ${count} points`);
     const evaluate = (remote, begin, end) => remote.call(
       "evalPoints", given.slice(3 * begin, 3 * end),
       { origin, radii: edges && edges.slice(begin, end) });
@@ -360,11 +422,11 @@ async function processors() {
   return isNode ? (await import("node:os")).cpus().length : 1;
 }
 
-export async function loadInWorkers(model, { workers, ...options } = {}) {
-  const count = Number(wholeNumber("workers", workers ?? (await processors()), MAX_WORKERS));
-  if (count === 0) refuse("workers", workers, `a whole number from 1 to ${MAX_WORKERS}`);
-  const { baseUrl } = options;
-  const folder = baseUrl === undefined ? undefined : String(baseUrl).replace(/\/?$/, "/");
+export async function loadInWorkers(model, given) {
+  const { workers, ...options } = optionsOf(given, [...OPTIONS, "workers"]);
+  const wanted = workers ?? Math.min(await processors(), MAX_WORKERS);
+  const count = Number(wholeNumber("workers", wanted, MAX_WORKERS, 1));
+  const folder = folderOf(options.baseUrl);
   const bytes = await read(model);
   const remotes = [];
   try {

@@ -10,7 +10,7 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
@@ -254,6 +254,18 @@ def output_name(args: argparse.Namespace) -> Path:
 
 
 @contextmanager
+def _naming_standard_output() -> Iterator[None]:
+    """Write standard output, and name it in errors of the system, which leave it unnamed."""
+    try:
+        yield
+        sys.stdout.flush()
+    except OSError as error:
+        with suppress(OSError), open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # Python writes the rest at its end
+        raise OutputError(f"standard output: cannot write: {error.strerror or error}") from error
+
+
+@contextmanager
 def _piped(args: argparse.Namespace) -> Iterator[None]:
     """With `-o -`, let the command write a temporary file, and copy it to standard output."""
     args.is_piped = is_pipe(args)
@@ -267,8 +279,8 @@ def _piped(args: argparse.Namespace) -> Iterator[None]:
         args.output = Path(folder, f"{stem}{suffix}")
         with redirect_stdout(sys.stderr):
             yield
-        sys.stdout.buffer.write(args.output.read_bytes())
-        sys.stdout.flush()
+        with _naming_standard_output():
+            sys.stdout.buffer.write(args.output.read_bytes())
 
 
 def run(
@@ -293,14 +305,15 @@ def run(
             if as_json:
                 stack.enter_context(redirect_stdout(sys.stderr))
             document = work(args)
+        with _naming_standard_output():
+            if as_json:
+                print_document(p.prog, document or {})
     except (*failures, *engine.errors()) as error:
         print(f"{p.prog}: {reason(error)}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print(f"{p.prog}: interrupted, nothing was written", file=sys.stderr)
         return 130
-    if as_json:
-        print_document(p.prog, document or {})
     return 0
 
 

@@ -9,7 +9,13 @@ from pathlib import Path
 from solidtex_export.commands import cli
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification.model_output import OutputError, check_output
-from solidtex_export.export.view.page import MIME_TYPES, Material, package_folder, page
+from solidtex_export.export.view.page import (
+    MIME_TYPES,
+    Material,
+    distinct_names,
+    package_folder,
+    page,
+)
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.photographs import read_picture
 from solidtex_export.whole_file import write_whole
@@ -60,6 +66,10 @@ def write(args: argparse.Namespace) -> cli.Document:
         Material(model_file.read(model), exemplar)
         for model, exemplar in zip(args.models, padded, strict=True)
     ]
+    names = [material.model.document["name"] for material in materials]
+    for name, shown in zip(names, distinct_names(names), strict=True):
+        if shown != name:
+            cli.say(f"{PROGRAM}: found another model named {name}: the page shows it as {shown}")
     package = None if args.wasm == Path("none") else package_folder(args.wasm)
     text = page(materials, package)
     write_whole(args.output, text.encode())

@@ -85,11 +85,17 @@ function readGlb(buffer, name) {
   const extension = (document.extensionsRequired ?? []).find((e) => !ABOUT_SURFACES.test(e));
   if (extension) fail(`needs the extension ${extension}; export it without compression`);
   const start = 28 + size;
+  const item = (list, index) => document[list]?.[index]
+    ?? fail(`found no ${list}[${index}], expected it in the JSON part of the file`);
   const read = (index, type) => {
-    const accessor = document.accessors[index], part = document.bufferViews[accessor.bufferView];
+    const accessor = item("accessors", index);
+    const { bufferView } = accessor;
+    const part = bufferView === undefined ? null : item("bufferViews", bufferView);
     const Kind = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array }[
       accessor.componentType];
     if (!Kind || !part) fail("found vertices of an unknown kind, expected floats");
+    if (part.buffer !== 0 || item("buffers", 0).uri !== undefined)
+      fail("found vertices outside of its binary part, expected one .glb file without others");
     if (accessor.type !== type) fail(`found vertices as ${accessor.type}, expected ${type}`);
     const width = type === "VEC3" ? 3 : 1, bytes = Kind.BYTES_PER_ELEMENT;
     const pitch = part.byteStride ?? width * bytes;
@@ -106,8 +112,9 @@ function readGlb(buffer, name) {
   const addPrimitive = (primitive, matrix) => {
     const mode = primitive.mode ?? 4, corners = TRIANGLES[mode];
     if (!corners) return;
-    const from = read(primitive.attributes.POSITION, "VEC3");
-    const given = primitive.attributes.NORMAL;
+    const { POSITION, NORMAL: given } = primitive.attributes;
+    if (POSITION === undefined) fail("found triangles without POSITION, expected their vertices");
+    const from = read(POSITION, "VEC3");
     const facing = given === undefined ? null : read(given, "VEC3");
     const order = primitive.indices === undefined ? null : read(primitive.indices, "SCALAR");
     const count = order ? order.length : from.length / 3;
@@ -122,7 +129,8 @@ function readGlb(buffer, name) {
       starts.forEach((c, k) => {
         positions.push(...placed[k]);
         const n = facing ? transformed(turned, facing.subarray(c, c + 3), 0) : flat;
-        normals.push(...unit(n));
+        const square = dot(n, n);
+        normals.push(...unit(square > 0 && square < Infinity ? n : flat));
       });
     }
   };
@@ -130,14 +138,14 @@ function readGlb(buffer, name) {
   const addNode = (index, parent) => {
     if (seen.has(index)) fail(`found the node ${index} in two places, expected a tree of nodes`);
     seen.add(index);
-    const node = document.nodes[index];
+    const node = item("nodes", index);
     const matrix = product(parent, node.matrix ?? matrixOf(node));
     if (node.mesh !== undefined)
-      for (const p of document.meshes[node.mesh].primitives) addPrimitive(p, matrix);
+      for (const p of item("meshes", node.mesh).primitives) addPrimitive(p, matrix);
     for (const child of node.children ?? []) addNode(child, matrix);
   };
-  const scene = document.scenes?.[document.scene ?? 0];
-  for (const node of scene?.nodes ?? []) addNode(node, IDENTITY);
+  const scene = item("scenes", document.scene ?? 0);
+  for (const node of scene.nodes ?? []) addNode(node, IDENTITY);
   if (positions.length === 0) fail("found no triangles, expected a mesh");
   return fitted(
     { positions: new Float32Array(positions), normals: new Float32Array(normals) }, fail);

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
+import itertools
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -59,13 +60,27 @@ def package_folder(given: Path | None = None) -> Path | None:
     return package
 
 
+def distinct_names(names: Sequence[str]) -> list[str]:
+    """Number names that repeat: a, a-2, a-3. The menu and the address of the page need one each."""
+    distinct: list[str] = []
+    for name in names:
+        numbered = (f"{name}-{number}" for number in itertools.count(2))
+        taken = {*names, *distinct} if name in distinct else distinct
+        distinct.append(next(n for n in itertools.chain([name], numbered) if n not in taken))
+    return distinct
+
+
 def page(materials: Sequence[Material], package: Path | None = None) -> str:
     """`package` is the folder of the npm package, whose engine draws where nothing else can."""
     source = resources.files(__package__)
     html = source.joinpath("page.html").read_text()
     script = "\n".join(source.joinpath(name).read_text() for name in SCRIPTS)
     script = script.replace('/*FRAGMENTS*/""', json.dumps(fragment_source()))
-    models = [_material(m, package is not None) for m in materials]
+    names = distinct_names([m.model.document["name"] for m in materials])
+    models = [
+        _material(m, package is not None) | {"name": name}
+        for m, name in zip(materials, names, strict=True)
+    ]
     html = html.replace("/*MODELS*/[]", _inside_script(models))
     html = html.replace("/*ENGINE*/null", _inside_script(_engine(package)))
     return html.replace("/*SCRIPT*/", script)

@@ -7,6 +7,7 @@ const state = { model: 0, shape: "cube", texels: 512, cut: "", at: 0, place: [0,
 const BACKENDS = { webgpu: WebGpuView, webgl: WebGlView, webassembly: WebAssemblyView };
 const OWN_SHAPES = new Set(Object.keys(SHAPES));
 const FIELD_OF_VIEW = Math.PI / 5, COARSE = 4, SHOWN_EVERY_MS = 400;
+const REMEDY = "write the page again with solidtex-view --wasm FOLDER, which draws by WebAssembly";
 const GOLDEN = 0x9e3779b97f4a7c15n, MASK = (1n << 64n) - 1n;
 let view = null, loaded = {}, generation = 0, moving = false, isLost = false;
 let last = Promise.resolve();  // drawing
@@ -57,6 +58,10 @@ function readSeed(text) {
   return BigInt(text);
 }
 
+function mostTexels(model) {
+  return model.lattice ? view.constructor.mostTexels ?? MAX_TEXELS : 2048;
+}
+
 // Loads what changed since the last drawing. The state may change meanwhile.
 async function load() {
   const model = MODELS[state.model], seed = readSeed(state.seed), makeMesh = SHAPES[state.shape];
@@ -65,7 +70,7 @@ async function load() {
     loaded.model = null;
     control("progress").value = "compiling";
     await view.setModel(model);
-    control("texels").max = model.lattice ? view.constructor.mostTexels ?? MAX_TEXELS : 2048;
+    control("texels").max = mostTexels(model);
     state.texels = Math.min(state.texels, control("texels").max);
     showControls();
     control("exemplar").hidden = !model.exemplar;
@@ -197,29 +202,51 @@ async function showFile(file) {
   }
 }
 
-// What the controls hold as text, and what the address may set.
-const READERS = { model: Number, shape: String, texels: Number, cut: String, at: Number,
-                  place: readPlace, seed: (text) => String(readSeed(text)) };
+const readSeedText = (text) => String(readSeed(text));
 
-// Returns what is wrong with the last value that cannot be read, or "".
+// What the controls hold as text.
+const READERS = { model: Number, shape: String, texels: Number, cut: String, at: Number,
+                  place: readPlace, seed: readSeedText };
+
+function numberOf(id, text, min, max) {
+  const value = text.trim() === "" ? NaN : Number(text);
+  if (!(value >= min && value <= max))
+    throw new Error(`${id}: found "${text}", expected a number from ${min} to ${max}`);
+  return value;
+}
+
+function oneOf(id, text, names) {
+  if (names.includes(text)) return text;
+  const expected = [names.slice(0, -1).join(", "), names.at(-1)].filter(Boolean).join(" or ");
+  throw new Error(`${id}: found "${text}", expected ${expected}`);
+}
+
+// What the address may set. The model is first: it has a say in the number of texels.
+const ADDRESS = {
+  model(text) {
+    const names = MODELS.map(({ name }) => name);
+    return names.indexOf(oneOf("model", text, names));
+  },
+  shape: (text) => oneOf("shape", text, Object.keys(SHAPES)),
+  texels: (text) => numberOf("texels", text, 16, mostTexels(MODELS[state.model])),
+  cut: (text) => text && oneOf("cut", text, ["x", "y", "z"]),
+  at: (text) => numberOf("at", text, -1, 1),
+  place: readPlace,
+  seed: readSeedText,
+};
+
+// Sets the state. Returns what is wrong with the values that cannot be read, a line for each.
 function readAddress(given) {
-  let problem = "";
-  for (const [id, read] of Object.entries(READERS)) {
-    let value = state[id];
+  const problems = [];
+  for (const [id, read] of Object.entries(ADDRESS)) {
+    if (!given.has(id)) continue;
     try {
-      value = read(given.get(id) ?? String(value));
+      state[id] = read(given.get(id));
     } catch (error) {
-      problem = error.message;
+      problems.push(error.message);
     }
-    const { min, max } = control(id);
-    if (typeof value !== "number") state[id] = value;
-    else if (min && max && !Number.isNaN(value)) state[id] = Math.min(max, Math.max(min, value));
   }
-  const index = MODELS.findIndex(({ name }) => name === given.get("model"));
-  state.model = Math.max(index, 0);
-  if (!(state.shape in SHAPES)) state.shape = "cube";
-  if (!["x", "y", "z"].includes(state.cut)) state.cut = "";
-  return problem;
+  return problems;
 }
 
 function listen() {
@@ -279,24 +306,42 @@ function listen() {
   });
 }
 
+// What to do where nothing can draw.
+function withoutView(only) {
+  if (only === "webassembly" && !ENGINE)
+    return `found no WebAssembly in this page; ${REMEDY}, or open it without backend=${only}`;
+  if (only) return `found no ${only} in this browser; open the page without backend=${only}`;
+  return ENGINE
+    ? "found no WebGPU, WebGL 2 or WebAssembly in this browser; open the page in another browser"
+    : `found no WebGPU or WebGL 2 in this browser; ${REMEDY}`;
+}
+
 async function start() {
-  const given = new URLSearchParams(location.search), only = given.get("backend");
+  const given = new URLSearchParams(location.search), problems = [];
   const lost = (message) => {
     isLost = true;
     say(`${message}; reload the page`);
   };
+  let only = given.get("backend");
+  try {
+    if (only) oneOf("backend", only, Object.keys(BACKENDS));
+  } catch (error) {
+    problems.push(error.message);
+    only = null;
+  }
   for (const [name, View] of Object.entries(BACKENDS))
     if (!only || only === name) view ??= await View.create(canvas, lost).catch(() => null);
   if (!view) {
-    return say(only ? `found no ${only} in this browser; open the page without backend=${only}`
-                    : "This page needs WebGPU or WebGL 2; this browser offers neither.");
+    control("controls").hidden = true;
+    return say([...problems, withoutView(only)].join("\n"));
   }
   state.texels = view.constructor.texels ?? state.texels;
   MODELS.forEach((model, i) => control("model").add(new Option(model.name, i)));
   listen();
-  const problem = readAddress(given);
+  problems.push(...readAddress(given));
   await set({});
-  if (problem) say(problem);
+  if (problems.length > 0)
+    say([control("message").textContent, ...problems].filter(Boolean).join("\n"));
 }
 
 window.solidtex = { set, state, showFile, ready: start(), backend: () => view?.name };
