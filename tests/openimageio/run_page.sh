@@ -12,6 +12,7 @@ fail() { echo "error: $*" >&2; exit 1; }
 awk '/^```/ { if (inside) exit; inside = ($0 == "```sh"); next } inside' "$page" > "$work/commands.sh"
 [ -s "$work/commands.sh" ] || fail "$page has no commands"
 ln -s "$build" "$work/build"
+PATH=/usr/bin:$PATH  # oiiotool of an active .venv has no plugins
 cd "$work"
 bash -euo pipefail -x commands.sh > output.txt || { cat output.txt; fail "the commands of $page"; }
 grep -q "1024 x 1024 x 1024" output.txt || { cat output.txt; fail "iinfo does not see the volume"; }

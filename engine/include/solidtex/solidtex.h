@@ -369,10 +369,8 @@ typedef enum solidtex_patches {
 
 /* Encodes a photograph. Needs ONNX Runtime, which is loaded by the first call: the library beside
  * libsolidtex, else the system's, or the one that the environment variable SOLIDTEX_ONNXRUNTIME
- * names. Without it the call returns SOLIDTEX_UNAVAILABLE. Loading it sets the environment variable
- * ORT_DISABLE_TELEMETRY to 1 unless it is set: ONNX Runtime sends reports of its use otherwise. A
- * host whose other threads read the environment then sets it itself, at its start.
- *
+ * names; SOLIDTEX_UNAVAILABLE without it. Loading it sets ORT_DISABLE_TELEMETRY=1 where that is not
+ * set, or it would send reports; a host whose threads read the environment sets it before.
  * The photograph is reduced to the space's resolution, and turned if the space has grain along z
  * ("xy") and its own runs along rows. Patches on a grid that reaches all corners are encoded. The
  * last bits of a code depend on the machine.

@@ -73,9 +73,7 @@ class SamplerSizes(Settings):
         if self.noise_at == "hidden" and self.octaves % bins:
             needed = f"a multiple of hidden_layers - 1 = {bins}"
             raise wrong("octaves", self.octaves, needed)
-        most = (
-            MAX_OCTAVES // bins
-        )  # a model file has a bin of octaves for each hidden layer but one
+        most = MAX_OCTAVES // bins  # a file has a bin of octaves for each hidden layer but one
         if self.noise_at == "input" and self.octaves > most:
             needed = f"1 to {most} for {self.hidden_layers} hidden_layers with noise_at = input"
             raise wrong("octaves", self.octaves, needed)
