@@ -20,6 +20,7 @@ export class SolidtexError extends Error {
 
 function show(value) {
   if (typeof value === "string") return JSON.stringify(value);
+  if (typeof value === "bigint") return `${value}n`;
   if (typeof value === "function") return "a function";
   if (typeof value !== "object" || value === null) return String(value);
   if (Array.isArray(value) || ArrayBuffer.isView(value)) {
