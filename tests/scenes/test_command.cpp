@@ -247,10 +247,10 @@ TEST_CASE("solidtex-render shows a mesh in a model without a scene file") {
   CHECK(fs::exists(folder / "turn1.png"));
   CHECK(run_render("cube.ply --up z -o d.png", folder) == 2);
   const std::vector<std::pair<std::string, std::string>> unfit = {
-      {"8e6 8e6 8e6  8000001 8e6 8e6  8e6 8000001 8e6", "4.096e+09 texels in the material"},
-      {"0 0 1e30  0 0 0  0 1 0", "whose longest side is 1e+30 units"}};
+      {"8e6 8e6 8e6\n8000001 8e6 8e6\n8e6 8000001 8e6", "4.096e+09 texels in the material"},
+      {"0 0 1e30\n0 0 0\n0 1 0", "whose longest side is 1e+30 units"}};
   for (const auto& [vertices, words] : unfit) {
-    write_text(folder / "unfit.off", "OFF 3 1 0 " + vertices + " 3 0 1 2 ");
+    write_text(folder / "unfit.off", "OFF\n3 1 0\n" + vertices + "\n3 0 1 2\n");
     CHECK(run_render("unfit.off --model noise.solidtex -o d.png", folder) == 1);
     const std::string message = read_text(folder / "err.txt");
     CHECK(message.find("unfit.off: ") != std::string::npos);

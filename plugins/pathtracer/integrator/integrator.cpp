@@ -90,18 +90,18 @@ struct Renderer::State {
 
 // Renders all pixels up to `target` samples.
 bool Renderer::State::pass(std::uint32_t target, const Callbacks& callbacks) {
-  std::atomic<bool> finished = true;
+  std::atomic<std::size_t> finished = 0;  // tiles
   // One renderer per thread, not per tile: allocating the paths of every tile took 5 % of a frame.
   tbb::enumerable_thread_specific<TileRenderer> renderers(
       [&] { return TileRenderer(context, framebuffer); });
   tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) {
     // Isolated: a thread that waits for a parallel texture query must not start another tile.
-    tbb::this_task_arena::isolate([&] {
-      if (!renderers.local().render(tiles[i], target, callbacks)) finished = false;
-    });
+    tbb::this_task_arena::isolate(
+        [&] { finished += renderers.local().render(tiles[i], target, callbacks) ? 1 : 0; });
   });
+  const bool is_complete = finished == tiles.size();  // read first: what the tiles wrote is seen
   for (const TileRenderer& renderer : renderers) add(statistics, renderer.statistics());
-  return finished;
+  return is_complete;
 }
 
 Renderer::Renderer(const Scene& scene, const RenderSettings& settings)
