@@ -14,6 +14,7 @@ from solidtex_export.losses.pretrained import PretrainedDescriptor
 from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.losses.statistics import Features
 from solidtex_export.networks import SqueezeNet, Vgg19, squeezenet, vgg
+from solidtex_export.networks.vgg import grouped_names
 
 
 class Descriptor(Protocol):
@@ -43,27 +44,19 @@ class PretrainedWeights:
     def feature_names(self, descriptor: str, groups: Groups = ()) -> list[str]:
         """Layers of the descriptor of that name, for images that are large enough."""
         if descriptor == "random":
-            return _grouped_names(groups or RandomDescriptor.groups)
+            return grouped_names(groups or RandomDescriptor.groups)
         if descriptor == "features" and self.features is not None:
             named = vgg if isinstance(self.features, Vgg19) else squeezenet
             return named.feature_names()
-        return _grouped_names(self.learned.network.widths if self.learned else WIDTHS)
+        return grouped_names(self.learned.network.widths if self.learned else WIDTHS)
 
 
 def known_feature_names(groups: Groups = ()) -> list[str]:
     """Layers that any descriptor has, the random one with the given groups among them."""
-    random = _grouped_names(groups or RandomDescriptor.groups)
-    learned = _grouped_names(WIDTHS) + _grouped_names(DISTILLED_WIDTHS)
+    random = grouped_names(groups or RandomDescriptor.groups)
+    learned = grouped_names(WIDTHS) + grouped_names(DISTILLED_WIDTHS)
     names = vgg.feature_names() + squeezenet.feature_names() + learned + random
     return list(dict.fromkeys(names))
-
-
-def _grouped_names(groups: Groups) -> list[str]:
-    """relu1_1, relu1_2, pool1, relu2_1 ... for the widths of each group."""
-    names = []
-    for i, group in enumerate(groups, 1):
-        names += [f"relu{i}_{j}" for j in range(1, len(group) + 1)] + [f"pool{i}"]
-    return names
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
+from solidtex_export.networks.vgg import grouped_names
 from solidtex_export.networks.weights import WeightsError, weights_of
 from solidtex_export.state_file import read_state
 
@@ -38,10 +39,7 @@ class Fire(nn.Module):
 
 def feature_names() -> list[str]:
     """Names of the features that `SqueezeNet.named_features` returns."""
-    found = []
-    for group, modules in enumerate(GROUPS, 1):
-        found += [f"relu{group}_{i}" for i in range(1, len(modules) + 1)]
-        found += [f"pool{group}"] if group < len(GROUPS) else []
+    found = grouped_names(GROUPS)[:-1]  # the last group is not pooled
     return found + [f"half_{name}" for name in found]
 
 

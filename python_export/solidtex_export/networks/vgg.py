@@ -8,7 +8,7 @@ in BGR order, 0 ... 255, minus a mean).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sized
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -86,13 +86,17 @@ class Vgg19:
         return found
 
 
+def grouped_names(groups: Iterable[Sized]) -> list[str]:
+    """relu1_1, relu1_2, pool1, relu2_1 ... for the layers of each group."""
+    names = []
+    for number, group in enumerate(groups, 1):
+        names += [f"relu{number}_{i}" for i in range(1, len(group) + 1)] + [f"pool{number}"]
+    return names
+
+
 def feature_names() -> list[str]:
     """Names of the features, finest first."""
-    found = []
-    for group, count in enumerate(CONVOLUTIONS, 1):
-        found += [f"relu{group}_{i}" for i in range(1, count + 1)]
-        found += [f"pool{group}"] if group < len(CONVOLUTIONS) else []
-    return found
+    return grouped_names(map(range, CONVOLUTIONS))[:-1]  # the last group is not pooled
 
 
 def recognizes(state: Mapping[str, Any]) -> bool:
