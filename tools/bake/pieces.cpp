@@ -80,11 +80,7 @@ class Column {
  private:
   void evaluate(Piece& piece) {
     const auto start = std::chrono::steady_clock::now();
-    values_.resize(voxel_count(piece.size) * volume_.channels());
-    Index3 origin;
-    for (int i = 0; i < 3; ++i) origin[i] = volume_.origin[i] + piece.offset[i];
-    volume_.texture.eval_box(origin, piece.size, values_);
-    check_values(volume_.texture, values_);
+    tools::evaluate(volume_, piece.offset, piece.size, values_);
     piece.values = values_;
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     pace_.evaluated(voxel_count(piece.size), passed.count());
@@ -99,6 +95,15 @@ class Column {
 };
 
 }  // namespace
+
+void evaluate(const Volume& volume, const Index3& offset, const Index3& size,
+              std::vector<float>& values) {
+  values.resize(voxel_count(size) * volume.channels());
+  Index3 origin{};
+  for (std::size_t axis = 0; axis < 3; ++axis) origin[axis] = volume.origin[axis] + offset[axis];
+  volume.texture.eval_box(origin, size, values);
+  check_values(volume.texture, values);
+}
 
 Index3 choose_piece(const Volume& volume, std::int64_t depth) {
   const std::int64_t z = std::min({depth, volume.size[2], max_depth});

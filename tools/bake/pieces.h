@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "tools/bake/volume.h"
 #include "tools/common/progress.h"
@@ -19,6 +20,11 @@ inline constexpr std::int64_t max_piece_bytes = 64 << 20;
 // The size of the largest piece: up to max_piece_bytes, at most `depth` voxels along z, and long
 // along x, where the lattice family evaluates plane after plane.
 Index3 choose_piece(const Volume& volume, std::int64_t depth);
+
+// Evaluates voxels from `offset` on, relative to the volume's origin, into [x][y][z][channel].
+// Throws if a value is not finite.
+void evaluate(const Volume& volume, const Index3& offset, const Index3& size,
+              std::vector<float>& values);
 
 // Throws the engine's error if voxels of the volume lie beyond its range.
 void check_range(const Volume& volume);

@@ -170,12 +170,10 @@ class StoreBake {
   }
 
   void evaluate(const Box& box, Piece& piece, std::vector<float>& values) const {
-    values.resize(voxel_count(piece.size) * volume_.channels());
-    Index3 origin{};
+    Index3 offset{};
     for (std::size_t axis = 0; axis < 3; ++axis)
-      origin[axis] = volume_.origin[axis] + box.offset[axis] + piece.offset[axis];
-    volume_.texture.eval_box(origin, piece.size, values);
-    check_values(volume_.texture, values);
+      offset[axis] = box.offset[axis] + piece.offset[axis];
+    tools::evaluate(volume_, offset, piece.size, values);
     piece.values = values;
   }
 
