@@ -99,7 +99,7 @@ class WgpuWork:
         )
         self._bound: dict[int, wgpu.GPUBindGroup] = {}
         groups = [[{"buffer": b} for b in (*buffers, self._results)]]
-        groups.insert(0, [] if data is None else [_resource(data)])
+        groups.insert(0, [] if data is None else [resource(data)])
         for group, resources in enumerate(groups):
             if resources:
                 entries = [{"binding": i, "resource": r} for i, r in enumerate(resources)]
@@ -140,7 +140,7 @@ def run_wgpu(
     return work.read()
 
 
-def _resource(data: np.ndarray) -> object:
+def resource(data: np.ndarray) -> object:
     if data.ndim == 2:
         return {
             "buffer": device().create_buffer_with_data(data=data, usage=wgpu.BufferUsage.STORAGE)

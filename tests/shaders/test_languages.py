@@ -13,7 +13,6 @@ from test_shaders import (
     FLOAT_BOUND,
     NAME,
     REPOSITORY,
-    SMALL,
     STONE,
     STONE_POINTS,
     check,
@@ -155,30 +154,3 @@ def test_osl_has_constants_only() -> None:
     made = shader(STONE, ".osl", NAME, "constant", "float")
     assert made.data is None
     assert "shader solidtex_test_shader(" in made.text
-
-
-EXAMPLES = {
-    "unity/SolidtexStone.hlsl": ("texture", "stone.hlsl", "", """
-float4 main(float3 position : POSITION0) : SV_Target {
-  float3 color;
-  Solidtex_float(position, 1, color);
-  return float4(color, 1);
-}"""),
-    "unreal/SolidtexStone.ush": ("constant", "stone.hlsl", "", """
-float4 main(float3 position : POSITION0) : SV_Target {
-  return float4(SolidtexColor(position, 1), 1);
-}"""),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("example", EXAMPLES)
-def test_examples_compile(example: str) -> None:
-    """The files of docs/hosts/ with the exported function in place of its include."""
-    storage, name, before, after = EXAMPLES[example]
-    solid = shader(SMALL, Path(name).suffix, "solidtex_stone", storage, "half").text
-    text = (REPOSITORY / "docs" / "hosts" / example).read_text()
-    include = f'#include "{name}"'
-    text = text.replace(include, solid) if include in text else solid + text
-    options = ["-D", "-V", "-e", "main", "--auto-map-bindings"] if name.endswith(".hlsl") else []
-    command = ["glslangValidator", *options, "-S", "frag", "{source}"]
-    compiled([*command, *(["-o", "{output}"] if options else [])], before + text + after, ".frag")

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from balls import RADIUS, ball, shown
 from PIL import Image
 from view_pages import MODELS, REPOSITORY, pixels_of
 
@@ -19,37 +20,27 @@ SIZE = WIDTH, HEIGHT = 384, 216  # room for 141 rows of weights
 TIME = 1.0
 
 
-def ball() -> tuple[np.ndarray, np.ndarray]:
-    """Where image.glsl has its ball, as normals, and which pixels show it well inside."""
-    rows, columns = np.mgrid[HEIGHT - 0.5 : -0.5 : -1, 0.5:WIDTH]
-    at = np.stack([2 * columns - WIDTH, 2 * rows - HEIGHT], axis=-1) / HEIGHT
-    square = 1 - (at**2).sum(axis=-1)
-    return np.dstack([at, np.sqrt(square.clip(0))]), square > 0.05
-
-
 def test_shadertoy(browser: Any, tmp_path: Path) -> None:
     shader = tmp_path / "gray-stone.glsl"
     options = ["--weights", "texture", "--precision", "half"]
     assert export_shader.main(["stone-grey", "-o", str(shader), *options]) == 0
     subprocess.run([sys.executable, FOLDER / "tabs.py", shader], check=True)
     buffers = [(tmp_path / f"gray-stone-buffer-{letter}.glsl").read_text() for letter in "abcd"]
-    image = (tmp_path / "gray-stone-image.glsl").read_text()
+    tab = (tmp_path / "gray-stone-image.glsl").read_text()
     page = browser.new_page()
     page.add_script_tag(path=VIEW / "webgl.js")
-    found = pixels_of(page.evaluate(SHADERTOY, [buffers, image, SIZE, TIME]))
-    normals, is_inside = ball()
+    found = pixels_of(page.evaluate(SHADERTOY, [buffers, tab, SIZE, TIME]))
+    normals, is_inside = ball(WIDTH, HEIGHT)
     c, s = np.cos(0.3 * TIME), np.sin(0.3 * TIME)
     x, y, z = np.moveaxis(normals, -1, 0)
-    points = 150 * np.stack([c * x - s * z, y, s * x + c * z], axis=-1)[is_inside]
+    texels = RADIUS * np.stack([c * x - s * z, y, s * x + c * z], axis=-1)[is_inside]
     with Texture(MODELS / "stone-grey.solidtex") as texture:
-        albedo = texture.eval_points(points, radii=150 / HEIGHT).clip(0, 1) ** 2.2
-    light = 0.3 + 0.9 * (normals @ (np.array([1, 2, 3]) / 14**0.5)).clip(0)
-    expected = (light[is_inside][:, None] * albedo).clip(0, 1) ** (1 / 2.2)
+        expected = shown(texture, normals[is_inside], texels, RADIUS / HEIGHT)
     errors = np.abs(found[is_inside] - expected)
     print(f"mean {errors.mean():.2g}, 99 % {np.quantile(errors, 0.99):.2g}, max {errors.max():.2g}")
     assert np.quantile(errors, 0.99) < 2 / 255
-    shown = np.asarray(Image.open(REPOSITORY / "docs/images/hosts/shadertoy.png").convert("RGB"))
-    assert np.abs(found - shown / 255).mean() < 1 / 255
+    image = Image.open(REPOSITORY / "docs/images/hosts/shadertoy.png").convert("RGB")
+    assert np.abs(found - np.asarray(image) / 255).mean() < 1 / 255
 
 
 def test_refusals(tmp_path: Path) -> None:
