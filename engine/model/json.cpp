@@ -80,14 +80,12 @@ class Builder : public nlohmann::json_sax<json> {
 
 // Empties a value from within.
 void clear(json& value) noexcept {
-  if (value.is_object()) {
-    auto& members = value.get_ref<json::object_t&>();
-    for (auto& member : members) clear(member.second);
-    members.clear();
-  } else if (value.is_array()) {
-    auto& elements = value.get_ref<json::array_t&>();
-    for (json& element : elements) clear(element);
-    elements.clear();
+  if (auto* members = value.get_ptr<json::object_t*>()) {
+    for (auto& member : *members) clear(member.second);
+    members->clear();
+  } else if (auto* elements = value.get_ptr<json::array_t*>()) {
+    for (json& element : *elements) clear(element);
+    elements->clear();
   }
 }
 

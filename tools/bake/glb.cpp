@@ -62,7 +62,7 @@ class Document {
     append("JSON", 4);
     append(text.data(), text.size());
     word(bytes_.size());
-    append("BIN\0", 4);
+    append("BIN", 4);  // with the zero at its end
     append(bytes_.data(), bytes_.size());
     file.close();
   }

@@ -104,8 +104,9 @@ void render_cube_rows(const Material& material, int first_row, Image& image) {
     for (int x = 0; x < panel; ++x) {
       SampleSequence samples(static_cast<std::uint32_t>(y * panel + x));
       for (int i = 0; i < subpixels * subpixels; ++i) {
-        const double sub_x = x + (i % subpixels + 0.5) / subpixels;
-        const double sub_y = y + (i / subpixels + 0.5) / subpixels;
+        const int row = i / subpixels, column = i % subpixels;
+        const double sub_x = x + (column + 0.5) / subpixels;
+        const double sub_y = y + (row + 0.5) / subpixels;
         views.push_back(trace(sub_x / panel, sub_y / panel, samples, points));
       }
     }

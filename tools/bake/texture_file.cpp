@@ -137,10 +137,10 @@ void write_dds(const std::filesystem::path& path, const TextureDescription& text
                         static_cast<std::uint64_t>(y), static_cast<std::uint64_t>(x),
                         texture.is_bc7 ? levels[0].bytes.size() / static_cast<std::size_t>(z) : row,
                         static_cast<std::uint64_t>(z), levels.size()});
-  header.resize(header.size() + 11 * 4);
+  header.resize(header.size() + 44);  // eleven words are reserved
   append_words(header, {32, is_four_cc});
   header += "DX10";
-  header.resize(header.size() + 5 * 4);
+  header.resize(header.size() + 20);  // five words of other formats
   append_words(header, {complex | texture_caps | mipmap, volume, 0, 0, 0});
   append_words(header, {dxgi_format(texture), dimension_3d, 0, 1, 0});
 
