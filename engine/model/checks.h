@@ -38,7 +38,7 @@ class JsonDocument {
   const nlohmann::json& root() const { return root_; }
 
  private:
-  JsonDocument() = default;
+  JsonDocument() = default;  // NOLINT(bugprone-exception-escape): null does not throw
 
   nlohmann::json root_;
 };
