@@ -1,4 +1,5 @@
 // Mesh files that are refused, and mesh repair.
+#include <algorithm>
 #include <cstring>
 
 #include "catch.hpp"
@@ -253,4 +254,26 @@ TEST_CASE("A scene at map coordinates gives the image of the same scene at the o
     const auto& position = there.values(pt::Aov::position);
     CHECK(std::abs(position[3 * (24 * 48 + 24) + 1] - 5248342.5f) < 4);
   }
+}
+
+TEST_CASE("An open mesh of a dielectric is noted") {
+  if (!built_with_cgal()) return;
+  const TemporaryFolder folder;
+  write_ply(folder / "open.ply", make_quad(1));
+  write_ply(folder / "closed.ply", make_cube());
+  write_text(folder / "scene.json", R"({
+    "version": 1, "render": {"size": [8, 8], "spp": 1},
+    "camera": {"position": [0, 3, 3], "look_at": [0, 0, 0], "fov": 40},
+    "environment": {"color": [1, 1, 1]},
+    "materials": {"glass": {"type": "dielectric"}, "gray": {"type": "diffuse", "color": [0.5, 0.5, 0.5]}},
+    "objects": [{"mesh": "open.ply", "material": "glass"},
+                {"mesh": "open.ply", "material": "gray"},
+                {"mesh": "closed.ply", "material": "glass"}]})");
+  const auto notes = pt::notes_of(*pt::load_scene(folder / "scene.json"));
+  CHECK(std::ranges::count_if(notes, [](const std::string& note) {
+          return note.starts_with("open.ply: an open mesh of the dielectric \"glass\"");
+        }) == 1);
+  CHECK(std::ranges::count_if(notes, [](const std::string& note) {
+          return note.find("dielectric") != std::string::npos;
+        }) == 1);
 }

@@ -31,6 +31,7 @@ Mesh MeshReader::read_mesh(const Place& place, const std::string& attribute) {
     if (mesh.triangles.empty()) {
       throw SceneError(mesh.file + ": found only degenerate triangles, expected a surface");
     }
+    if (can_repair_meshes() && !report.closed) open_files_.insert(mesh.file);
     scene_.notes.push_back(describe(mesh, report));
     const std::string name = std::filesystem::path(mesh.file).filename().string();
     for (const std::string& warning : mesh.warnings) scene_.notes.push_back(name + ": " + warning);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <map>
+#include <set>
+#include <string>
 
 #include "plugins/pathtracer/geometry/mesh.h"
 #include "plugins/pathtracer/reader/scene_file.h"
@@ -21,6 +23,9 @@ class MeshReader {
   // Returns the bounding box of the object's mesh file, before cuts.
   const mesh::Box& box_of(std::size_t mesh) const { return boxes_.at(mesh); }
 
+  // Whether a mesh is known to have holes: a build without CGAL does not know.
+  bool is_open(const Mesh& mesh) const { return open_files_.contains(mesh.file); }
+
   // Loads and repairs the mesh file named at this place, without adding it to the scene.
   Mesh read_mesh(const Place& place, const std::string& attribute = "");
 
@@ -33,6 +38,7 @@ class MeshReader {
   Scene& scene_;
   std::map<std::string, std::size_t> meshes_;
   std::map<std::size_t, mesh::Box> boxes_;
+  std::set<std::string> open_files_;
 };
 
 }  // namespace solidtex::pathtracer

@@ -69,6 +69,11 @@ Object read_object(const SceneFile& file, Scene& scene, MeshReader& meshes, cons
   const glm::dmat4 transform = file.transform(place / "transform");
   object.to_world = glm::mat4(between_origins(transform, mesh.origin, scene.origin));
   const Material& material = scene.materials[object.material];
+  if (material.type == MaterialType::dielectric && meshes.is_open(mesh)) {
+    scene.notes.push_back(std::filesystem::path(mesh.file).filename().string() +
+                          ": an open mesh of the dielectric \"" + material.name +
+                          "\", which is right only for a closed one: fill its holes");
+  }
   if (has_image(material) && mesh.uvs.empty()) {
     file.refuse(place / "mesh", "a mesh without texture coordinates",
                 "some, because the material \"" + material.name + "\" has an image");
