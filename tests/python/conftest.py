@@ -1,4 +1,4 @@
-"""Shared by the Python tests: a training result without the training."""
+"""Shared by the Python tests: a photograph, and a training result without the training."""
 
 import json
 from pathlib import Path
@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 import torch
+from small_trainings import save_photo
 
 from solidtex_export.export import random_models
 
@@ -18,6 +19,11 @@ torch.manual_seed(0)  # networks that test modules make as they are imported
 def seeded() -> None:
     """The same random numbers in every run, whatever ran before: a test fails always or never."""
     torch.manual_seed(0)
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    return save_photo(tmp_path / "photo.png")
 
 
 @pytest.fixture

@@ -46,6 +46,14 @@ SMALL |= STARTING
 PRESETS = sorted(set(SMALL) - set(STARTING))
 
 
+SIZE = 44
+"""Of slices, in texels, where `arguments` begin a training."""
+
+
+def arguments(photo: Path, result: Path, *more: str) -> list[str]:
+    return [str(photo), "-o", str(result), "--size", str(SIZE), "--device", "cpu", *more]
+
+
 def save_photo(path: Path) -> Path:
     """Two-colored stripes and specks."""
     random = np.random.default_rng(1)

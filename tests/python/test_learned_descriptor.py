@@ -9,10 +9,8 @@ import hashlib
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
-from PIL import Image
 from small_trainings import begin
 
 from solidtex_export.commands import train as cli_train
@@ -42,15 +40,6 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def descriptor(weights: Path) -> LearnedDescriptor:
     torch.manual_seed(1)
     return LearnedDescriptor(load_weights(weights))
-
-
-@pytest.fixture
-def photo(tmp_path: Path) -> Path:
-    pixels = np.random.default_rng(1).integers(90, 140, (56, 64, 3))
-    pixels[:, ::5] = (200, 120, 60)
-    path = tmp_path / "photo.png"
-    Image.fromarray(pixels.astype(np.uint8)).save(path)
-    return path
 
 
 def arguments(photo: Path, result: Path, *more: str) -> list[str]:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import torch
 from PIL import Image
-from small_trainings import PRESETS, SMALL, assert_equal, make_trainer, save_photo, save_vgg, train
+from small_trainings import PRESETS, SMALL, assert_equal, make_trainer, save_vgg, train
 
 from solidtex_export.commands import export
 from solidtex_export.commands import train as cli_train
@@ -24,11 +24,6 @@ from solidtex_export.training.presets import PresetError, load_recipe, shipped
 from solidtex_export.training.result import ResultError
 
 torch.set_num_threads(1)
-
-
-@pytest.fixture
-def photo(tmp_path: Path) -> Path:
-    return save_photo(tmp_path / "photo.png")
 
 
 def test_every_shipped_preset_is_tested() -> None:

@@ -1,11 +1,8 @@
-"""Training: result folder, resuming, interruption, refusals."""
+"""Training: its result folder, settings, refusals, and what it prints."""
 
 from __future__ import annotations
 
 import json
-import signal
-import subprocess
-import sys
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -14,6 +11,7 @@ import numpy as np
 import pytest
 import torch
 from PIL import Image
+from small_trainings import SIZE, arguments
 
 from solidtex_export.analysis.grain import channel_axes, whiten
 from solidtex_export.commands import export as cli_export
@@ -27,33 +25,9 @@ from solidtex_export.training.resolve import resolve, scale
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
-SIZE = 44
+
 METHODS = {"lattice": "field", "sampler": "sampler"}
 FILES = {"config.json", "checkpoint.pt", "log.csv", "exemplar-0.png", "preview.png"}
-
-
-@pytest.fixture
-def photo(tmp_path: Path) -> Path:
-    """Two-colored stripes and specks."""
-    random = np.random.default_rng(1)
-    pixels = random.integers(90, 140, (56, 64, 3))
-    pixels[:, ::5] = (200, 120, 60)
-    path = tmp_path / "photo.png"
-    Image.fromarray(pixels.astype(np.uint8)).save(path)
-    return path
-
-
-def arguments(photo: Path, result: Path, *more: str) -> list[str]:
-    return [
-        str(photo),
-        "-o",
-        str(result),
-        "--size",
-        str(SIZE),
-        "--device",
-        "cpu",
-        *more,
-    ]
 
 
 def test_whitening_inverts_the_color_affine(photo: Path) -> None:
@@ -157,31 +131,6 @@ def test_the_initial_phase_takes_its_steps_but_at_most_half_of_the_training() ->
     assert initial.progress(50, 50 / 200) == pytest.approx(0.5)
     assert initial.progress(100, 100 / 200) == 1
     assert InitialPhase().progress(0, 0.0) == 1
-
-
-def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Path) -> None:
-    result = tmp_path / "result"
-    command = [sys.executable, "-m", "solidtex_export.commands.train"]
-    command += arguments(photo, result, "--steps", "100000", "--threads", "1")
-    steps = []
-    for _ in range(2):
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        lines = len(log_lines(result))
-        deadline = time.monotonic() + 120
-        while len(log_lines(result)) <= lines + 1 and time.monotonic() < deadline:
-            assert process.poll() is None, process.stdout.read()
-            time.sleep(0.1)
-        process.send_signal(signal.SIGINT)
-        output, _ = process.communicate(timeout=60)
-        assert process.returncode == 130, output
-        steps.append(torch.load(result / "checkpoint.pt", weights_only=True)["step"])
-    assert 0 < steps[0] < steps[1]
-    assert b"resuming at step %d" % steps[0] in output
-
-
-def log_lines(result: Path) -> list[str]:
-    log = result / "log.csv"
-    return log.read_text().splitlines() if log.exists() else []
 
 
 def test_a_photograph_per_direction(photo: Path, tmp_path: Path) -> None:
@@ -290,49 +239,6 @@ def test_options_that_cannot_work(
     assert message in capsys.readouterr().err
 
 
-def test_foreign_folders_and_other_trainings_are_refused(
-    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    foreign = tmp_path / "foreign"
-    foreign.mkdir()
-    (foreign / "thesis.txt").write_text("precious")
-    assert cli_train.main(arguments(photo, foreign, "--steps", "1")) == 1
-    assert "without config.json" in capsys.readouterr().err
-    assert [p.name for p in foreign.iterdir()] == ["thesis.txt"]
-
-    result = tmp_path / "result"
-    result.mkdir()
-    (result / ".config.host-1-1.tmp.json").write_text("{")  # of a killed process
-    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
-    assert cli_train.main(arguments(photo, result, "--steps", "1", "--seed", "7")) == 1
-    error = capsys.readouterr().err
-    assert "seed: found 0, expected 7" in error
-    rate = ["--set", "optimizer.learning_rate=0.125"]
-    assert cli_train.main(arguments(photo, result, "--steps", "1", *rate)) == 1
-    error = capsys.readouterr().err
-    assert "recipe.optimizer.learning_rate: found 0.006, expected 0.125;" in error
-    torch.save({"generator": {}}, result / "checkpoint.pt")
-    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
-    assert "checkpoint.pt: found a checkpoint that does not fit" in capsys.readouterr().err
-    (result / "checkpoint.pt").write_bytes(b"damaged")
-    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
-    assert "checkpoint.pt" in capsys.readouterr().err
-
-
-def test_trainings_of_older_versions_are_not_resumed(
-    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    result = tmp_path / "result"
-    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
-    config = json.loads((result / "config.json").read_text())
-    del config["version"]
-    (result / "config.json").write_text(json.dumps(config))
-    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
-    error = capsys.readouterr().err
-    assert "config.json: version: found null, expected 3: another version of solidtex" in error
-    assert "export it as it is, or choose another -o" in error
-
-
 def test_without_a_terminal_lines_report_the_progress(
     photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -345,65 +251,6 @@ def test_without_a_terminal_lines_report_the_progress(
     late.seconds = 0.05
     run_in_terminal(late)
     assert late.progress > 1 and "step 1, 0.0 min left, 100%" in capsys.readouterr().err
-
-
-def test_more_steps_continue_a_finished_training(
-    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    result = tmp_path / "result"
-    assert cli_train.main(arguments(photo, result, "--steps", "2")) == 0
-    assert cli_train.main(arguments(photo, result, "--steps", "3")) == 0
-    printed = capsys.readouterr()
-    assert "continues a training of 2 steps" in printed.err
-    assert "resuming at step 2" in printed.err
-    state = torch.load(result / "checkpoint.pt", weights_only=True)
-    assert state["step"] == 3 and state["finished"]
-    assert json.loads((result / "config.json").read_text())["steps"] == 3
-    assert cli_train.main(arguments(photo, result, "--steps", "2")) == 1
-    assert "config.json: --steps: found 3, expected 2" in capsys.readouterr().err
-    assert cli_train.main(arguments(photo, result, "--minutes", "2")) == 1
-
-
-def test_license_and_source_may_be_told_later(photo: Path, tmp_path: Path) -> None:
-    args = arguments(photo, tmp_path / "result", "--preset", "sampler", "--steps", "1")
-    assert cli_train.main([*args, "--source", "a quarry"]) == 0
-    saved = (tmp_path / "result/checkpoint.pt").read_bytes()
-    assert cli_train.main([*args, "--license", "CC0-1.0"]) == 0
-    config = json.loads((tmp_path / "result/config.json").read_text())
-    assert (config["license"], config["source"]) == ("CC0-1.0", "a quarry")
-    assert (tmp_path / "result/checkpoint.pt").read_bytes() == saved
-
-
-def test_another_training_is_refused_by_its_first_option(
-    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    result = tmp_path / "result"
-    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
-    config = json.loads((result / "config.json").read_text())
-    other = arguments(photo, result, "--steps", "1", "--size", "48", "--seed", "5")
-    assert cli_train.main(other) == 1
-    message = f"{result / 'config.json'}: --size: found {SIZE}, expected 48; to resume"
-    assert message in capsys.readouterr().err
-    # A preset that is given comes first: defaults of the others follow from it.
-    assert config["preset"] != "sampler"
-    assert cli_train.main([*other, "--preset", "sampler"]) == 1
-    message = f'config.json: --preset: found {json.dumps(config["preset"])}, expected "sampler";'
-    assert message in capsys.readouterr().err
-
-
-def test_a_training_on_another_photograph_is_named_by_its_file(
-    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    result, other = tmp_path / "result", tmp_path / "other.png"
-    assert cli_train.main(arguments(photo, result, "--steps", "1")) == 0
-    Image.open(photo).rotate(180).save(other)
-    found = f"{result / 'config.json'}: exemplars: found a training on "
-    for name, old in (("other.png", "photo.png"), ("photo.png", "another file named photo.png")):
-        other = other.rename(tmp_path / name)
-        assert cli_train.main(arguments(other, result, "--steps", "1")) == 1
-        error = capsys.readouterr().err
-        assert f"{found}{old}, expected one on {name}; to resume" in error
-        assert "choose another -o" in error and "sha256" not in error
 
 
 def test_results_are_on_standard_output_and_talk_is_not(
