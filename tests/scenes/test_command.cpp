@@ -238,6 +238,7 @@ TEST_CASE("solidtex-render shows a mesh in a model without a scene file") {
   REQUIRE(run_render(command + "-o a.png", folder) == 0);
   const std::string talk = read_text(folder / "err.txt");
   CHECK(talk.find("no light, lit by the default studio") != std::string::npos);
+  CHECK(talk.find("cube.ply: --texels-per-unit 256\n") != std::string::npos);
   CHECK(run_render(command + "--texels-per-unit 256 -o b.png", folder) == 0);
   CHECK(read_text(folder / "a.png") == read_text(folder / "b.png"));  // 512 along the side of 2
   CHECK(run_render(command + "--variant 3 -o c.png", folder) == 0);
@@ -248,7 +249,8 @@ TEST_CASE("solidtex-render shows a mesh in a model without a scene file") {
   CHECK(run_render("cube.ply --up z -o d.png", folder) == 2);
   const std::vector<std::pair<std::string, std::string>> unfit = {
       {"8e6 8e6 8e6\n8000001 8e6 8e6\n8e6 8000001 8e6", "4.096e+09 texels in the material"},
-      {"0 0 1e30\n0 0 0\n0 1 0", "whose longest side is 1e+30 units"}};
+      {"0 0 1e30\n0 0 0\n0 1 0", "whose longest side is 1e+30 units"},
+      {"1 2 3\n1 2 3\n1 2 3", "found all vertices at one point"}};
   for (const auto& [vertices, words] : unfit) {
     write_text(folder / "unfit.off", "OFF\n3 1 0\n" + vertices + "\n3 0 1 2\n");
     CHECK(run_render("unfit.off --model noise.solidtex -o d.png", folder) == 1);
@@ -329,6 +331,8 @@ TEST_CASE("solidtex-render --denoise needs Open Image Denoise and says where it 
     return;
   }
   setenv("SOLIDTEX_OPENIMAGEDENOISE", kept.c_str(), 1);
+  CHECK(run_render("scene.json --denoise --aovs albedo -o a.exr", folder) == 1);
+  CHECK(read_text(folder / "err.txt").find("found --aovs without beauty") != std::string::npos);
   // Ambient occlusion is noisy where the cube stands on another one.
   write_text(folder / "scene.json", R"({
     "version": 1,

@@ -90,5 +90,5 @@ def test_scene_notes_why_it_blends_outputs(folder: Path) -> None:
     change_document(folder / "a.solidtex", folder / "tuned.solidtex", {"fine_tuned": {}})
     color = {"mix": ["b.solidtex", "tuned.solidtex"], "by": {"sphere": 0.5, "range": [0, 0.4]}}
     _, text = render(folder, color)
-    assert "mix of outputs: " in text
+    assert "mix of outputs, not of codes: " in text and "expected" not in text
     assert "tuned.solidtex: found a model that was fine-tuned" in text

@@ -39,6 +39,11 @@ std::map<std::string, pt::Aov> aov_names() {
 pt::AovSet aov_set(const Options& options) {
   pt::AovSet aovs = aovs_to_write(options);
   if (options.denoise) {
+    if (!aovs.has(pt::Aov::beauty)) {
+      throw std::runtime_error(
+          "--denoise: found --aovs without beauty, expected beauty among them: it alone is "
+          "denoised");
+    }
     for (const pt::Aov aov : {pt::Aov::beauty, pt::Aov::albedo, pt::Aov::normal}) aovs.add(aov);
   }
   return aovs;

@@ -90,7 +90,9 @@ void TextureReader::open_mix(const Place& place, Mix& mix) {
       }
     } catch (const spaces::MixtureError& error) {
       if (blend == "codes") throw SceneError(error.what());
-      scene_.notes.push_back(std::string("mix of outputs: ") + error.what());
+      const std::string reason = error.what();
+      scene_.notes.push_back("mix of outputs, not of codes: " +
+                             reason.substr(0, reason.find(", expected")));
     }
   }
   open_outputs(place, names, mix);

@@ -1,5 +1,6 @@
 // Reads a scene file into a Scene, frame by frame.
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "plugins/pathtracer/reader/animation.h"
@@ -78,8 +79,8 @@ struct Sequence::State {
     check_animation(file.document(), file.path().string());
     json document = file.document();
     scene.origin = choose_origin(document["camera"]);
-    has_studio = needs_studio(document);
-    if (!has_studio) return;
+    if (!needs_studio(document)) return;
+    notes.push_back(file.path().string() + ": no light, lit by the default studio");
     add_studio(document);
     file = SceneFile(file.path(), std::move(document), file.path().string());
   }
@@ -92,9 +93,9 @@ struct Sequence::State {
   }
 
   SceneFile file;
-  bool has_studio = false;
-  int turntable_frames = 0;  // 0: no turntable
-  json read;                 // the document of `scene`
+  int turntable_frames = 0;        // 0: no turntable
+  std::vector<std::string> notes;  // of every frame
+  json read;                       // the document of `scene`
   Scene scene;
 };
 
@@ -104,6 +105,12 @@ Sequence::Sequence(const std::filesystem::path& file)
 Sequence::Sequence(const MeshScene& scene)
     : state_(
           std::make_unique<State>(SceneFile(scene.mesh, document_of(scene), scene.mesh.string()))) {
+  if (scene.texels_per_unit) return;
+  const json& color = state_->file.document()["materials"]["model"]["color"];
+  std::ostringstream note;
+  note << scene.mesh.filename().string() << ": --texels-per-unit "
+       << color["texels_per_unit"].get<double>();
+  state_->notes.push_back(note.str());
 }
 
 Sequence::~Sequence() = default;
@@ -124,9 +131,8 @@ const Scene& Sequence::frame(int number) {
   const json before = std::exchange(state_->read, json());  // stays null if reading throws
   read_changes(file, before, state_->scene);
   state_->read = file.document();
-  if (state_->has_studio) {
-    state_->scene.notes.push_back(path.string() + ": no light, lit by the default studio");
-  }
+  std::vector<std::string>& notes = state_->scene.notes;
+  notes.insert(notes.end(), state_->notes.begin(), state_->notes.end());
   return state_->scene;
 }
 

@@ -104,14 +104,16 @@ json document_of(const MeshScene& scene) {
   const mesh::Mesh mesh = mesh::load_mesh(scene.mesh);
   const mesh::Box box = mesh::bounding_box(mesh);
   const double longest = box.longest_side();
-  if (!scene.texels_per_unit && longest > 0 && (longest < kLeastSide || longest > kLargestSide)) {
+  if (!(longest > 0)) {
+    throw mesh::MeshError(mesh.file + ": found all vertices at one point, expected a surface");
+  }
+  if (!scene.texels_per_unit && (longest < kLeastSide || longest > kLargestSide)) {
     std::ostringstream text;
     text << mesh.file << ": found a mesh whose longest side is " << longest << " units, expected "
          << kLeastSide << " to " << kLargestSide << ": scale it, or give --texels-per-unit";
     throw mesh::MeshError(text.str());
   }
-  const double texels_per_unit =
-      scene.texels_per_unit.value_or(longest > 0 ? mesh::kDefaultExtent / longest : 1);
+  const double texels_per_unit = scene.texels_per_unit.value_or(mesh::kDefaultExtent / longest);
   glm::dvec3 center = 0.5 * (box.low + box.high);
   const double radius = radius_of(mesh, center);
   json transform = json::array();
