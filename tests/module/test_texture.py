@@ -312,6 +312,7 @@ def test_refusals_name_what_is_wrong(tmp_path: Path) -> None:
         (lambda: texture.eval_points(writable(4, 2)), r"points: found shape \(4, 2\)"),
         (lambda: texture.eval_points(3.0), "points: found shape"),
         (lambda: texture.eval_points("abc"), "points: found str"),
+        (lambda: texture.eval_points(points + 1j), "points: found .*complex"),
         (
             lambda: texture.eval_points(points, radii=torch.zeros(1, requires_grad=True)),
             "radii: found",

@@ -51,6 +51,8 @@ def floats(name: str, values: Any) -> Floats:
     try:
         if hasattr(values, "__dlpack__") and not isinstance(values, np.ndarray):
             values = np.from_dlpack(values)
+        if np.iscomplexobj(values):
+            raise TypeError("complex numbers, expected real ones")
         return np.ascontiguousarray(values, dtype=np.float32).reshape(np.shape(values))
     except (TypeError, ValueError, BufferError, RuntimeError) as error:
         raise InvalidArgument(f"{name}: found {type(values).__name__}: {error}") from error
