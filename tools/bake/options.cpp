@@ -249,8 +249,9 @@ void add_format_options(CLI::App& app, BakeOptions& options, CLI::Option* output
 
 void add_options(CLI::App& app, BakeOptions& options) {
   app.footer(examples);
-  app.add_option("MODEL", options.model, "Path of a .solidtex file, or name of a shipped model")
-      ->capture_default_str();
+  app.add_option("MODEL", options.model,
+                 "Path of a .solidtex file, or name of a shipped model (default granite-grey)")
+      ->type_name("");
   app.add_option_function<std::string>(
          "--size",
          [&](const std::string& text) {

@@ -13,6 +13,7 @@
 #include <iostream>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <vector>
 
@@ -40,6 +41,27 @@ struct Talk {
   nlohmann::ordered_json results = nlohmann::ordered_json::object();
 } talk;
 
+// Help in which the options that one needs or excludes follow its description.
+class HelpText : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    const std::string text = CLI::Formatter::make_option_opts(option);
+    return text.substr(0, std::min(text.find(" Needs:"), text.find(" Excludes:")));
+  }
+
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return option->get_description() + names("; needs ", option->get_needs()) +
+           names("; not with ", option->get_excludes());
+  }
+
+ private:
+  static std::string names(const std::string& before, const std::set<CLI::Option*>& options) {
+    std::set<std::string> sorted;
+    for (const CLI::Option* option : options) sorted.insert(option->get_name());
+    return sorted.empty() ? "" : before + CLI::detail::join(sorted, ", ");
+  }
+};
+
 // The file of --config.
 class OptionFile : public CLI::ConfigTOML {
  public:
@@ -47,21 +69,28 @@ class OptionFile : public CLI::ConfigTOML {
 
   std::vector<CLI::ConfigItem> from_config(std::istream& stream) const override {
     std::vector<CLI::ConfigItem> items = CLI::ConfigTOML::from_config(stream);
-    for (const CLI::ConfigItem& item : items) {
-      const std::string& name = item.name;
-      const bool is_known = item.parents.empty() && (app_.get_option_no_throw("--" + name) ||
-                                                     app_.get_option_no_throw("-" + name) ||
-                                                     app_.get_option_no_throw(name));
-      if (is_known) continue;
+    for (CLI::ConfigItem& item : items) {
+      if (const CLI::Option* option = item.parents.empty() ? named(item.name) : nullptr) {
+        // An array for an option such as X,Y,Z, which is one value.
+        if (option->get_items_expected_max() == 1)
+          item.inputs = {CLI::detail::join(item.inputs, ",")};
+        continue;
+      }
       throw CLI::ConfigError("--config: " + app_.get_config_ptr()->as<std::string>() +
                              ": found an unknown option " +
-                             (item.parents.empty() ? name : "[" + item.parents.front() + "]") +
+                             (item.parents.empty() ? item.name : "[" + item.parents.front() + "]") +
                              ", expected one of --help");
     }
     return items;
   }
 
  private:
+  const CLI::Option* named(const std::string& name) const {
+    for (const char* dashes : {"--", "-", ""})
+      if (const CLI::Option* option = app_.get_option_no_throw(dashes + name)) return option;
+    return nullptr;
+  }
+
   const CLI::App& app_;
 };
 
@@ -141,7 +170,11 @@ int exit_after(const CLI::App& app, const CLI::ParseError& error) {
   return app.exit(error);
 }
 
-int fail(const CLI::App& app, const char* message, int exit_code = exit_failure) {
+// The file in a temporary folder that -o - stands for is named as it was given.
+int fail(const CLI::App& app, std::string message, int exit_code = exit_failure) {
+  const std::string piped = talk.piped.string();
+  for (std::size_t at = 0; !piped.empty() && (at = message.find(piped, at)) != message.npos;)
+    message.replace(at, piped.size(), "-" + talk.piped.extension().string());
   std::cerr << app.get_name() << ": " << message << '\n';
   return exit_code;
 }
@@ -258,12 +291,16 @@ CLI::Validator one_of(const std::vector<std::string>& names) {
 int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& work) {
   app.failure_message([](const CLI::App* failed, const CLI::Error& error) {
     const std::string& name = failed->get_name();
-    const bool is_mismatch = error.get_name() == "ArgumentMismatch";
-    return name + ": " + (is_mismatch ? mismatch(*failed, error.what()) : error.what()) + "\nSee " +
-           name + " --help for all options.\n";
+    std::string message = error.what();
+    if (error.get_name() == "ArgumentMismatch") message = mismatch(*failed, message);
+    if (error.get_name() == "FileError")
+      message = "--config: " + failed->get_config_ptr()->as<std::string>() +
+                ": found no file that can be read, expected one of options in TOML";
+    return name + ": " + message + "\nSee " + name + " --help for all options.\n";
   });
   add_completion(app);
   add_talk(app);
+  app.formatter(std::make_shared<HelpText>());
   app.set_version_flag("--version", app.get_name() + " " + solidtex::version());
   signal(SIGXFSZ, SIG_IGN);  // a file that reaches `ulimit -f` is a failed write, with its message
   try {
@@ -284,8 +321,7 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
   } catch (const solidtex::error& error) {
     return fail(app, error.status() == SOLIDTEX_OUT_OF_MEMORY ? out_of_memory : error.what());
   } catch (const std::filesystem::filesystem_error& error) {
-    const std::string message = error.path1().string() + ": " + error.code().message();
-    return fail(app, message.c_str());
+    return fail(app, error.path1().string() + ": " + error.code().message());
   } catch (const std::exception& error) {
     return fail(app, error.what());
   }
