@@ -1,4 +1,4 @@
-// solidtex-info: prints the contents of a model or a texture space and verifies it.
+// solidtex-info: prints the contents of a model or a texture space and checks its structure.
 #include <filesystem>
 #include <iostream>
 
@@ -31,7 +31,7 @@ nlohmann::ordered_json describe_file(const std::string& file) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Prints the contents of a model or texture space and verifies the whole file.",
+  CLI::App app("Prints the contents of a model or texture space and checks its whole structure.",
                "solidtex-info");
   app.footer(
       "Examples:\n"

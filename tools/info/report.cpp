@@ -219,7 +219,8 @@ void print(const ordered_json& report, std::ostream& out, bool is_verbose) {
                             std::to_string(report["nodes"].size()) + "; --verbose lists them");
   }
   if (report.contains("photographs")) print_space(out, report);
-  out << "\nVerified. Voxel (0, 0, 0) of seed " << text_of(report["voxel"]["seed"]) << ":";
+  out << "\nThe structure is valid. Voxel (0, 0, 0) of seed " << text_of(report["voxel"]["seed"])
+      << ":";
   for (const ordered_json& value : report["voxel"]["values"]) out << ' ' << value.get<float>();
   out << '\n';
 }
