@@ -139,7 +139,7 @@ def test_the_license_of_a_space_is_not_called_that_of_the_material() -> None:
         made = shader(
             model_file.ModelFile(document, SMALL.tensors), ".glsl", NAME, "buffer", "float"
         )
-        assert f"Licence of the {owner}" in made.text
+        assert f"License of the {owner}" in made.text
 
 
 @pytest.mark.parametrize("suffix", BY_SUFFIX)
@@ -161,7 +161,7 @@ def test_no_text_of_a_model_becomes_code(suffix: str) -> None:
             "expected float for a lattice",
         ),
         (("marble.solidtex", "-o", "m.wgsl", "--size", "48"), "expected a multiple of 32"),
-        (("stone-grey.solidtex", "-o", "m.wgsl", "--size", "32"), "--size: found it with"),
+        (("stone-grey.solidtex", "-o", "m.wgsl", "--size", "32"), "--size: found 32 with"),
         (
             ("stone-grey.solidtex", "-o", "m.cg"),
             "found the suffix '.cg', expected one of .wgsl",

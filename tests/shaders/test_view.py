@@ -139,7 +139,7 @@ def test_wrong_values_of_the_address_are_named(file: Path, browser: Any) -> None
         "texels=9999999": 'texels: found "9999999", expected a number from 16 to 2048',
         "cut=q": 'cut: found "q", expected x, y or z',
         "at=": 'at: found "", expected a number from -1 to 1',
-        "place=1,2": 'place: found "1,2", expected three whole numbers up to 2^30',
+        "place=1,2": 'place: found "1,2", expected three whole numbers up to 2^30, as 1, 2, 3',
         "seed=-1": 'seed: found "-1", expected a whole number from 0 to 2^64 - 1',
     }
     page = opened(browser, file, f"?{'&'.join(told)}", size=(32, 24))

@@ -133,7 +133,10 @@ def test_program_writes_an_ordinary_model(tmp_path: Path) -> None:
     assert np.abs(np.float32(record["code"]) - again.code).max() < 1e-5
     baked = [BUILD / "bin" / "solidtex-info", out]
     said = subprocess.run(baked, capture_output=True, check=True, text=True).stdout
-    assert "The structure is valid" in said and "CC0-1.0, of the texture space; of the material: not st" in said
+    assert (
+        "The structure is valid" in said
+        and "CC0-1.0, of the texture space; of the material: not st" in said
+    )
 
 
 def test_program_reads_all_kinds_of_files_alike(tmp_path: Path) -> None:

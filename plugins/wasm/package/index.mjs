@@ -95,14 +95,17 @@ async function read(model) {
   if (model instanceof ArrayBuffer) return new Uint8Array(model);
   if (typeof model !== "string" && !(model instanceof URL))
     refuse("model", model, "bytes, a URL or a path");
-  const isFile = model instanceof URL ? model.protocol === "file:" : !/^[a-z]+:\/\//i.test(model);
+  const isFile = model instanceof URL ? model.protocol === "file:" : !/^(?!file:)[a-z]+:\/\//i.test(model);
   if (isNode && isFile) {
     const { readFile } = await import("node:fs/promises");
-    return readFile(model).catch((error) => {
+    const path = /^file:/i.test(model) ? new URL(model) : model;
+    return readFile(path).catch((error) => {
       throw new SolidtexError(`${model}: cannot read: ${error.code ?? error.message}`, 2);
     });
   }
-  const response = await fetch(model);
+  const response = await fetch(model).catch((error) => {
+    throw new SolidtexError(`${model}: cannot read: ${error.cause?.code ?? error.message}`, 2);
+  });
   if (!response.ok) throw new SolidtexError(`${model}: cannot read: HTTP ${response.status}`, 2);
   return new Uint8Array(await response.arrayBuffer());
 }

@@ -248,9 +248,9 @@ def is_pipe(args: argparse.Namespace) -> bool:
     return hasattr(args, "piped_suffix") and re.fullmatch(r"-(\.[\w-]+)?", output) is not None
 
 
-def output_name(args: argparse.Namespace) -> Path:
-    """The output for messages; with -o - without the folder of the temporary file."""
-    return Path(args.output.name) if args.is_piped else args.output
+def output_name(args: argparse.Namespace) -> str:
+    """The output for messages: with -o - not the temporary file."""
+    return "-" if args.is_piped else str(args.output)
 
 
 @contextmanager

@@ -82,7 +82,8 @@ def export(args: argparse.Namespace) -> cli.Document:
         return _export_lattice(args, model)
     if args.size is not None:
         raise OutputError(
-            f"--size: found it with {args.model}, expected a model of the lattice family"
+            f"--size: found {args.size} with {args.model}, a sampler, expected a model of the"
+            " lattice family"
         )
     storage = _storage(args)
     why = f"--weights {storage}, which are files of their own, expected a file name"
@@ -99,10 +100,11 @@ def export(args: argparse.Namespace) -> cli.Document:
 
 def _export_lattice(args: argparse.Namespace, model: ModelFile) -> cli.Document:
     if args.output.suffix != ".wgsl" or args.weights not in (None, "buffer"):
+        weights = f" and --weights {args.weights}" if args.weights else ""
         raise OutputError(
-            f"{args.output}: found a model of the lattice family, {args.output.suffix} and"
-            f" --weights {args.weights or 'buffer'}, expected .wgsl and buffer: a lattice is"
-            " exported as compute passes in WGSL"
+            f"{args.output}: found a model of the lattice family with {args.output.suffix}{weights},"
+            " expected .wgsl and weights in a buffer: a lattice is exported as compute passes in"
+            " WGSL"
         )
     if args.precision != "float":
         raise OutputError(f"--precision: found {args.precision}, expected float for a lattice")

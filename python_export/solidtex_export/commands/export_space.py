@@ -72,16 +72,17 @@ def export(args: argparse.Namespace) -> cli.Document:
         return cli.files(args.output)
     if args.material or args.code:
         raise ResultError(f"{args.result}: found a {kind}, expected no --material and no --code")
+    then_name = args.output.name if args.is_piped else args.output
     if kind == "space":
         space = read_space(args.result, name, args.license)
         write_space(args.output, space)
         count = len(space.photographs)
-        then = f"solidtex-encode photo.jpg --space {cli.output_name(args)} -o mine.solidtex"
+        then = f"solidtex-encode photo.jpg --space {then_name} -o mine.solidtex"
     else:
         start = read_start(args.result, name, args.license)
         write_start(args.output, start)
         count = len(start.document.photographs)
-        then = f"solidtex-train photo.jpg --start {cli.output_name(args)} -o results/mine"
+        then = f"solidtex-train photo.jpg --start {then_name} -o results/mine"
     size = args.output.stat().st_size / 2**20
     print(f"{cli.output_name(args)}: {count} photographs, {size:.1f} MiB")
     cli.say(f"next: {then}")

@@ -69,7 +69,7 @@ def sampler_program(model: ModelFile, name: str, seed: int, corrects_means: bool
         space = document.get("training", {}).get("space")
         is_inherited = isinstance(space, dict) and "license" in space
         owner = "texture space, not of the material" if is_inherited else "material"
-        comment.append(f"Licence of the {owner}: {license_}.")
+        comment.append(f"License of the {owner}: {license_}.")
     return Program(name, functions, tables, packed_weights(model), comment)
 
 

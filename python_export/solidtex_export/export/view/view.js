@@ -10,6 +10,7 @@ const FIELD_OF_VIEW = Math.PI / 5, COARSE = 4, SHOWN_EVERY_MS = 400;
 const REMEDY = "write the page again with solidtex-view --wasm FOLDER, which draws by WebAssembly";
 const GOLDEN = 0x9e3779b97f4a7c15n, MASK = (1n << 64n) - 1n;
 let view = null, loaded = {}, generation = 0, moving = false, isLost = false;
+let cut = { along: "", side: 1 };  // which half is gone: the one in front when the cut was chosen
 let last = Promise.resolve();  // drawing
 
 function say(message) {
@@ -85,8 +86,8 @@ async function load() {
 function orbit(aspect) {
   const { yaw, pitch, distance } = state;
   const back = [Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), Math.cos(yaw) * Math.cos(pitch)];
-  const covered = control("controls").offsetWidth / canvas.clientWidth;
-  const shift = covered < 0.5 ? covered : 0, free = (1 - shift) * aspect;
+  const panel = control("controls"), covered = panel.offsetWidth / canvas.clientWidth;
+  const shift = panel.open && covered < 0.5 ? covered : 0, free = (1 - shift) * aspect;
   const half = Math.tan(FIELD_OF_VIEW / 2) / Math.min(1, free);
   return { eye: back.map((c) => distance * c), target: [0, 0, 0], shift,
            fieldOfView: 2 * Math.atan(half) };
@@ -96,10 +97,10 @@ function settingsOf(width, height) {
   const { eye, target, fieldOfView, shift = 0 } = state.camera ?? orbit(width / height);
   const clip = cameraMatrix(eye, target, fieldOfView, width / height, view.constructor.near, shift);
   const normal = [0, 0, 0], axis = "xyz".indexOf(state.cut || "x");
-  const side = eye[axis] < 0 ? -1 : 1;
-  normal[axis] = side;
+  if (cut.along !== state.cut) cut = { along: state.cut, side: eye[axis] < 0 ? -1 : 1 };
+  normal[axis] = cut.side;
   const pixel = 2 * Math.tan(fieldOfView / 2) / height;
-  return new Float32Array([...clip, ...eye, pixel, ...normal, side * state.at, 0, 0, 0,
+  return new Float32Array([...clip, ...eye, pixel, ...normal, cut.side * state.at, 0, 0, 0,
     state.texels / 2, Number(state.lit), Number(state.cut !== ""), Number(state.filter), 0]);
 }
 
@@ -184,7 +185,7 @@ function showControls() {
 function readPlace(text) {
   const place = text.split(",").map((part) => part.trim() === "" ? NaN : Number(part));
   if (place.length !== 3 || !place.every((c) => Number.isInteger(c) && Math.abs(c) <= 2 ** 30))
-    throw new Error(`place: found "${text}", expected three whole numbers up to 2^30`);
+    throw new Error(`place: found "${text}", expected three whole numbers up to 2^30, as 1, 2, 3`);
   return place;
 }
 
@@ -228,7 +229,7 @@ const ADDRESS = {
     return names.indexOf(oneOf("model", text, names));
   },
   shape: (text) => oneOf("shape", text, Object.keys(SHAPES)),
-  texels: (text) => numberOf("texels", text, 16, mostTexels(MODELS[state.model])),
+  texels: (text) => Math.min(numberOf("texels", text, 16, 2048), mostTexels(MODELS[state.model])),
   cut: (text) => text && oneOf("cut", text, ["x", "y", "z"]),
   at: (text) => numberOf("at", text, -1, 1),
   place: readPlace,
@@ -284,25 +285,54 @@ function listen() {
       link.click();
     });
   });
-  const move = (is) => { moving = is; return render(); };
-  canvas.addEventListener("pointerdown", (e) => canvas.setPointerCapture(e.pointerId));
-  canvas.addEventListener("pointermove", ({ buttons, movementX, movementY }) => {
-    if (!buttons) return;
-    state.yaw -= movementX / 150;
-    state.pitch = Math.min(1.5, Math.max(-1.5, state.pitch + movementY / 150));
-    move(true);
+  control("file").addEventListener("change", ({ target }) => {
+    if (target.files.length) showFile(target.files[0]);
   });
-  canvas.addEventListener("pointerup", () => move(false));
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    state.distance = Math.min(20, Math.max(1.2, state.distance * Math.exp(event.deltaY / 1000)));
-    render();
-  });
+  listenToPointers();
   addEventListener("resize", render);
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {
     event.preventDefault();
     if (event.dataTransfer.files.length) showFile(event.dataTransfer.files[0]);
+  });
+}
+
+// One pointer turns the shape, two or the wheel come closer.
+function listenToPointers() {
+  const pointers = new Map();
+  const spread = () => {
+    const [a, b] = [...pointers.values()];
+    return Math.max(1, Math.hypot(a.x - b.x, a.y - b.y));
+  };
+  const zoom = (factor) => {
+    state.distance = Math.min(20, Math.max(1.2, state.distance * factor));
+    return render();
+  };
+  const release = ({ pointerId }) => {
+    if (!pointers.delete(pointerId) || pointers.size > 0) return;
+    moving = false;
+    render();
+  };
+  canvas.addEventListener("pointerdown", ({ pointerId, clientX: x, clientY: y }) => {
+    canvas.setPointerCapture(pointerId);
+    pointers.set(pointerId, { x, y });
+  });
+  canvas.addEventListener("pointermove", ({ pointerId, clientX: x, clientY: y }) => {
+    const before = pointers.get(pointerId);
+    if (!before) return;
+    const wide = pointers.size === 2 ? spread() : 0;
+    pointers.set(pointerId, { x, y });
+    moving = true;
+    if (wide) return zoom(wide / spread());
+    state.yaw -= (x - before.x) / 150;
+    state.pitch = Math.min(1.5, Math.max(-1.5, state.pitch + (y - before.y) / 150));
+    render();
+  });
+  canvas.addEventListener("pointerup", release);
+  canvas.addEventListener("pointercancel", release);
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(Math.exp(event.deltaY / 1000));
   });
 }
 
@@ -320,7 +350,7 @@ async function start() {
   const given = new URLSearchParams(location.search), problems = [];
   const lost = (message) => {
     isLost = true;
-    say(`${message}; reload the page`);
+    say(`${message.replace(/\.$/, "")}; reload the page`);
   };
   let only = given.get("backend");
   try {
