@@ -38,6 +38,8 @@ def test_extensions_in_capitals(tmp_path: Path, name: str) -> None:
         (["--voxel-size", "2"], 2, "--voxel-size: found 2, expected a length"),
         (["--voxel-size", "0um"], 2, "--voxel-size: found 0um"),
         (["--voxel-size", "1,2um"], 2, "--voxel-size: found 1,2um"),
+        (["--voxel-size", "1um,2,4um"], 2, "--voxel-size: found 1um,2,4um"),
+        (["--voxel-size", "1um,2mm,4um"], 2, "--voxel-size: found 1um,2mm,4um"),
         (["--voxel-size", "nanmm"], 2, "--voxel-size: found nanmm"),
         (["--voxel-size", "1parsec"], 2, "--voxel-size: found 1parsec"),
         (["--depth", "32"], 2, "--depth"),

@@ -144,3 +144,18 @@ def test_a_training_on_another_photograph_is_named_by_its_file(
         error = capsys.readouterr().err
         assert f"{found}{old}, expected one on {name}; to resume" in error
         assert "choose another -o" in error and "sha256" not in error
+
+
+def test_a_training_that_never_began_is_replaced_by_a_corrected_command(
+    photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = tmp_path / "result"
+    (tmp_path / "no_loss.py").write_text("def value(slices, crops):\n    return 0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    loss = ["--set", "losses.mine.kind=no_loss:value"]
+    assert cli_train.main(arguments(photo, result, "--steps", "1", *loss)) == 1
+    assert (result / "config.json").exists() and not (result / "checkpoint.pt").exists()
+    assert cli_train.main(arguments(photo, result, "--steps", "1", "--resolution", "50")) == 0
+    config = json.loads((result / "config.json").read_text())
+    assert config["resolution"] == 50 and "mine" not in config["recipe"]["losses"]
+    assert min(Image.open(result / "exemplar-0.png").size) == 50

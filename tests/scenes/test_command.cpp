@@ -247,6 +247,9 @@ TEST_CASE("solidtex-render shows a mesh in a model without a scene file") {
   CHECK(read_text(folder / "turn0.png") == read_text(folder / "a.png"));
   CHECK(fs::exists(folder / "turn1.png"));
   CHECK(run_render("cube.ply --up z -o d.png", folder) == 2);
+  write_noise_model(folder / "phases.solidtex", 5, {"phase.pore", "phase.grain"});
+  CHECK(run_render("cube.ply --model phases.solidtex -o d.png", folder) == 1);
+  CHECK(read_text(folder / "err.txt").find("--model: found phases.solidtex") != std::string::npos);
   const std::vector<std::pair<std::string, std::string>> unfit = {
       {"8e6 8e6 8e6\n8000001 8e6 8e6\n8e6 8000001 8e6", "4.096e+09 texels in the material"},
       {"0 0 1e30\n0 0 0\n0 1 0", "whose longest side is 1e+30 units"},

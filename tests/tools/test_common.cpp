@@ -335,11 +335,16 @@ TEST_CASE("An unknown option in the file of --config is named with the file") {
   const std::string file = folder / "c.toml";
   write(file, "x = 1\n");
   CHECK(answer({"-o", "y", "--config", file.c_str()}).first ==
-        "a-tool: --config: " + file + ": found an unknown option x, expected one of --help");
+        "a-tool: --config: " + file +
+            ": found an unknown option x, expected one that --help lists");
   CHECK(answer({"--config", file.c_str(), "--help"}).second == exit_success);
   write(file, "[part]\no = 1\n");
   CHECK_THAT(answer({"--config", file.c_str()}).first,
              ContainsSubstring("found an unknown option [part]"));
+  CHECK(answer({"--config", (file + "x").c_str()}).first ==
+        "a-tool: --config: " + file +
+            "x: found no file that can be read, expected one of options "
+            "in TOML");
   write(file, "o = \"y\"\nsize = [3, 4]\n");
   CHECK(answer({"--config", file.c_str()}) == std::pair(std::string(), exit_success));
 }

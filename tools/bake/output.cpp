@@ -187,24 +187,26 @@ double VoxelSize::micrometers(std::size_t axis) const {
 VoxelSize parse_voxel_size(const std::string& text) {
   const auto fail = [&] {
     throw std::runtime_error(fmt::format(
-        "--voxel-size: found {}, expected a length or X,Y,Z with a unit, 2.25um or 1,1,2mm "
+        "--voxel-size: found {}, expected a length or X,Y,Z with one unit, 2.25um or 1,1,2mm "
         "(nm, um, mm, cm, m, km, in, ft)",
         text));
   };
   std::vector<double> edges;
+  VoxelSize size;
   const char* at = text.data();
   const char* const end = at + text.size();
-  while (true) {
+  for (bool is_last = false; !is_last;) {  // a number, and a unit: the last one, or the same in all
     double edge = 0;
     const auto [next, error] = std::from_chars(at, end, edge);
     if (error != std::errc() || !(edge > 0) || !std::isfinite(edge)) fail();
     edges.push_back(edge);
-    at = next;
-    if (at == end || *at != ',') break;
-    ++at;
+    at = std::find(next, end, ',');
+    const std::string unit(next, at);
+    if (!size.unit.empty() && unit != size.unit) fail();
+    size.unit = unit;
+    is_last = at == end;
+    if (!is_last) ++at;
   }
-  VoxelSize size;
-  size.unit.assign(at, end);
   if (size.unit == "µm" || size.unit == "μm") size.unit = "um";  // U+00B5, U+03BC
   const bool known =
       std::ranges::any_of(units, [&](const auto& u) { return size.unit == u.first; });

@@ -79,7 +79,7 @@ class OptionFile : public CLI::ConfigTOML {
       throw CLI::ConfigError("--config: " + app_.get_config_ptr()->as<std::string>() +
                              ": found an unknown option " +
                              (item.parents.empty() ? item.name : "[" + item.parents.front() + "]") +
-                             ", expected one of --help");
+                             ", expected one that --help lists");
     }
     return items;
   }

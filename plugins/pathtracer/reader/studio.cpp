@@ -29,6 +29,11 @@ bool has_channel(const solidtex::texture& texture, const std::string& name) {
 // Uses all channels of the model that a principled material knows.
 json material_of(const MeshScene& scene, double texels_per_unit) {
   const solidtex::texture texture(scene.model);
+  if (!has_channel(texture, "albedo.r")) {
+    throw SceneError("--model: found " + scene.model + ", whose channels begin with " +
+                     texture.channel_name(0) +
+                     ", expected a model with colors; solidtex-bake --preview shows others");
+  }
   const bool is_path =
       scene.model.find('/') != std::string::npos || scene.model.ends_with(".solidtex");
   const std::string model = is_path ? std::filesystem::absolute(scene.model).string() : scene.model;

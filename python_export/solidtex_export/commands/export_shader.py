@@ -100,9 +100,9 @@ def export(args: argparse.Namespace) -> cli.Document:
 
 def _export_lattice(args: argparse.Namespace, model: ModelFile) -> cli.Document:
     if args.output.suffix != ".wgsl" or args.weights not in (None, "buffer"):
-        weights = f" and --weights {args.weights}" if args.weights else ""
+        given = f" and --weights {args.weights}" if args.weights else ""
         raise OutputError(
-            f"{args.output}: found a model of the lattice family with {args.output.suffix}{weights},"
+            f"{args.output}: found a model of the lattice family with {args.output.suffix}{given},"
             " expected .wgsl and weights in a buffer: a lattice is exported as compute passes in"
             " WGSL"
         )

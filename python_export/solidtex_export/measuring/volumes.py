@@ -303,6 +303,8 @@ def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:
     except solidtex.Error as error:
         if not path.suffix and _is_space(str(path)):
             raise VolumeError(_space_message(path)) from error
+        if period and isinstance(error, solidtex.InvalidArgument):
+            raise VolumeError(f"--periodic with --size {size}: {error}") from error
         raise
     with opened as texture:
         values = texture.eval_box((0, 0, 0), (size, size, size))

@@ -47,9 +47,10 @@ def _shipped(name: str) -> Path:
         if (file := folder / f"{name}{SUFFIX}").is_file():
             return file
     searched = ", ".join(map(str, folders))
+    there = sorted({file.stem for folder in folders for file in folder.glob(f"*{SUFFIX}")})
     raise SpaceError(
-        f"--space: found no space named {name} in {searched}, expected {PROGRAMS}"
-        f" (a path needs a slash or the ending {SUFFIX})"
+        f"--space: found no space named {name} in {searched}, expected"
+        f" {', '.join([*there, PROGRAMS])} (a path needs a slash or the ending {SUFFIX})"
     )
 
 

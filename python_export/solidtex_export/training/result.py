@@ -119,6 +119,10 @@ class ResultFolder:
         longer = _lengthened(found, wanted) if "recipe" in wanted else None  # of solidtex-train
         if longer:
             print(f"{self.path}: continues a training of {longer}", file=sys.stderr)
+        elif not self.checkpoint.exists():  # nothing was trained: a corrected command begins again
+            changed = True
+            for image in self.path.glob("exemplar-*"):
+                image.unlink()
         elif difference := given_difference(found, wanted, is_preset_given) or first_difference(
             found, wanted
         ):
