@@ -105,20 +105,6 @@ def test_albedo_is_that_of_the_renderer(page: Any, tmp_path: Path) -> None:
     assert np.corrcoef(found[inside].ravel(), expected[inside].ravel())[0, 1] > 0.95
 
 
-def test_a_drag_turns_the_view(page: Any) -> None:
-    page.evaluate("document.getElementById('controls').hidden = true")  # it covers so small a page
-    before = picture(page, camera=None, shape="cube", cut="", texels=TEXELS, lit=True)
-    page.mouse.move(WIDTH / 2, HEIGHT - 4)
-    page.mouse.down()
-    page.mouse.move(WIDTH / 2 + 30, HEIGHT - 4)
-    page.mouse.up()
-    yaw = page.evaluate("solidtex.state.yaw")
-    after = picture(page)
-    assert yaw == pytest.approx(0.6 - 30 / 150)
-    assert before.shape == after.shape
-    assert np.abs(before - after).max() > 0.1
-
-
 def test_the_address_sets_controls(file: Path, browser: Any) -> None:
     query = "?texels=2048&cut=y&at=-0.5&place=1,-2,3&seed=12&shape=sphere&model=stone-grey"
     page = opened(browser, file, query, size=(32, 24))
@@ -159,42 +145,6 @@ def test_the_picture_of_the_page(file: Path, browser: Any, tmp_path: Path) -> No
     right_of_controls = page.evaluate("document.getElementById('controls').offsetWidth + 20")
     difference = np.asarray(ImageChops.difference(made, shown))[:, right_of_controls:]
     assert difference.mean() < 1 and np.asarray(shown).std() > 20
-
-
-def test_refused_values_are_named(page: Any) -> None:
-    page.evaluate("solidtex.set({seed: 'x'})")
-    assert message(page) == 'seed: found "x", expected a whole number from 0 to 2^64 - 1'
-    page.evaluate("solidtex.set({seed: '0'})")
-
-
-def show_controls(page: Any) -> None:
-    page.evaluate("Object.assign(document.getElementById('controls'), {hidden: false, open: true})")
-
-
-def test_a_place_is_typed(page: Any) -> None:
-    """The text stays while it is no place yet, and the message too."""
-    show_controls(page)
-    page.focus("#place")
-    page.keyboard.press("Control+A")
-    page.keyboard.type("-40, 12,")
-    assert page.input_value("#place") == "-40, 12,"
-    assert message(page).startswith('place: found "-40, 12,", expected three whole numbers')
-    page.keyboard.type(" 7")
-    page.wait_for_function("document.getElementById('message').hidden")
-    assert page.evaluate("solidtex.state.place") == [-40, 12, 7]
-    page.evaluate("solidtex.set({place: [0, 0, 0]})")
-    page.evaluate("document.activeElement.blur()")
-    assert page.input_value("#place") == "0, 0, 0"
-
-
-def test_a_seed_that_cannot_be_read_is_not_taken(page: Any) -> None:
-    show_controls(page)
-    page.focus("#seed")
-    page.keyboard.press("Control+A")
-    page.keyboard.type("a")
-    assert message(page).startswith('seed: found "a", expected a whole number')
-    page.evaluate("document.activeElement.blur()")
-    assert (page.input_value("#seed"), message(page)) == ("0", "")
 
 
 def test_the_cube_is_shown_whole_beside_the_controls(file: Path, browser: Any) -> None:

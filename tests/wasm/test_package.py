@@ -192,6 +192,8 @@ def test_refused_queries(
         ({"options": {"seed": -1}}, "1: seed: found -1, expected a whole number from 0 to 1844674"),
         ({"options": {"period": 64}}, '1: parameter "period" is 64, expected 0 for a model of the'),
         ({"model": "none.solidtex"}, "2: none.solidtex: cannot read: ENOENT"),
+        ({"model": "file:///none.solidtex"}, "2: file:///none.solidtex: cannot read: ENOENT"),
+        ({"model": "http://localhost:1/a"}, "2: http://localhost:1/a: cannot read: ECONNREFUSED"),
         ({"model": 5}, "1: model: found 5, expected bytes, a URL or a path"),
         ({"model": 5, "workers": 2}, "1: model: found 5, expected bytes, a URL or a path"),
         ({"workers": 0}, "1: workers: found 0, expected a whole number from 1 to 256"),
