@@ -83,6 +83,7 @@ def test_an_extension_that_is_none_is_refused_with_those_that_are(tmp_path: Path
     listed = result.stderr.split("ends in ")[1].split(", or --slices")[0].split(", ")
     assert len(listed) == len(set(listed)) == 13 and ".zarr" in listed
     assert os.listdir(tmp_path) == []
+    assert ": -o -.txt: expected a name that ends in" in run_bake("--size", 4, "-o", "-.txt").stderr
 
 
 def test_voxels_beside_a_header_are_not_replaced(tmp_path: Path) -> None:

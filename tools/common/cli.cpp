@@ -170,13 +170,17 @@ int exit_after(const CLI::App& app, const CLI::ParseError& error) {
   return app.exit(error);
 }
 
+int fail(const CLI::App& app, const char* message, int exit_code = exit_failure) {
+  std::cerr << app.get_name() << ": " << message << '\n';
+  return exit_code;
+}
+
 // The file in a temporary folder that -o - stands for is named as it was given.
-int fail(const CLI::App& app, std::string message, int exit_code = exit_failure) {
+int fail(const CLI::App& app, std::string message) {
   const std::string piped = talk.piped.string();
   for (std::size_t at = 0; !piped.empty() && (at = message.find(piped, at)) != message.npos;)
     message.replace(at, piped.size(), "-" + talk.piped.extension().string());
-  std::cerr << app.get_name() << ": " << message << '\n';
-  return exit_code;
+  return fail(app, message.c_str());
 }
 
 }  // namespace
@@ -319,11 +323,12 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
   } catch (const std::bad_alloc&) {
     return fail(app, out_of_memory);
   } catch (const solidtex::error& error) {
-    return fail(app, error.status() == SOLIDTEX_OUT_OF_MEMORY ? out_of_memory : error.what());
+    if (error.status() == SOLIDTEX_OUT_OF_MEMORY) return fail(app, out_of_memory);
+    return fail(app, std::string(error.what()));
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(app, error.path1().string() + ": " + error.code().message());
   } catch (const std::exception& error) {
-    return fail(app, error.what());
+    return fail(app, std::string(error.what()));
   }
 }
 
