@@ -58,7 +58,7 @@ def test_both_accept_what_is_valid(name: str, tmp_path: Path) -> None:
     assert read(path).document["name"].startswith("tiny-")
     result = run_info(path)
     assert (result.returncode, result.stderr) == (0, "")
-    assert "Verified" in result.stdout
+    assert "The structure is valid" in result.stdout
 
 
 def test_both_name_what_cannot_be_read(tmp_path: Path) -> None:

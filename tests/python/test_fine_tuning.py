@@ -65,6 +65,7 @@ def test_a_result_of_another_space_is_refused_by_the_space(folder: Path, tmp_pat
         ("--space", str(folder / f"{name}.solidtex-space")) for name in ("lattice", "sampler")
     ]
     begin(photo, *spaces[0], *options, "40")
+    (tmp_path / "result" / "checkpoint.pt").touch()
     for other, name in ((spaces[1], "sampler"), ((), "none")):
         with pytest.raises(ResultError, match=f"--space: found lattice, expected {name}; to res"):
             begin(photo, *other, *options, "48")

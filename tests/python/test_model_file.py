@@ -101,7 +101,14 @@ def test_info_prints_text(tmp_path: Path) -> None:
     model.document["training"] = {"note": "\x1b[31mred"}
     write(path, model)
     text = run_info(path).stdout
-    for expected in (str(path), "sampler", "octaves: 4", "CC0-1.0", "Verified", "\\u001b[31mred"):
+    for expected in (
+        str(path),
+        "sampler",
+        "octaves: 4",
+        "CC0-1.0",
+        "The structure is valid",
+        "\\u001b[31mred",
+    ):
         assert expected in text
     assert "\x1b" not in text
 

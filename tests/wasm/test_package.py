@@ -193,7 +193,11 @@ def test_refused_queries(
         ({"options": {"period": 64}}, '1: parameter "period" is 64, expected 0 for a model of the'),
         ({"model": "none.solidtex"}, "2: none.solidtex: cannot read: ENOENT"),
         ({"model": "file:///none.solidtex"}, "2: file:///none.solidtex: cannot read: ENOENT"),
-        ({"model": "http://localhost:1/a"}, "2: http://localhost:1/a: cannot read: ECONNREFUSED"),
+        (
+            {"model": "http://127.0.0.1:65535/a"},
+            "2: http://127.0.0.1:65535/a: cannot read: ECONNREFUSED",
+        ),
+        ({"model": "http://127.0.0.1:1/a"}, "2: http://127.0.0.1:1/a: cannot read: bad port"),
         ({"model": 5}, "1: model: found 5, expected bytes, a URL or a path"),
         ({"model": 5, "workers": 2}, "1: model: found 5, expected bytes, a URL or a path"),
         ({"workers": 0}, "1: workers: found 0, expected a whole number from 1 to 256"),

@@ -104,7 +104,7 @@ async function read(model) {
     });
   }
   const response = await fetch(model).catch((error) => {
-    throw new SolidtexError(`${model}: cannot read: ${error.cause?.code ?? error.message}`, 2);
+    throw new SolidtexError(`${model}: cannot read: ${error.cause?.code ?? error.cause?.message ?? error.message}`, 2);
   });
   if (!response.ok) throw new SolidtexError(`${model}: cannot read: HTTP ${response.status}`, 2);
   return new Uint8Array(await response.arrayBuffer());
