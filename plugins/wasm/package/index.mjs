@@ -95,7 +95,8 @@ async function read(model) {
   if (model instanceof ArrayBuffer) return new Uint8Array(model);
   if (typeof model !== "string" && !(model instanceof URL))
     refuse("model", model, "bytes, a URL or a path");
-  const isFile = model instanceof URL ? model.protocol === "file:" : !/^(?!file:)[a-z]+:\/\//i.test(model);
+  const isAddress = /^(?!file:)[a-z]+:\/\//i;
+  const isFile = model instanceof URL ? model.protocol === "file:" : !isAddress.test(model);
   if (isNode && isFile) {
     const { readFile } = await import("node:fs/promises");
     const path = /^file:/i.test(model) ? new URL(model) : model;
@@ -104,7 +105,8 @@ async function read(model) {
     });
   }
   const response = await fetch(model).catch((error) => {
-    throw new SolidtexError(`${model}: cannot read: ${error.cause?.code ?? error.cause?.message ?? error.message}`, 2);
+    const { code, message } = error.cause ?? error;
+    throw new SolidtexError(`${model}: cannot read: ${code ?? message}`, 2);
   });
   if (!response.ok) throw new SolidtexError(`${model}: cannot read: HTTP ${response.status}`, 2);
   return new Uint8Array(await response.arrayBuffer());
