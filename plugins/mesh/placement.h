@@ -21,6 +21,9 @@ inline constexpr double kDefaultExtent = 512;
 // Default height of a relief, in texels, where the height channel is 1 instead of 0.
 inline constexpr double kDefaultRelief = 1.5;
 
+// Longest side of the bounding box. Throws MeshError if the mesh is a single point.
+double longest_side(const Mesh& mesh);
+
 // Places the zero of the mesh's coordinates at `origin`, in texels. Without texels_per_unit the
 // longest side of the bounding box has kDefaultExtent texels; throws MeshError if the mesh is then
 // a single point.

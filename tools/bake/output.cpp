@@ -195,7 +195,7 @@ VoxelSize parse_voxel_size(const std::string& text) {
   VoxelSize size;
   const char* at = text.data();
   const char* const end = at + text.size();
-  for (bool is_last = false; !is_last;) {  // a number, and a unit: the last one, or the same in all
+  while (true) {  // a number, and a unit: of the last one, or the same of all
     double edge = 0;
     const auto [next, error] = std::from_chars(at, end, edge);
     if (error != std::errc() || !(edge > 0) || !std::isfinite(edge)) fail();
@@ -204,8 +204,8 @@ VoxelSize parse_voxel_size(const std::string& text) {
     const std::string unit(next, at);
     if (!size.unit.empty() && unit != size.unit) fail();
     size.unit = unit;
-    is_last = at == end;
-    if (!is_last) ++at;
+    if (at == end) break;
+    ++at;
   }
   if (size.unit == "µm" || size.unit == "μm") size.unit = "um";  // U+00B5, U+03BC
   const bool known =

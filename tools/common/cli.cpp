@@ -175,12 +175,12 @@ int fail(const CLI::App& app, const char* message, int exit_code = exit_failure)
   return exit_code;
 }
 
-// The file in a temporary folder that -o - stands for is named as it was given.
-int fail(const CLI::App& app, std::string message) {
+// Names the file in a temporary folder that -o - stands for as it was given.
+std::string as_given(std::string message) {
   const std::string piped = talk.piped.string();
   for (std::size_t at = 0; !piped.empty() && (at = message.find(piped, at)) != message.npos;)
     message.replace(at, piped.size(), "-" + talk.piped.extension().string());
-  return fail(app, message.c_str());
+  return message;
 }
 
 }  // namespace
@@ -324,11 +324,12 @@ int run_tool(CLI::App& app, int argc, char** argv, const std::function<void()>& 
     return fail(app, out_of_memory);
   } catch (const solidtex::error& error) {
     if (error.status() == SOLIDTEX_OUT_OF_MEMORY) return fail(app, out_of_memory);
-    return fail(app, std::string(error.what()));
+    return fail(app, as_given(error.what()).c_str());
   } catch (const std::filesystem::filesystem_error& error) {
-    return fail(app, error.path1().string() + ": " + error.code().message());
+    const std::string message = error.path1().string() + ": " + error.code().message();
+    return fail(app, as_given(message).c_str());
   } catch (const std::exception& error) {
-    return fail(app, std::string(error.what()));
+    return fail(app, as_given(error.what()).c_str());
   }
 }
 

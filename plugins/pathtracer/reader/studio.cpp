@@ -108,10 +108,7 @@ void add_studio(json& document) {
 json document_of(const MeshScene& scene) {
   const mesh::Mesh mesh = mesh::load_mesh(scene.mesh);
   const mesh::Box box = mesh::bounding_box(mesh);
-  const double longest = box.longest_side();
-  if (!(longest > 0)) {
-    throw mesh::MeshError(mesh.file + ": found all vertices at one point, expected a surface");
-  }
+  const double longest = mesh::longest_side(mesh);
   if (!scene.texels_per_unit && (longest < kLeastSide || longest > kLargestSide)) {
     std::ostringstream text;
     text << mesh.file << ": found a mesh whose longest side is " << longest << " units, expected "
