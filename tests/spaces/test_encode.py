@@ -200,11 +200,17 @@ def test_program_refuses_damaged_and_huge_files(tmp_path: Path) -> None:
         b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n"
     )
     (tmp_path / "minus.ppm").write_bytes(b"P6 -5 5 255\n")
+    (tmp_path / "long.ppm").write_bytes(b"P6 64 9999999 255\n")
+    unknown = bytearray(784)  # one of OpenImageIO 2.4's readers ends the process here
+    unknown[25] = unknown[665] = 3
+    (tmp_path / "unknown").write_bytes(unknown)
     wrong = {
+        "unknown": "found no readable image (it begins like none of PNG, JPEG",
         "part.jpg": "found a damaged or unfinished image",
         "frames.gif": "found several images (frames, pages or parts)",
         "wide.hdr": "2000000000 x 2000000000 pixels of 3 channels, expected at most 4294 million",
         "minus.ppm": "minus.ppm: found ",
+        "long.ppm": "64 x 9999999 pixels, expected sides that differ by less than a factor of 64",
     }
     for name, message in wrong.items():
         refused = run(tmp_path / name, "--space", path, "-o", out, code=1).stderr

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "plugins/common/open_image.h"
 #include "tools/common/cli.h"
 
 namespace solidtex::tools {
@@ -18,6 +19,7 @@ using OIIO::ImageInput;
 using OIIO::ImageSpec;
 
 constexpr std::int64_t max_values = std::int64_t{1} << 32;  // read in a minute or two
+constexpr int max_elongation = 64;  // of sides, so that the reduced image has a few megapixels
 
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& found,
                          const std::string& expected) {
@@ -32,14 +34,8 @@ std::unique_ptr<ImageInput> open(const std::filesystem::path& path) {
   if (problem) throw std::runtime_error(path.string() + ": cannot read: " + problem.message());
   if (!std::filesystem::is_regular_file(status))
     throw std::runtime_error(path.string() + ": cannot read: not a regular file");
-  std::unique_ptr<ImageInput> input;
   std::string reason;
-  try {
-    input = ImageInput::open(path.string());
-    if (!input) reason = first_line(OIIO::geterror());
-  } catch (const std::exception& error) {  // of a header that claims more pixels than fit memory
-    reason = error.what();
-  }
+  auto input = open_image(path, ImageSpec(), reason);
   if (!input)
     refuse(path, "no readable image (" + reason + ")", "a photograph (JPEG, PNG, TIFF, EXR ...)");
   return input;
@@ -60,6 +56,11 @@ void check_header(const std::filesystem::path& path, const ImageSpec& spec) {
            std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels of " +
                std::to_string(spec.nchannels) + " channels",
            "at most " + std::to_string(max_values / 1'000'000) + " million values in all");
+  const auto [shorter, longer] = std::minmax(spec.width, spec.height);
+  if (longer / max_elongation >= shorter)
+    refuse(path, std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels",
+           "sides that differ by less than a factor of " + std::to_string(max_elongation) +
+               "; crop it");
   const std::string developed = "a developed image (for example darktable-cli " +
                                 path.filename().string() + " " + path.stem().string() +
                                 ".tif, then take the .tif)";
@@ -219,7 +220,7 @@ Photograph upright(Photograph image, int orientation) {
 Photograph read_strips(const std::filesystem::path& path, ImageInput& input, const ImageSpec& spec,
                        std::size_t factor) {
   BlockAverage average(path, spec, factor);
-  const int strip = spec.tile_height > 0 ? spec.tile_height : 32;
+  const int strip = strip_height(spec);
   std::vector<float> read, given;
   std::future<void> work;
   for (int y = 0; y < spec.height; y += strip) {

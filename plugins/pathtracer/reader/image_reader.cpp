@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "plugins/common/open_image.h"
 #include "plugins/mesh/mesh.h"
 #include "plugins/pathtracer/reader/color_layer.h"
 #include "plugins/pathtracer/scene/color.h"
@@ -35,8 +36,9 @@ class Reader {
     check_content();
     OIIO::ImageSpec hints;
     hints.attribute("oiio:UnassociatedAlpha", 1);  // colors as stored, not multiplied by alpha
-    input_ = OIIO::ImageInput::open(file.string(), &hints);
-    if (!input_) refuse("a file that is no image (" + OIIO::geterror() + ")", "an image");
+    std::string reason;
+    input_ = open_image(file, hints, reason);
+    if (!input_) refuse("a file that is no image (" + reason + ")", "an image");
     layer_ = find_color_layer(*input_, file, notes);
     check_colors();
     const OIIO::ImageSpec& s = layer_.spec;
@@ -123,32 +125,46 @@ class Reader {
     }
   }
 
-  // The color channels of the data window. Notes an alpha channel that is not opaque.
+  // The color channels of the data window. Notes an alpha channel that is not opaque. Memory grows
+  // with what is read, not with what a header promises.
   std::vector<glm::vec3> read_pixels() {
     const int alpha = layer_.spec.alpha_channel;
     const auto [low, high] = std::ranges::minmax(layer_.channels);
     const int first = low, last = alpha == high + 1 ? alpha : high;
-    const auto stride = static_cast<std::size_t>(last - first) + 1;
-    std::vector<float> values(data_.pixel_count() * stride);
+    const int strip = strip_height(layer_.spec);
+    std::vector<float> values;
+    std::vector<glm::vec3> pixels;
+    bool is_opaque = true;
     input_->geterror();  // of looking for further parts
-    const bool is_read =
-        input_->read_image(layer_.part, 0, first, last + 1, OIIO::TypeDesc::FLOAT, values.data());
+    for (int y = data_.y0; y < data_.y1; y += strip) {
+      read_rows(y, std::min(y + strip, data_.y1), first, last + 1, values);
+      const std::ptrdiff_t stride = last - first + 1;
+      for (auto pixel = values.begin(); pixel != values.end(); pixel += stride) {
+        glm::vec3& color = pixels.emplace_back();
+        for (int c = 0; c < 3; ++c) color[c] = pixel[layer_.channels[std::size_t(c)] - first];
+        is_opaque = is_opaque && (last != alpha || pixel[last - first] >= 1);
+      }
+    }
+    if (!is_opaque) note("alpha is ignored");
+    if (is_white_zero()) invert(pixels);
+    return pixels;
+  }
+
+  // Replaces `values` by channels [first, end) of the rows [top, bottom).
+  void read_rows(int top, int bottom, int first, int end, std::vector<float>& values) {
+    values.resize(std::size_t(bottom - top) * std::size_t(data_.width()) *
+                  std::size_t(end - first));
+    constexpr auto kFloat = OIIO::TypeDesc::FLOAT;
+    const bool is_read = layer_.spec.tile_height > 0
+                             ? input_->read_tiles(layer_.part, 0, data_.x0, data_.x1, top, bottom,
+                                                  0, 1, first, end, kFloat, values.data())
+                             : input_->read_scanlines(layer_.part, 0, top, bottom, 0, first, end,
+                                                      kFloat, values.data());
     // Of a file that is cut short some formats say so and nevertheless succeed.
     if (const std::string error = input_->geterror(); !is_read || !error.empty()) {
       refuse("an image that cannot be read (" + error.substr(0, error.find('\n')) + ")",
              "a complete image: copy or export it again");
     }
-    std::vector<glm::vec3> pixels;
-    pixels.reserve(data_.pixel_count());
-    bool is_opaque = true;
-    for (auto pixel = values.begin(); pixel != values.end(); pixel += std::ptrdiff_t(stride)) {
-      glm::vec3& color = pixels.emplace_back();
-      for (int c = 0; c < 3; ++c) color[c] = pixel[layer_.channels[std::size_t(c)] - first];
-      is_opaque = is_opaque && (last != alpha || pixel[last - first] >= 1);
-    }
-    if (!is_opaque) note("alpha is ignored");
-    if (is_white_zero()) invert(pixels);
-    return pixels;
   }
 
   // OpenImageIO inverts TIFF files whose white is zero at 8 bits only.

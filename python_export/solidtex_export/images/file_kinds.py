@@ -27,6 +27,20 @@ OTHER_CONTENTS = (
 )
 """First bytes, in small letters, of what is often found in place of an image."""
 
+FORMATS = (
+    (rb"\x89PNG\r\n\x1a\n", "png"),
+    (rb"\xff\xd8\xff", "jpeg"),
+    (rb"II[*+]\0|MM\0[*+]", "tiff"),
+    (rb"\x76\x2f\x31\x01", "openexr"),
+    (rb"#[?]", "hdr"),
+    (rb"BM", "bmp"),
+    (rb"RIFF....WEBP", "webp"),
+    (rb"P[1-7Ff]\s", "pnm"),
+    (rb"GIF8", "gif"),
+    (rb"\xff\x4f\xff\x51|\0\0\0\x0cjP  ", "jpeg2000"),
+)
+"""How files begin, and OpenImageIO's name of their format."""
+
 PHOTOMETRIC_RAW = (32803, 34892)  # color filter array, linear raw
 PHOTOMETRIC_LAB = (8, 9, 10)
 PHOTOMETRIC_MASK = 4
@@ -64,6 +78,29 @@ def check_file(path: Path) -> None:
 
 def refuse_raw(path: Path, found: str) -> ExemplarError:
     return refuse(path, found, DEVELOP.format(path.name, path.stem))
+
+
+def open_image(path: Path) -> oiio.ImageInput:
+    """Open an image that begins like one of FORMATS, or is named like a TGA.
+
+    OpenImageIO would try some twenty readers more on a file that begins like none of them.
+    """
+    with path.open("rb") as file:
+        start = file.read(64)
+    names = [name for pattern, name in FORMATS if re.match(pattern, start, re.DOTALL)]
+    if not names and path.suffix.lower() != ".tga":
+        known = ", ".join([name for _, name in FORMATS] + ["targa"])
+        raise refuse(path, f"no readable image (it begins like none of {known})", PICTURE)
+    image = oiio.ImageInput.open(str(path))
+    if image is None:
+        raise refuse(path, f"no readable image ({first_line(oiio.geterror())})", PICTURE)
+    return image
+
+
+def first_line(error: str) -> str:
+    """First line of a library's message; the rest repeats it."""
+    lines = [line.strip() for line in error.splitlines() if line.strip()]
+    return lines[0].rstrip(".") if lines else "unknown format"
 
 
 def check_header(path: Path, spec: oiio.ImageSpec) -> None:

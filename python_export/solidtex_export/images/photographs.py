@@ -16,7 +16,13 @@ import numpy as np
 import OpenImageIO as oiio
 
 from solidtex_export.images.color_profile import to_srgb
-from solidtex_export.images.file_kinds import PICTURE, check_file, check_header, refuse
+from solidtex_export.images.file_kinds import (
+    check_file,
+    check_header,
+    first_line,
+    open_image,
+    refuse,
+)
 
 PHOTOMETRIC_WHITE_IS_ZERO = 0
 
@@ -71,9 +77,7 @@ def read_picture(path: Path, layer: str | None = None) -> Picture:
     `layer` names a part of an EXR file that has several.
     """
     check_file(path)
-    file = oiio.ImageInput.open(str(path))
-    if file is None:
-        raise refuse(path, f"no readable image ({_reason(oiio.geterror())})", PICTURE)
+    file = open_image(path)
     try:
         part, notes = _part_with_color(path, layer)
         if part:
@@ -82,7 +86,7 @@ def read_picture(path: Path, layer: str | None = None) -> Picture:
         check_header(path, spec)
         pixels = file.read_image(part, 0, 0, spec.nchannels, oiio.UNKNOWN)
         if pixels is None or file.has_error:
-            reason = _reason(file.geterror())
+            reason = first_line(file.geterror())
             raise refuse(path, f"a damaged or unfinished image ({reason})", "a whole one")
         format = file.format_name()
     finally:
@@ -117,9 +121,7 @@ def _part_with_color(path: Path, layer: str | None) -> tuple[int, list[str]]:
 
     Opens the file again, because some formats cannot seek back.
     """
-    file = oiio.ImageInput.open(str(path))
-    if file is None:
-        raise refuse(path, f"no readable image ({_reason(oiio.geterror())})", PICTURE)
+    file = open_image(path)
     if not file.seek_subimage(1, 0):
         file.geterror()  # that there is no second one
         return 0, []
@@ -203,12 +205,6 @@ def _upright(pixels: np.ndarray, orientation: int) -> np.ndarray:
     return np.ascontiguousarray(pixels)
 
 
-def _reason(error: str) -> str:
-    """First line of a library's message; the rest repeats it."""
-    lines = [line.strip() for line in error.splitlines() if line.strip()]
-    return lines[0].rstrip(".") if lines else "unknown format"
-
-
 def write_exr(path: Path, names: Sequence[str], values: np.ndarray) -> None:
     """Write float32 channels [row, column, channel] of the given names."""
     rows, columns, count = values.shape
@@ -216,10 +212,10 @@ def write_exr(path: Path, names: Sequence[str], values: np.ndarray) -> None:
     spec.channelnames = tuple(names)
     file = oiio.ImageOutput.create(str(path))
     if file is None or not file.open(str(path), spec):
-        raise OSError(f"{path}: cannot write: {_reason(oiio.geterror())}")
+        raise OSError(f"{path}: cannot write: {first_line(oiio.geterror())}")
     written = file.write_image(np.ascontiguousarray(values, np.float32))
     if not (file.close() and written):
-        raise OSError(f"{path}: cannot write: {_reason(file.geterror())}")
+        raise OSError(f"{path}: cannot write: {first_line(file.geterror())}")
     check = oiio.ImageInput.open(str(path))  # OpenEXR hides a full disk
     read = check.read_image(oiio.FLOAT) if check else None
     if read is None or read.size != values.size:
