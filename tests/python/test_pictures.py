@@ -188,7 +188,7 @@ def bomb(path: Path) -> None:
     ("make", "found"),
     [
         (empty, "found an empty file, expected an image"),
-        (text, "found no readable image"),
+        (text, "found no readable image (it begins like none of png, jpeg"),
         (folder, "found a folder, expected an image"),
         (
             lfs_pointer,

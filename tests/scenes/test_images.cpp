@@ -238,6 +238,25 @@ TEST_CASE("Truncated images, other color models and other contents are refused")
   CHECK_THAT(load(folder / "turned.jpg").notes, ContainsSubstring("not turned (orientation 6)"));
 }
 
+TEST_CASE("An image is known by its first bytes, whatever its name ends in") {
+  const TemporaryFolder folder;
+  const Part part = make_part(kRgb, {0.2f, 0.4f, 0.6f}, OIIO::TypeDesc::UINT8);
+  const glm::vec3 color = pt::srgb_to_linear(glm::vec3(0.2f, 0.4f, 0.6f));
+  for (const std::string ending : {"png", "tif", "bmp", "ppm", "jpg"}) {
+    CAPTURE(ending);
+    write_part(folder / ("a." + ending), part);
+    for (const std::string name : {"photo", "photo.jpeg", "photo.psd"}) {
+      fs::rename(folder / ("a." + ending), folder / name);
+      CHECK(glm::length(load(folder / name).image.pixels[0] - color) < 0.01f);
+      fs::rename(folder / name, folder / ("a." + ending));
+    }
+  }
+  write_part(folder / "a.tga", part);  // which has no beginning of its own
+  CHECK(glm::length(load(folder / "a.tga").image.pixels[0] - color) < 0.01f);
+  write_part(folder / "a.sgi", part);
+  CHECK_THAT(refusal(folder / "a.sgi"), ContainsSubstring("it begins like none of PNG, JPEG"));
+}
+
 TEST_CASE("Gray and 16-bit images, alpha, palettes and extensions in capitals are read") {
   const TemporaryFolder folder;
   const auto check = [&](const std::string& name, const Part& part, const glm::vec3& encoded,

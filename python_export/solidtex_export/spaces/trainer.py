@@ -29,7 +29,7 @@ from solidtex_export.spaces.targets import load_descriptor, make_targets
 from solidtex_export.training.acceleration import fast_autocast
 from solidtex_export.training.divergence import DivergenceWatch, gradient_not_finite, not_finite
 from solidtex_export.training.loop import ResumableTraining
-from solidtex_export.training.optimizer import half_cosine
+from solidtex_export.training.optimizer import half_cosine, parameter_groups
 from solidtex_export.training.ranks import Ranks
 from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
@@ -71,25 +71,11 @@ class SpaceTrainer(ResumableTraining):
             self.critic = Critic(3, c.widths, c.equalized_learning_rate, penalties).to(device)
             self._critic_adam = Adam(self.critic.parameters(), c.learning_rate, c.betas)
         self._trained = nn.ModuleList([self.generator, self.encoder])
-        self._adam = Adam(self._groups(), recipe.optimizer.learning_rate, recipe.optimizer.betas)
+        groups = parameter_groups(self._trained, recipe.optimizer.per_layer_scaling)
+        self._adam = Adam(groups, recipe.optimizer.learning_rate, recipe.optimizer.betas)
         if not self.ranks.is_main:
             torch.manual_seed(self.ranks.seed(seed))
         self._noise: TiledNoise | None = None
-
-    def _groups(self) -> list[dict[str, Any]]:
-        """Learning rates of layers follow the size of their weights, as per_layer_scaling."""
-        if not self.recipe.optimizer.per_layer_scaling:
-            return [{"params": list(self._trained.parameters()), "scale": 1.0}]
-        groups = []
-        for module in self._trained.modules():
-            parameters = list(module.parameters(recurse=False))
-            if not parameters:
-                continue
-            size = 1.0
-            if isinstance(module, nn.Conv2d | nn.Conv3d | nn.Linear):
-                size = 3.0**0.5 * float(module.weight.detach().square().mean().sqrt())
-            groups.append({"params": parameters, "scale": size})
-        return groups
 
     def _summarize(self, materials: Sequence[Material]) -> Tensor:
         """Encoder inputs [material, patch, ...] that do not change in training."""

@@ -23,7 +23,7 @@ class GeneratorOptimizer:
     def renew(self) -> None:
         """Reset Adam's moments, and the per-layer scaling to the present size of weights."""
         settings = self._settings
-        groups = _parameter_groups(self._generator, settings.per_layer_scaling)
+        groups = parameter_groups(self._generator, settings.per_layer_scaling)
         on_cpu = next(self._generator.parameters()).device.type == "cpu"
         fused = on_cpu or None  # elsewhere torch chooses
         self._adam = Adam(groups, settings.learning_rate, settings.betas, fused=fused)
@@ -70,14 +70,14 @@ def half_cosine(progress: float, first: float, last: float) -> float:
     return last + (first - last) * (0.5 + 0.5 * math.cos(math.pi * min(progress, 1.0)))
 
 
-def _parameter_groups(generator: nn.Module, per_layer_scaling: bool) -> list[dict[str, Any]]:
+def parameter_groups(network: nn.Module, per_layer_scaling: bool) -> list[dict[str, Any]]:
     """Parameter groups; scaled learning rates are proportional to the size of weights."""
     if not per_layer_scaling:
-        return [{"params": list(generator.parameters()), "scale": 1.0}]
+        return [{"params": list(network.parameters()), "scale": 1.0}]
     groups = []
-    for module in generator.modules():
+    for module in network.modules():
         scale = 1.0
-        if isinstance(module, nn.Conv3d):
+        if isinstance(module, nn.Conv2d | nn.Conv3d | nn.Linear):
             # sqrt(3): weights start uniformly between -b and b, and b is the size that is meant
             scale = module.weight.detach().square().mean().mul(3).sqrt().item()
         if parameters := list(module.parameters(recurse=False)):
