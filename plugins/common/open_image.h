@@ -61,8 +61,8 @@ inline int strip_height(const OIIO::ImageSpec& spec) {
       std::clamp<std::int64_t>((64 << 20) / std::max<std::int64_t>(row, 1), 1, 256));
 }
 
-// What about an image is too large to be read in strips; empty if nothing is.
-inline std::string too_large(const OIIO::ImageSpec& spec) {
+// What about an image cannot be read safely; empty if nothing.
+inline std::string obstacle(const OIIO::ImageSpec& spec) {
   constexpr int max_channels = 1024;
   constexpr std::int64_t max_values = std::int64_t{1} << 28;  // decoded at once: 1 GiB
   if (spec.nchannels > max_channels) return std::to_string(spec.nchannels) + " channels";
@@ -71,6 +71,9 @@ inline std::string too_large(const OIIO::ImageSpec& spec) {
     return "tiles of " + std::to_string(spec.tile_height) + " rows";
   if (const int rows = spec.get_int_attribute("tiff:RowsPerStrip"); rows > max_values / row)
     return "strips of " + std::to_string(rows) + " rows";
+  // OpenImageIO 2.4 writes their four inks into room for three colors.
+  if (spec.tile_height > 0 && spec.get_string_attribute("tiff:ColorSpace") == "CMYK")
+    return "CMYK inks in tiles";
   return "";
 }
 
@@ -95,8 +98,8 @@ inline std::unique_ptr<OIIO::ImageInput> open_image(const std::filesystem::path&
       reason = first_line(OIIO::geterror());
     else if (!input->open(path.string(), spec, hints))
       reason = first_line(input->geterror());
-    else if (const std::string excess = too_large(spec); !excess.empty())
-      reason = "it has " + excess + ", which is too much";
+    else if (const std::string found = obstacle(spec); !found.empty())
+      reason = "it has " + found + ", which cannot be read";
     else
       return input;
   } catch (const std::exception& error) {  // of a header that claims more pixels than fit memory
