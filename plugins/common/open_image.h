@@ -52,6 +52,15 @@ inline std::string image_format(std::string_view bytes, std::string ending) {
   return ending == ".tga" ? "targa" : "";
 }
 
+// The first line of a library's message, which may quote bytes of a file: without control
+// characters.
+inline std::string first_line(std::string text) {
+  text.resize(std::min(text.size(), text.find('\n')));
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < ' ' || c == 0x7F; }, '?');
+  return text;
+}
+
 // Rows to read at once: those of a row of tiles, or about 64 MiB of floats. Whoever reads in such
 // strips takes memory for what a file holds, not for what its header promises.
 inline int strip_height(const OIIO::ImageSpec& spec) {
@@ -90,7 +99,6 @@ inline std::unique_ptr<OIIO::ImageInput> open_image(const std::filesystem::path&
     reason = std::string("it begins like none of ") + kImageFormats;
     return nullptr;
   }
-  const auto first_line = [](const std::string& text) { return text.substr(0, text.find('\n')); };
   try {
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
     OIIO::ImageSpec spec;
@@ -103,7 +111,7 @@ inline std::unique_ptr<OIIO::ImageInput> open_image(const std::filesystem::path&
     else
       return input;
   } catch (const std::exception& error) {  // of a header that claims more pixels than fit memory
-    reason = error.what();
+    reason = first_line(error.what());
   }
   return nullptr;
 }

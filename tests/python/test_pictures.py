@@ -228,6 +228,14 @@ def test_refusals_name_file_found_and_expected(
     assert "\n" not in message
 
 
+def test_names_that_are_no_text_are_refused(tmp_path: Path) -> None:
+    # An attribute without a type, whose name OpenEXR quotes.
+    path = tmp_path / "a.exr"
+    path.write_bytes(b"\x76\x2f\x31\x01\x02\0\0\0\xfe\0\0" + bytes(60))
+    with pytest.raises(ExemplarError, match=r"a[.]exr: found names that are no text"):
+        read_picture(path)
+
+
 def test_huge_images_are_refused_before_they_take_memory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,8 +26,6 @@ constexpr int max_elongation = 64;  // of sides, so that the reduced image has a
   throw std::runtime_error(path.string() + ": found " + found + ", expected " + expected);
 }
 
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
-
 std::unique_ptr<ImageInput> open(const std::filesystem::path& path) {
   std::error_code problem;
   const auto status = std::filesystem::status(path, problem);

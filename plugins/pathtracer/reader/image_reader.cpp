@@ -162,7 +162,7 @@ class Reader {
                                                       kFloat, values.data());
     // Of a file that is cut short some formats say so and nevertheless succeed.
     if (const std::string error = input_->geterror(); !is_read || !error.empty()) {
-      refuse("an image that cannot be read (" + error.substr(0, error.find('\n')) + ")",
+      refuse("an image that cannot be read (" + first_line(error) + ")",
              "a complete image: copy or export it again");
     }
   }

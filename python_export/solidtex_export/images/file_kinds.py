@@ -98,9 +98,10 @@ def open_image(path: Path) -> oiio.ImageInput:
 
 
 def first_line(error: str) -> str:
-    """First line of a library's message; the rest repeats it."""
+    """First line of a library's message, which may quote bytes of a file; the rest repeats it."""
     lines = [line.strip() for line in error.splitlines() if line.strip()]
-    return lines[0].rstrip(".") if lines else "unknown format"
+    line = lines[0].rstrip(".") if lines else "unknown format"
+    return "".join(letter if letter.isprintable() else "?" for letter in line)
 
 
 def check_header(path: Path, spec: oiio.ImageSpec) -> None:

@@ -76,6 +76,13 @@ def read_picture(path: Path, layer: str | None = None) -> Picture:
 
     `layer` names a part of an EXR file that has several.
     """
+    try:
+        return _read_picture(path, layer)
+    except UnicodeDecodeError as error:  # of names in it, or of a message that quotes them
+        raise refuse(path, "names that are no text", "a whole image") from error
+
+
+def _read_picture(path: Path, layer: str | None) -> Picture:
     check_file(path)
     file = open_image(path)
     try:
