@@ -1,4 +1,4 @@
-"""Small cases of benchmarks/failing_calls.py and benchmarks/kills.py."""
+"""Small cases of benchmarks/failing_calls.py, kills.py and foreign_files.py."""
 
 import os
 import subprocess
@@ -32,10 +32,13 @@ KILLED = ["npy", "zarr", "slices png"]
 """Those that take little time; SOLIDTEX_LONG_TESTS tries all."""
 
 
-@pytest.mark.skipif(
+without_sanitizers = pytest.mark.skipif(
     not list((BUILD / "tests/faults").glob("libsolidtex_faults.*")),
     reason="a build with sanitizers",
 )
+
+
+@without_sanitizers
 def test_every_program_reports_a_call_that_fails(inputs: Path) -> None:
     chosen = [] if IS_LONG else ["--every", 7, *FAILING]
     assert "findings: 0" in findings("failing_calls.py", "--inputs", inputs, *chosen)
@@ -44,3 +47,24 @@ def test_every_program_reports_a_call_that_fails(inputs: Path) -> None:
 def test_killed_programs_go_on(inputs: Path) -> None:
     chosen = [] if IS_LONG else ["--kills", 12, *KILLED]
     assert "findings: 0" in findings("kills.py", "--inputs", inputs, *chosen)
+
+
+@without_sanitizers
+def test_files_of_other_people_are_read_or_refused(tmp_path: Path) -> None:
+    corpus = REPOSITORY / "tests/fuzz/corpus"
+    mesh = (corpus / "obj/tetrahedron").read_bytes()
+    (tmp_path / "a.obj").write_bytes(mesh)
+    (tmp_path / "cut.ply").write_bytes((corpus / "ply/little").read_bytes()[:-9])
+    for name in ("png", "long.bmp", "strip.tiff", "unknown"):
+        ending = Path(name).suffix or ".png"
+        (tmp_path / f"{Path(name).stem}{ending}").write_bytes(
+            (corpus / "image" / name).read_bytes()
+        )
+    lines = findings("foreign_files.py", tmp_path).splitlines()
+    counts = {name: row for name, *row in map(str.split, lines[1:-1])}
+    assert {name: row[:4] for name, row in counts.items()} == {
+        "mesh": ["2", "1", "1", "0"],
+        "encode": ["4", "0", "4", "0"],
+        "environment": ["4", "1", "3", "0"],
+        "train": ["4", "0", "4", "0"],
+    }
