@@ -146,7 +146,7 @@ def try_one(reader: Reader, file: Path) -> Outcome:
 
 
 def judge(code: int, message: str, file: Path) -> str:
-    """ "read", "refused", or what is wrong."""
+    """What a run shows: read, refused, or what is wrong."""
     if code == TIMED_OUT:
         return "no answer in time"
     if code < 0:

@@ -20,8 +20,8 @@ namespace solidtex {
 inline constexpr const char* kImageFormats =
     "PNG, JPEG, TIFF, OpenEXR, Radiance HDR, BMP, TGA, WebP, PNM, GIF or JPEG 2000";
 
-// OpenImageIO's name of the format of a file that begins with `bytes`, at least 12 of them; empty
-// for any other. TGA files have no beginning of their own, so `ending` is their sign: ".tga".
+// OpenImageIO's name of the format of a file whose first 12 bytes, or all of fewer, are `bytes`;
+// empty for any other. TGA files have no beginning of their own, so `ending` is their sign: ".tga".
 inline std::string image_format(std::string_view bytes, std::string ending) {
   using namespace std::string_view_literals;
   struct Format {
@@ -44,7 +44,7 @@ inline std::string image_format(std::string_view bytes, std::string ending) {
   };
   for (const Format& format : formats)
     if (bytes.starts_with(format.beginning)) return format.name;
-  if (bytes.starts_with("RIFF") && bytes.substr(8, 4) == "WEBP") return "webp";
+  if (bytes.starts_with("RIFF") && bytes.ends_with("WEBP")) return "webp";
   if (bytes.size() > 2 && bytes[0] == 'P' && "1234567Ff"sv.find(bytes[1]) != bytes.npos &&
       std::isspace(static_cast<unsigned char>(bytes[2])))
     return "pnm";
