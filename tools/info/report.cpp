@@ -81,11 +81,12 @@ void print_object(std::ostream& out, const std::string& label, const ordered_jso
 // The settings of a training that most people ask for, in one line.
 void print_training(std::ostream& out, const ordered_json& training) {
   std::string text;
-  for (const char* key : {"method_name", "step", "seconds", "resolution", "directions", "seed"}) {
+  const char* preset = training.contains("preset") ? "preset" : "method_name";  // of older models
+  for (const char* key : {preset, "step", "seconds", "resolution", "directions", "seed"}) {
     const auto found = training.find(key);
     if (found == training.end() || found->is_null()) continue;
     if (!text.empty()) text += ", ";
-    text += std::string(key == std::string("method_name") ? "method" : key) + " ";
+    text += std::string(key == preset ? "preset" : key) + " ";
     text += found->is_number_float() ? std::to_string(std::llround(found->get<double>()))
                                      : text_of(*found);
   }
