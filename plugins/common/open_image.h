@@ -10,8 +10,10 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace solidtex {
 
@@ -68,6 +70,25 @@ inline int strip_height(const OIIO::ImageSpec& spec) {
   const std::int64_t row = std::int64_t{spec.width} * spec.nchannels * std::int64_t{sizeof(float)};
   return static_cast<int>(
       std::clamp<std::int64_t>((64 << 20) / std::max<std::int64_t>(row, 1), 1, 256));
+}
+
+// Replaces `values` by channels [first, end) of the rows [top, bottom) of a part of a file. Returns
+// why they cannot be read, or nothing. Of a file that is cut short some formats say so and
+// nevertheless succeed.
+inline std::optional<std::string> read_rows(OIIO::ImageInput& input, const OIIO::ImageSpec& spec,
+                                            int part, int top, int bottom, int first, int end,
+                                            std::vector<float>& values) {
+  constexpr auto type = OIIO::TypeDesc::FLOAT;
+  values.resize(static_cast<std::size_t>(bottom - top) * static_cast<std::size_t>(spec.width) *
+                static_cast<std::size_t>(end - first));
+  const bool is_read =
+      spec.tile_height > 0
+          ? input.read_tiles(part, 0, spec.x, spec.x + spec.width, top, bottom, 0, 1, first, end,
+                             type, values.data())
+          : input.read_scanlines(part, 0, top, bottom, 0, first, end, type, values.data());
+  const std::string error = input.geterror();
+  if (is_read && error.empty()) return std::nullopt;
+  return first_line(error);
 }
 
 // What about an image cannot be read safely; empty if nothing.

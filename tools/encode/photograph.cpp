@@ -224,17 +224,9 @@ Photograph read_strips(const std::filesystem::path& path, ImageInput& input, con
   for (int y = 0; y < spec.height; y += strip) {
     throw_if_interrupted();
     const int count = std::min(strip, spec.height - y);
-    read.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(spec.width) *
-                static_cast<std::size_t>(spec.nchannels));
-    const int top = spec.y + y, bottom = top + count;
-    const bool good = spec.tile_height > 0
-                          ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, top, bottom, 0, 1,
-                                             0, spec.nchannels, OIIO::TypeDesc::FLOAT, read.data())
-                          : input.read_scanlines(0, 0, top, bottom, 0, 0, spec.nchannels,
-                                                 OIIO::TypeDesc::FLOAT, read.data());
-    if (!good || input.has_error())
-      refuse(path, "a damaged or unfinished image (" + first_line(input.geterror()) + ")",
-             "a whole one");
+    const int top = spec.y + y;
+    if (const auto error = read_rows(input, spec, 0, top, top + count, 0, spec.nchannels, read))
+      refuse(path, "a damaged or unfinished image (" + *error + ")", "a whole one");
     if (work.valid()) work.get();
     std::swap(read, given);
     work = std::async(std::launch::async, [&average, &given, y, count] {

@@ -137,7 +137,12 @@ class Reader {
     bool is_opaque = true;
     input_->geterror();  // of looking for further parts
     for (int y = data_.y0; y < data_.y1; y += strip) {
-      read_rows(y, std::min(y + strip, data_.y1), first, last + 1, values);
+      const int end = std::min(y + strip, data_.y1);
+      if (const auto error =
+              read_rows(*input_, layer_.spec, layer_.part, y, end, first, last + 1, values)) {
+        refuse("an image that cannot be read (" + *error + ")",
+               "a complete image: copy or export it again");
+      }
       const std::ptrdiff_t stride = last - first + 1;
       for (auto pixel = values.begin(); pixel != values.end(); pixel += stride) {
         glm::vec3& color = pixels.emplace_back();
@@ -148,23 +153,6 @@ class Reader {
     if (!is_opaque) note("alpha is ignored");
     if (is_white_zero()) invert(pixels);
     return pixels;
-  }
-
-  // Replaces `values` by channels [first, end) of the rows [top, bottom).
-  void read_rows(int top, int bottom, int first, int end, std::vector<float>& values) {
-    values.resize(std::size_t(bottom - top) * std::size_t(data_.width()) *
-                  std::size_t(end - first));
-    constexpr auto kFloat = OIIO::TypeDesc::FLOAT;
-    const bool is_read = layer_.spec.tile_height > 0
-                             ? input_->read_tiles(layer_.part, 0, data_.x0, data_.x1, top, bottom,
-                                                  0, 1, first, end, kFloat, values.data())
-                             : input_->read_scanlines(layer_.part, 0, top, bottom, 0, first, end,
-                                                      kFloat, values.data());
-    // Of a file that is cut short some formats say so and nevertheless succeed.
-    if (const std::string error = input_->geterror(); !is_read || !error.empty()) {
-      refuse("an image that cannot be read (" + first_line(error) + ")",
-             "a complete image: copy or export it again");
-    }
   }
 
   // OpenImageIO inverts TIFF files whose white is zero at 8 bits only.
