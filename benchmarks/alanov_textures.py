@@ -36,7 +36,7 @@ REPRODUCTIONS, SAMPLES = 3, 4  # in a row of the figure
 RANGE, STEP = 2.25, 0.225  # of the grid of codes, as in figure 6
 PARTS = 10  # of the samples, whose scores give the deviation
 RARE = 0.1  # a texture is missing below this part of its share of the samples
-ACCURATE = 0.995  # of crops; training of the classifier ends here
+CERTAIN = 0.98  # mean probability of a crop's own texture; training of the classifier ends here
 
 
 class Classifier(nn.Sequential):
@@ -70,10 +70,11 @@ def train_classifier(
         adam.step()
         if step % 100 == 0 or step == most_steps:
             classifier.eval()
-            found = probabilities(classifier, crops_of(textures, every, size)).argmax(1)
-            accuracy = float((found == every).float().mean())
-            print(f"classifier: step {step}, accuracy {accuracy:.3f}", flush=True)
-            if accuracy >= ACCURATE:
+            shares = probabilities(classifier, crops_of(textures, every, size))
+            accuracy = float((shares.argmax(1) == every).float().mean())
+            certainty = float(shares.gather(1, every[:, None]).mean())
+            print(f"classifier: step {step}, accuracy {accuracy:.3f}, certain {certainty:.3f}")
+            if certainty >= CERTAIN:
                 break
             classifier.train()
     return classifier.eval(), accuracy
