@@ -30,7 +30,7 @@ from solidtex_export.research.fidelity.summary import (
     mean_of_worst_tenth,
     summary,
 )
-from solidtex_export.research.fidelity.table import write_table
+from solidtex_export.research.fidelity.table import overview, write_table
 from solidtex_export.research.solids.materials import SOLIDS
 from solidtex_export.training.presets import shipped
 from solidtex_export.training.result import first_difference
@@ -142,8 +142,9 @@ def outcomes_of(distances: dict[str, list[float]]) -> tuple[Plan, Outcomes]:
     )
     pairs = {
         f"e{i}": {
-            method: Outcome(axes={"binary_patterns": values[i]}, oblique={}, multiples={})
+            method: Outcome(axes=figures, oblique={}, multiples=figures)
             for method, values in distances.items()
+            for figures in [{"binary_patterns": values[i]}]
         }
         for i in range(count)
     }
@@ -175,6 +176,12 @@ def test_methods_that_differ_by_chance_are_not_significant() -> None:
     plan, outcomes = outcomes_of({"one": list(one), "two": list(two)})
     paired = compare(*(distances(plan, outcomes, "LBP, axes", m) for m in ("one", "two")))
     assert paired.p > 0.05 and paired.ratio.low < 1 < paired.ratio.high
+
+
+def test_the_nearest_of_several_methods_is_bold() -> None:
+    both = overview(*outcomes_of({"one": [2.0, 1.0], "two": [1.5, 3.0]}), "binary_patterns")
+    assert "| [e0](#e0) | 2.00 | **1.50** |" in both and "| **1.00** | 3.00 |" in both
+    assert "**" not in overview(*outcomes_of({"one": [2.0]}), "binary_patterns")
 
 
 def test_the_method_default_is_none_at_all(plan: Path, tmp_path: Path) -> None:
@@ -209,8 +216,8 @@ def test_a_plan_is_trained_evaluated_and_written_once(
         assert sheet.size == (3 * 128 + 2 * 4, 128 + 14)  # the failed one has no images
         assert np.asarray(sheet)[14:, 132:].std() > 5
     distances = json.loads((rock / "lattice" / "eval.json").read_text())["distances"]["albedo"]
-    for metric in ("binary_patterns", "spectrum"):  # an overview each, the lowest in bold
-        assert f"| [rock](#rock) | **{distances['overall'][metric]['multiple']:.2f}** |" in page
+    for metric in ("binary_patterns", "spectrum"):  # an overview each
+        assert f"| [rock](#rock) | {distances['overall'][metric]['multiple']:.2f} |" in page
     for file in ("rock.jpg", "rock-lattice.jpg"):
         assert f"images/table/{file}" in page and (tmp_path / "images" / "table" / file).exists()
 

@@ -71,7 +71,7 @@ def write_table(path: Path, plan: Plan, plan_name: str, rows: list[list[Cell]]) 
     for text in (INTRODUCTION.format(plan=plan_name, budget=plan.budget), plan.note):
         parts += [paragraph + "\n" for paragraph in _paragraphs(text)]
     parts.append(summary(plan, outcomes))
-    parts += [_overview(plan, outcomes, m) for m in OVERVIEWS if _is_measured(m, outcomes)]
+    parts += [overview(plan, outcomes, m) for m in OVERVIEWS if _is_measured(m, outcomes)]
     parts += [_section(plan, entry, outcomes, images.name) for entry in plan.exemplars]
     outcomes.write(figures)
     write_whole(path, ("\n".join(parts) + "\n").encode())
@@ -91,8 +91,8 @@ def _is_measured(metric: str, outcomes: Outcomes) -> bool:
     return any(metric in (outcome.multiples or {}) for outcome in pairs)
 
 
-def _overview(plan: Plan, outcomes: Outcomes, metric: str) -> str:
-    """Table of one metric; the lowest value of each row is bold."""
+def overview(plan: Plan, outcomes: Outcomes, metric: str) -> str:
+    """Table of one metric; the lowest of several values in a row is bold."""
     lines = [f"## {OVERVIEWS[metric]}\n", "| | " + " | ".join(plan.methods) + " |"]
     lines.append("|---|" + "---|" * len(plan.methods))
     for entry in plan.exemplars:
@@ -107,7 +107,8 @@ def _overview(plan: Plan, outcomes: Outcomes, metric: str) -> str:
         for method in plan.methods:
             m = multiples.get(method)
             text = _state(found.get(method)) if m is None else f"{m:.2f}"
-            texts.append(f"**{text}**" if m is not None and m == lowest else text)
+            is_best = len(multiples) > 1 and m is not None and m == lowest
+            texts.append(f"**{text}**" if is_best else text)
         lines.append(f"| [{entry.name}](#{entry.name}) | " + " | ".join(texts) + " |")
     return "\n".join(lines) + "\n"
 
