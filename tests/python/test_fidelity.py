@@ -241,6 +241,7 @@ def test_the_table_remembers_what_is_not_in_the_folder(
     plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     calls = in_process(monkeypatch)
+    plan.write_text(PLAN.replace('"lattice"', '"default"'))
     figures = tmp_path / "table.json"
 
     def command(folder: str, *options: str) -> list[str]:
@@ -249,15 +250,17 @@ def test_the_table_remembers_what_is_not_in_the_folder(
 
     assert main(command("one")) == 0
     page = (tmp_path / "table.md").read_text()
+    training = model_file.read(MODELS / "granite-grey.solidtex").document["training"]
+    assert f"| default: `{training['preset']}` |" in page  # the one that was chosen
     calls.clear()
     assert main(command("two")) == 0
     assert not calls and (tmp_path / "table.md").read_text() == page
-    assert main(command("two", "--again", "--only", "rock", "--method", "lattice")) == 0
+    assert main(command("two", "--again", "--only", "rock", "--method", "default")) == 0
     assert [call[0] for call in calls] == ["train", "export", "evaluate"]
     assert (tmp_path / "table.md").read_text() == page
 
     document = json.loads(figures.read_text())
-    document["pairs"]["rock"]["lattice"]["solid"]["euler"] = None  # JSON's infinity
+    document["pairs"]["rock"]["default"]["solid"]["euler"] = None  # JSON's infinity
     figures.write_text(json.dumps(document))
     assert main(command("three")) == 0
     assert "no phase" in (tmp_path / "table.md").read_text()

@@ -26,7 +26,7 @@ class Outcome:
     `multiples`: distance of all slices by metric, relative to self-distance; `axes` and `oblique`:
     the same of axis slices and of oblique ones; `copied`: the largest coherence of a
     correspondence map; `solid`: errors of the 3D statistics, by statistic; `training`: what the
-    plan said about it.
+    plan said about it; `preset`: the one that was trained.
     """
 
     failure: str | None = None
@@ -39,6 +39,7 @@ class Outcome:
     repeats: bool = False
     solid: dict[str, float] | None = None
     training: dict[str, Any] | None = None
+    preset: str | None = None
 
     @property
     def figures(self) -> dict[str, float | None]:
@@ -148,6 +149,7 @@ def _outcome(cell: Cell) -> Outcome:
         repeats=any(found and found["repeats"] for found in tests),
         solid=_solid_errors(cell)["model"] if cell.entry.solid else None,
         training=cell.trained_by,
+        preset=training.get("preset"),
     )
 
 

@@ -13,7 +13,7 @@ from PIL import Image
 from solidtex_export.evaluation.report import number
 from solidtex_export.research.fidelity.cell import Cell
 from solidtex_export.research.fidelity.outcome import Outcome, Outcomes, read_outcomes
-from solidtex_export.research.fidelity.plan import Entry, Plan
+from solidtex_export.research.fidelity.plan import CHOSEN, Entry, Plan
 from solidtex_export.research.fidelity.summary import FEATURE_DISTANCE, WIDTH, summary
 from solidtex_export.whole_file import write_whole
 
@@ -150,7 +150,9 @@ def _metric_table(
             lines.append(f"| {method} | {_state(outcome)} |" + " |" * (len(titles) - 2))
             continue
         values = [outcome.figures.get(metric) for metric in metrics]
-        texts = [method, f"{outcome.seconds / 60:.1f}", str(outcome.steps)]
+        is_chosen = plan.method(method).preset == CHOSEN and outcome.preset
+        name = f"{method}: `{outcome.preset}`" if is_chosen else method
+        texts = [name, f"{outcome.seconds / 60:.1f}", str(outcome.steps)]
         texts += ["-" if v is None else f"{v:.2f}" for v in values]
         texts += [f"{outcome.copied:.2f}", "yes" if outcome.repeats else "no"]
         texts.append(f"![{method}](images/{images}/{entry.name}-{method}.jpg)")
