@@ -80,7 +80,7 @@ def continue_from(state: dict[str, Any], whole: Any) -> None:
     shared = {k: v for k, v in state.items() if k.startswith(("cb", "up"))}
     assert all(own[k].shape == v.shape for k, v in shared.items())
     whole.generator.load_state_dict(own | shared)
-    whole._measure_statistics()
+    whole.measure_statistics()
     whole.generator.load_state_dict(whole.generator.state_dict() | shared)
     whole.optimizer.renew()
 

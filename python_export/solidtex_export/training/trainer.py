@@ -120,7 +120,7 @@ class Trainer(ResumableTraining):
             return
         random = self._random_state()
         if self.recipe.generator.statistics == "trained":
-            self._measure_statistics()
+            self.measure_statistics()
         held = self.phases is None or self._hold_fractions(self.phases, stop, report)
         self.finished = bool(self.ranks.agree(held)[0])
         if not self.finished:
@@ -156,7 +156,7 @@ class Trainer(ResumableTraining):
             return
         self.settled = True
         if self.recipe.generator.statistics == "measured":
-            self._measure_statistics()
+            self.measure_statistics()
         self.optimizer.renew()
 
     def _train_step(self) -> dict[str, float]:
@@ -241,7 +241,8 @@ class Trainer(ResumableTraining):
             raise not_finite(self.step, f"a loss of the discriminator {name}")
         return mean
 
-    def _measure_statistics(self) -> None:
+    def measure_statistics(self) -> None:
+        """Set the statistics of batch normalization by slices of the present weights."""
         config = self.config
         measure_statistics(self.generator, self.slices, config.directions, config.size, self.ranks)
 
