@@ -12,6 +12,7 @@ from small_trainings import CRITIC, LATTICE, SMALL, config_of, of_solid
 from torch import Tensor
 
 from solidtex_export.analysis.choice import Choice, choose_preset
+from solidtex_export.analysis.grain import grain_ratio
 from solidtex_export.analysis.measurements import Measurements
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
@@ -71,6 +72,25 @@ def test_long_grain_gets_a_sampler() -> None:
     found = suited(stretched(8), "xy")
     assert found.value == "sampler" and "grain" in found.reason
     assert suited(of_solid("wood", side=SIDE), "xy").value == "sampler"
+
+
+def shaded(exemplar: Exemplar) -> Exemplar:
+    """Darker from row to row, by three times the deviation of what is there."""
+    shade = torch.linspace(-1.7, 1.7, SIDE)[:, None] * 3 * exemplar.image.std()
+    return Exemplar("shaded", "", exemplar.image - shade)
+
+
+def test_shade_does_not_hide_long_grain() -> None:
+    wood, found = shaded(stretched(8)), suited(shaded(stretched(8)), "xy")
+    assert found.value == "sampler" and "grain" in found.reason
+    assert grain_ratio(wood) == pytest.approx(grain_ratio(stretched(8)), rel=0.4)
+    assert suited(shaded(stretched(1)), "xy").value == "lattice"
+
+
+def test_a_photograph_without_shade_has_its_plain_grain_ratio() -> None:
+    for exemplar in (stretched(1), stretched(8), of_solid("wood", side=SIDE)):
+        across = Exemplar("turned", "", exemplar.image.transpose(1, 2))
+        assert grain_ratio(across) == pytest.approx(1 / grain_ratio(exemplar))
 
 
 @pytest.mark.parametrize("directions", ["xyz", "xy"])

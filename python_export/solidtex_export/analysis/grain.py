@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import torch
+from scipy.ndimage import gaussian_filter
 from torch import Tensor
 
 from solidtex_export.images.channels import groups
 from solidtex_export.images.exemplar import Exemplar
 
 MIN_AXIS_RATIO = 0.15  # of the largest: keeps a gray stone's faint hues from being amplified
+SHADE = 1 / 8  # of the shorter side: deviation of the Gaussian whose average is taken for shade
+HIDDEN = 2.0  # times as far from 1: a grain ratio without shade that counts
 CONSTANT = 1e-3  # a channel that varies by less than this share of its size counts as constant
 
 
@@ -57,20 +61,41 @@ def whiten(image: Tensor, mean: Tensor, basis: Tensor) -> Tensor:
 
 
 def grain_ratio(exemplar: Exemplar) -> float:
-    """Length of structures along columns of pixels relative to their width; 1 without grain."""
-    along, across = _correlation_lengths(exemplar)
-    return along / across if across > 0 else 1.0
+    """Length of structures along columns of pixels relative to their width; 1 without grain.
+
+    Shade across a photograph hides its grain. So the ratio counts that is measured without shade,
+    where that is much farther from 1: see docs/experiments/ablation.md.
+    """
+    image = _scaled(exemplar)
+    plain, flat = _length_ratio(image), _length_ratio(_without_shade(image))
+    return flat if abs(np.log(flat)) > abs(np.log(plain)) + np.log(HIDDEN) else plain
 
 
 def grain_width(exemplar: Exemplar) -> float:
     """Width of structures in pixels: the shorter correlation length of rows and of columns."""
-    return min(_correlation_lengths(exemplar))
+    return min(_correlation_lengths(_scaled(exemplar)))
 
 
-def _correlation_lengths(exemplar: Exemplar) -> tuple[float, float]:
+def _scaled(exemplar: Exemplar) -> Tensor:
+    """Channels of about unit deviation."""
+    return (
+        exemplar.image / block_scales(exemplar.image.flatten(1), exemplar.channels)[:, None, None]
+    )
+
+
+def _without_shade(image: Tensor) -> Tensor:
+    sigma = SHADE * min(image.shape[1:])
+    shade = [gaussian_filter(plane, sigma, mode="nearest") for plane in image.numpy()]
+    return image - torch.from_numpy(np.stack(shade))
+
+
+def _length_ratio(image: Tensor) -> float:
+    along, across = _correlation_lengths(image)
+    return along / across if across > 0 < along else 1.0
+
+
+def _correlation_lengths(image: Tensor) -> tuple[float, float]:
     """Along columns and along rows of pixels."""
-    scales = block_scales(exemplar.image.flatten(1), exemplar.channels)
-    image = exemplar.image / scales[:, None, None]
     return _correlation_length(image.transpose(1, 2)), _correlation_length(image)
 
 
