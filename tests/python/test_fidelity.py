@@ -22,7 +22,7 @@ from solidtex_export.networks.squeezenet import SqueezeNet
 from solidtex_export.research.fidelity import cell as cells
 from solidtex_export.research.fidelity.cell import Cell
 from solidtex_export.research.fidelity.outcome import Outcome, Outcomes
-from solidtex_export.research.fidelity.plan import Plan, PlanError, photograph, read_plan
+from solidtex_export.research.fidelity.plan import CHOSEN, Plan, PlanError, photograph, read_plan
 from solidtex_export.research.fidelity.summary import (
     compare,
     distances,
@@ -370,6 +370,13 @@ def test_the_plan_of_the_benchmark_has_both_families(tmp_path: Path) -> None:
     assert plan.methods == ("lattice", "sampler") and plan.exemplars[0].photo == "validation/a.jpg"
     assert DEFAULT_MINUTES == 15 and "`solidtex-train` trains for fifteen, and" in plan.note
     assert plan.note.strip() in (DOCS / "fidelity.md").read_text()
+
+
+def test_the_plan_of_the_default_chooses_presets(tmp_path: Path) -> None:
+    (tmp_path / "SOURCES.csv").write_text("file,licence,split\na.jpg,CC0-1.0,validation\n")
+    plan = read_plan(DOCS / "fidelity-default.toml", tmp_path)
+    assert plan.methods == (CHOSEN,) and plan.processor_minutes == 10
+    assert plan.note.strip() in (DOCS / "fidelity-default.md").read_text()
 
 
 def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
