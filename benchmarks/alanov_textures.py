@@ -153,7 +153,7 @@ def interpolation(
 
 
 def interpolations(result: AlanovResult, size: int) -> Tensor:
-    """Each photograph's code to the next one's, along the first number of the codes."""
+    """Strips between the codes of about six photographs, in the order of their first number."""
     ordered = result.codes[result.codes[:, 0].argsort()]
     rows = [
         0.5 + 0.5 * interpolation(result.generator, first, last, size, 6 * size)
