@@ -29,7 +29,7 @@ from solidtex_export.generators.regions import Box
 from solidtex_export.images.exemplar import save_image
 from solidtex_export.images.sheet import sheet_of_rows
 from solidtex_export.spaces.alanov.materials import Texture, load_textures, random_crop
-from solidtex_export.spaces.alanov.networks import KERNELS, PADDINGS, Generator
+from solidtex_export.spaces.alanov.networks import KERNELS, PADDINGS, Generator, positions
 from solidtex_export.spaces.alanov.result import AlanovResult, read_alanov
 
 REPRODUCTIONS, SAMPLES = 3, 4  # in a row of the figure
@@ -146,9 +146,8 @@ def interpolation(
     noise = [codes.permute(2, 0, 1), torch.randn(generator.recipe.noise.local, *sizes)]
     if generator.recipe.noise.periodic:
         frequencies = generator.angular_frequencies(codes.flatten(0, 1)).unflatten(0, sizes)
-        axes = [torch.arange(a, b) for a, b in zip(noise_box.lo, noise_box.hi, strict=True)]
-        positions = torch.stack(torch.meshgrid(*axes, indexing="ij")).float()
-        noise.append(torch.einsum("ijka,aij->kij", frequencies, positions).sin())
+        places = positions(noise_box, codes.device)
+        noise.append(torch.einsum("ijka,aij->kij", frequencies, places).sin())
     return generator.from_noise(torch.cat(noise)[None], box)[0]
 
 
@@ -208,7 +207,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     args = parser.parse_args(arguments)
     torch.set_num_threads(1)
     torch.manual_seed(0)
-    args.output.mkdir(parents=True, exist_ok=True)
     result = read_alanov(args.result)
     if result.recipe.dimensions != 2:
         parser.error(f"{args.result}: found a training on volumes, expected one on photographs")
@@ -216,6 +214,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     textures = load_textures(args.photos, args.folder, args.resolution, result.recipe)
     if [t.sha256 for t in textures] != [r["sha256"] for r in result.photographs]:
         parser.error(f"PHOTOS: found other photographs than those of {args.result}")
+    args.output.mkdir(parents=True, exist_ok=True)
     size = result.recipe.crops.size
     figures = {"samples": figure_4(result, textures, size)}
     if result.recipe.code == 2:

@@ -78,9 +78,8 @@ def grain_width(exemplar: Exemplar) -> float:
 
 def _scaled(exemplar: Exemplar) -> Tensor:
     """Channels of about unit deviation."""
-    return (
-        exemplar.image / block_scales(exemplar.image.flatten(1), exemplar.channels)[:, None, None]
-    )
+    scales = block_scales(exemplar.image.flatten(1), exemplar.channels)
+    return exemplar.image / scales[:, None, None]
 
 
 def _without_shade(image: Tensor) -> Tensor:

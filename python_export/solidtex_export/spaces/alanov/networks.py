@@ -114,6 +114,12 @@ class FirstLayer3d(nn.Module):
         return F.conv3d(x, self.weight)
 
 
+def positions(box: Box, device: torch.device) -> Tensor:
+    """Coordinates [axis, ...] of the voxels of a box."""
+    axes = [torch.arange(a, b, device=device) for a, b in zip(box.lo, box.hi, strict=True)]
+    return torch.stack(torch.meshgrid(*axes, indexing="ij")).float()
+
+
 class Generator(nn.Module):
     """G_theta: noise z = [code, local, periodic] on a coarse lattice to values of -1 ... 1."""
 
@@ -161,12 +167,9 @@ class Generator(nn.Module):
         local = torch.randn(count, sizes.local, *box.size, device=codes.device)
         if sizes.periodic == 0:
             return torch.cat([shared, local], dim=1)
-        axes = [
-            torch.arange(a, b, device=codes.device) for a, b in zip(box.lo, box.hi, strict=True)
-        ]
-        positions = torch.stack(torch.meshgrid(*axes, indexing="ij")).float()
         offset = 2 * math.pi * torch.rand(count, sizes.periodic, device=codes.device)
-        angles = torch.einsum("bka,a...->bk...", self.angular_frequencies(codes), positions)
+        frequencies = self.angular_frequencies(codes)
+        angles = torch.einsum("bka,a...->bk...", frequencies, positions(box, codes.device))
         periodic = torch.sin(angles + offset.view(*offset.shape, *spatial))
         return torch.cat([shared, local, periodic], dim=1)
 
