@@ -66,9 +66,14 @@ def grain_ratio(exemplar: Exemplar) -> float:
     Shade across a photograph hides its grain. So the ratio counts that is measured without shade,
     where that is much farther from 1: see docs/experiments/ablation.md.
     """
-    image = _scaled(exemplar)
-    plain, flat = _length_ratio(image), _length_ratio(_without_shade(image))
+    plain, flat = grain_ratios(exemplar)
     return flat if abs(np.log(flat)) > abs(np.log(plain)) + np.log(HIDDEN) else plain
+
+
+def grain_ratios(exemplar: Exemplar) -> tuple[float, float]:
+    """The grain ratio of the photograph, and without its shade."""
+    image = _scaled(exemplar)
+    return _length_ratio(image), _length_ratio(_without_shade(image))
 
 
 def grain_width(exemplar: Exemplar) -> float:
