@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Grain ratios of photographs, with their shade and without it (docs/experiments/ablation.md).
 
+From the repository, with `python_export` on PYTHONPATH:
+
     .venv/bin/python benchmarks/grain_ratios.py photographs/SOURCES.csv
     .venv/bin/python benchmarks/grain_ratios.py photographs/SOURCES.csv --direction layered
 """

@@ -63,15 +63,22 @@ def stretched(times: int) -> Exemplar:
     return Exemplar("stretched", "", image)
 
 
-def test_horizontal_layers_and_short_grain_get_a_lattice() -> None:
-    for exemplar in (of_solid("sandstone", side=SIDE), stretched(1), stretched(3)):
+def turned(exemplar: Exemplar) -> Exemplar:
+    return Exemplar("turned", "", exemplar.image.transpose(1, 2))
+
+
+def test_short_grain_and_short_layers_get_a_lattice() -> None:
+    for exemplar in (stretched(1), stretched(3), turned(stretched(3))):
         assert suited(exemplar, "xy").value == "lattice"
 
 
-def test_long_grain_gets_a_sampler() -> None:
-    found = suited(stretched(8), "xy")
-    assert found.value == "sampler" and "grain" in found.reason
-    assert suited(of_solid("wood", side=SIDE), "xy").value == "sampler"
+def test_long_grain_and_long_layers_get_a_sampler() -> None:
+    for exemplar in (stretched(8), of_solid("wood", side=SIDE)):
+        found = suited(exemplar, "xy")
+        assert found.value == "sampler" and "grain" in found.reason
+    for exemplar in (turned(stretched(8)), of_solid("sandstone", side=SIDE)):
+        found = suited(exemplar, "xy")
+        assert found.value == "sampler" and "layers" in found.reason
 
 
 def shaded(exemplar: Exemplar) -> Exemplar:
@@ -89,8 +96,7 @@ def test_shade_does_not_hide_long_grain() -> None:
 
 def test_a_photograph_without_shade_has_its_plain_grain_ratio() -> None:
     for exemplar in (stretched(1), stretched(8), of_solid("wood", side=SIDE)):
-        across = Exemplar("turned", "", exemplar.image.transpose(1, 2))
-        assert grain_ratio(across) == pytest.approx(1 / grain_ratio(exemplar))
+        assert grain_ratio(turned(exemplar)) == pytest.approx(1 / grain_ratio(exemplar))
 
 
 @pytest.mark.parametrize("directions", ["xyz", "xy"])

@@ -1,4 +1,4 @@
-"""Samplers that start with grain along z: long octaves, and silent short ones."""
+"""Samplers that start with grain along z, or with layers: long octaves, and silent short ones."""
 
 from __future__ import annotations
 
@@ -26,6 +26,17 @@ def test_short_octaves_go_from_round_to_almost_as_long_as_the_grain() -> None:
     expected = torch.tensor([32, 16, 8, 4, 2, 1, 1, 2**0.5])
     assert torch.allclose(across, expected)
     assert torch.allclose(along / across, torch.tensor([16.0] * 6 + [1, 4]))
+
+
+def test_octaves_of_layers_are_long_along_x_and_y() -> None:
+    fibers, layers = (
+        OctaveSampler(octaves=8, coarsest=32.0, hidden_layers=3, width=16, noise_at="input")
+        for _ in range(2)
+    )
+    init_grain(fibers, 16.0, 2)
+    init_grain(layers, 1 / 16, 2)
+    assert torch.allclose(layers.scales[..., :2], fibers.scales[..., 2:].expand(-1, -1, 2))
+    assert torch.allclose(layers.scales[..., 2:], fibers.scales[..., :1])
 
 
 @pytest.mark.parametrize("noise_at", ["input", "hidden"])

@@ -44,7 +44,8 @@ def quiet_fine_noise(generator: LatticeGenerator, gain: float) -> None:
 
 @torch.no_grad()
 def init_grain(sampler: OctaveSampler, grain: float, short: int) -> None:
-    """Stretch all octaves but the last `short` ones by `grain` along z.
+    """Stretch all octaves but the last `short` ones by `grain` along z, or by 1 / `grain` along x
+    and y where it is below 1.
 
     The stretched octaves cover the ladder from the coarsest spacing to the finest. The short ones
     start near the finest spacing, from round to almost as long, with weight zero; training raises
@@ -55,8 +56,11 @@ def init_grain(sampler: OctaveSampler, grain: float, short: int) -> None:
     part = (torch.arange(short) / max(short, 1)).view(-1, 1, 1)
     sampler.scales[:long] = ladder(coarsest, finest, long)
     sampler.scales[long:] = finest / 2**part
-    sampler.scales[:long, :, 2] /= grain
-    sampler.scales[long:, :, 2:] /= grain**part
+    scales, stretch = sampler.scales[..., 2:], grain
+    if grain < 1:
+        scales, stretch = sampler.scales[..., :2], 1 / grain
+    scales[:long] /= stretch
+    scales[long:] /= stretch**part
     for octave in range(long, sampler.octaves):
         layer, column = divmod(octave, sampler.bin_size)
         noise = sampler.hidden[layer].noise

@@ -90,13 +90,14 @@ class Init(Settings):
 
 
 class Grain(Settings):
-    """Initial octaves of a sampler for one photograph with grain along z."""
+    """Initial octaves of a sampler for one photograph with grain along z, or layers normal to it."""
 
     short_octaves: Annotated[int, within(0, 255)] = 0
     """Number of octaves that are shorter than the grain and start with weight zero."""
-    elongation: Annotated[float, within(1, 1000)] | None = None
-    """Stretch of the other octaves along z. The default follows the photograph's grain where
-    `slicing.planes` is auto and one photograph serves x and y.
+    elongation: Annotated[float, within(1e-3, 1000)] | None = None
+    """Stretch of the other octaves along z; below 1 their stretch along x and y, 1 / `elongation`.
+    The default follows the photograph's grain where `slicing.planes` is auto and one photograph
+    serves x and y.
     """
 
 

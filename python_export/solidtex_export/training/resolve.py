@@ -33,8 +33,8 @@ from solidtex_export.training.start import Start, StartSource
 DEFAULT_SIZE = 128  # texels
 SMALLEST_SIZE = 32  # texels
 
-# A sampler is easily trained to shorter grain, hardly ever to longer one, so it starts with longer
-# grain than measured: docs/experiments/sampler-preset.md
+# A sampler is easily trained to shorter grain, hardly ever to longer one, so fibers start longer
+# than measured. Layers do not, they would become ruled lines: docs/experiments/sampler-preset.md
 GRAIN_GAIN = 2.0
 GRAIN_POWER = 1.4
 MAX_GRAIN = 128.0
@@ -280,7 +280,9 @@ def _planes(recipe: Recipe, request: Request) -> str:
 
 
 def initial_grain(measured: float) -> float:
-    """Initial stretch of octaves along z."""
+    """Initial stretch of octaves along z, below 1 for layers normal to z."""
+    if measured < 1:
+        return max(measured, 1 / MAX_GRAIN)
     return min(max(GRAIN_GAIN * measured, measured**GRAIN_POWER, 1.0), MAX_GRAIN)
 
 
