@@ -90,7 +90,7 @@ class Init(Settings):
 
 
 class Grain(Settings):
-    """Initial octaves of a sampler for one photograph with grain along z, or layers normal to it."""
+    """Initial octaves of a sampler for one photograph with grain along z or layers normal to it."""
 
     short_octaves: Annotated[int, within(0, 255)] = 0
     """Number of octaves that are shorter than the grain and start with weight zero."""
