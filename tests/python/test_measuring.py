@@ -347,15 +347,15 @@ def test_names_of_baked_labels_are_in_the_report(tmp_path: Path, capfd) -> None:
 
 
 def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
-    model = Path(__file__).parents[2] / "models" / "sandstone.solidtex"
+    model = Path(__file__).parents[2] / "models" / "granite-grey.solidtex"
     found = measure(tmp_path, model, "--size", "32", "--voxel-size", "5um", *QUICK, "--periodic")
     assert found["size"] == [32, 32, 32] and found["boundary"] == "periodic"
     assert any("by Otsu's method" in note for note in found["notes"])
     assert found["phases"]["0"]["fraction"] + found["phases"]["1"]["fraction"] == 1
     options = ["--size", "32", "--voxel-size", "5um", *QUICK, "--periodic"]
-    assert measure(tmp_path, Path("sandstone"), *options)["phases"] == found["phases"]
+    assert measure(tmp_path, Path("granite-grey"), *options)["phases"] == found["phases"]
     assert found["model"] == {
-        "name": "sandstone", "sha256": hashlib.sha256(model.read_bytes()).hexdigest(),
+        "name": "granite-grey", "sha256": hashlib.sha256(model.read_bytes()).hexdigest(),
         "seed": 0, "origin": [0, 0, 0], "period": 32,
     }  # fmt: skip
 
