@@ -34,7 +34,6 @@ SMALL = {
     "random-networks-lattice": [*LATTICE, *CRITIC, *RANDOM],
     "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
 }
-SMALL["lattice-veins"] = SMALL["lattice"]
 STARTING = {
     "space-lattice": SMALL["lattice"],
     "start-lattice": SMALL["lattice"],

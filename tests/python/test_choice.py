@@ -52,9 +52,11 @@ def test_fine_grain_that_looks_different_turned_gets_a_lattice() -> None:
     assert found.value == "lattice" and "turned" in found.reason
 
 
-def test_veins_have_a_lattice_of_their_own() -> None:
-    found = suited(of_solid("marble", side=SIDE), "xyz")
-    assert found.value == "lattice-veins" and "line elongation" in found.reason
+def test_thin_lines_get_a_lattice() -> None:
+    image = torch.rand(1, SIDE, SIDE, generator=torch.Generator().manual_seed(0)).repeat(3, 1, 1)
+    image[:, ::24], image[:, :, ::24] = 1.5, 1.5
+    found = suited(Exemplar("net", "", image), "xyz")
+    assert found.value == "lattice" and "line elongation" in found.reason
 
 
 def stretched(times: int) -> Exemplar:

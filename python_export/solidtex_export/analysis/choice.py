@@ -1,4 +1,4 @@
-"""Chooses a preset for photographs where the user names none.
+"""Chooses a preset for one photograph where the user names none.
 
 The limits come from trainings on the validation photographs: docs/experiments/ablation.md.
 """
@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 from solidtex_export.analysis.measurements import Measurements
 
-LATTICE, VEINS, SAMPLER = "lattice", "lattice-veins", "sampler"
+LATTICE, SAMPLER = "lattice", "sampler"
 
 LONG_LINES = 9.0
-"""Line elongation from which lines need large first steps. On the validation photographs it is
-below 9 or above 11.
+"""Line elongation from which a photograph has lines, which a sampler does not draw. On the
+validation photographs it is below 9 or above 11.
 """
 FINE_GRAIN = 1.5
 """Grain width in pixels up to which a sampler draws a photograph better than a lattice, whose
@@ -42,35 +42,27 @@ class Choice(NamedTuple):
 
 
 def choose_preset(measured: Measurements) -> Choice:
-    """Choose among all presets for one photograph in directions xyz or xy.
+    """Choose a preset for one photograph in directions xyz or xy.
 
     A sampler's random planes show a photograph in all orientations, and its noise can be stretched
     along z or normal to it.
     """
     if measured.directions == "xy":
         grain, layers = measured.grain, 1 / measured.grain
-        if grain >= LONG_GRAIN:
-            reason = f"grain {grain:.2f} times as long along z as across, at least {LONG_GRAIN:g}"
-        elif layers >= LONG_LAYERS:
+        if layers >= LONG_LAYERS:
             reason = f"layers {layers:.2f} times as long as thick, at least {LONG_LAYERS:g}"
-        else:
-            return choose_lattice(measured)
-        return _preset(SAMPLER, reason)
-    if measured.line_elongation >= LONG_LINES:
-        return choose_lattice(measured)
+            return _preset(SAMPLER, reason)
+        chosen, limit = (SAMPLER, "at least") if grain >= LONG_GRAIN else (LATTICE, "below")
+        reason = f"grain {grain:.2f} times as long along z as across, {limit} {LONG_GRAIN:g}"
+        return _preset(chosen, reason)
     width = measured.grain_width
     if width > FINE_GRAIN:
         return _preset(LATTICE, f"grain {width:.1f} pixels wide, more than {FINE_GRAIN:g}")
+    lines = measured.line_elongation
+    if lines >= LONG_LINES:
+        return _preset(LATTICE, f"line elongation {lines:.1f}, at least {LONG_LINES:g}")
     chosen = LATTICE if measured.symmetry.name != "all" else SAMPLER
     return _preset(chosen, measured.symmetry.reason)
-
-
-def choose_lattice(measured: Measurements) -> Choice:
-    """Choose among the lattice presets."""
-    elongation = measured.line_elongation
-    if elongation >= LONG_LINES:
-        return _preset(VEINS, f"line elongation {elongation:.1f}, at least {LONG_LINES:g}")
-    return _preset(LATTICE, f"line elongation {elongation:.1f}, below {LONG_LINES:g}")
 
 
 def _preset(name: str, reason: str) -> Choice:

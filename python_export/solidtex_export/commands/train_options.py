@@ -7,7 +7,7 @@ from pathlib import Path
 
 import torch
 
-from solidtex_export.analysis.choice import LATTICE, SAMPLER, VEINS
+from solidtex_export.analysis.choice import LATTICE, SAMPLER
 from solidtex_export.commands import cli
 from solidtex_export.images.channels import check_map_name
 from solidtex_export.images.estimates import METHODS, write_estimates
@@ -65,9 +65,8 @@ def parser() -> argparse.ArgumentParser:
                    help="names of the phases in the order of their labels, such as pore,grain"
                    " (default: the labels)")  # fmt: skip
     p.add_argument("--preset", "--method", metavar="NAME",
-                   help=f"one of {', '.join(shipped())}, or a TOML file (default: {LATTICE},"
-                   f" {VEINS} or {SAMPLER}, chosen by the photograph; one of the first two with"
-                   " --set)")  # fmt: skip
+                   help=f"one of {', '.join(shipped())}, or a TOML file (default: {LATTICE}"
+                   f" or {SAMPLER}, chosen by the photograph; {LATTICE} with --set)")  # fmt: skip
     p.add_argument("--set", dest="settings", metavar="KEY=VALUE", action="append", default=[],
                    help="change one key of the preset, for example optimizer.learning_rate=0.01 or"
                    " losses.wavelets.weight=2")  # fmt: skip

@@ -28,9 +28,10 @@ RENAMED_PRESETS = {
     "lattice-outlines": "lattice",
     "lattice-lines": "lattice",
     "lattice-lines-maps": "lattice",
-    "lattice-fibers": "lattice-veins",
-    "lattice-fibers-maps": "lattice-veins",
-    "lattice-veins-maps": "lattice-veins",
+    "lattice-fibers": "lattice",
+    "lattice-fibers-maps": "lattice",
+    "lattice-veins": "lattice",
+    "lattice-veins-maps": "lattice",
 }
 """Accepted names of older presets."""
 MEASURED = ("line_length", "line_length_below", "with_maps")

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import torch
 
-from solidtex_export.analysis.choice import LATTICE, VEINS, Choice, choose_lattice, choose_preset
+from solidtex_export.analysis.choice import LATTICE, Choice, choose_preset
 from solidtex_export.analysis.measurements import Measurements
 from solidtex_export.discriminators.critic import Critic
 from solidtex_export.generators.build import build_generator
@@ -76,21 +76,16 @@ class Request:
         """Name of the preset against which sizes and options are checked."""
         return self.preset or (self.start.preset if self.start else LATTICE)
 
-    def recipes(self) -> list[Recipe]:
-        """All recipes that the request may resolve to."""
-        names = [LATTICE, VEINS] if self.is_open else [self.name]
-        return [load_recipe(name, list(self.overrides)) for name in names]
+    def recipe(self) -> Recipe:
+        """The recipe of that preset."""
+        return load_recipe(self.name, list(self.overrides))
 
     @property
     def is_open(self) -> bool:
-        """Whether the photographs choose the preset."""
-        return self.preset is None and self.start is None
-
-    @property
-    def chooses_a_family(self) -> bool:
-        """Whether the family is open, too: a sampler serves the directions."""
+        """Whether the photograph chooses the preset: none is named, and a sampler would serve."""
+        named = self.preset is not None or self.start is not None
         one = len(self.photos) == 1 and self.directions in ("xyz", "xy")
-        return self.is_open and one and not (self.overrides or self.phases)
+        return one and not (named or self.overrides or self.phases)
 
 
 @dataclass(frozen=True)
@@ -116,7 +111,7 @@ def resolve(request: Request) -> Resolved:
     for exemplar in exemplars:
         for name in request.estimated:
             exemplar.maps[name]["estimate"] = METHOD
-    if request.recipes()[0].match_histograms:
+    if request.recipe().match_histograms:
         exemplars = share_histograms(exemplars)
     measured = Measurements(
         exemplars, request.directions, lambda: LearnedDescriptor(load_weights(PROCEDURAL)).distances
@@ -197,7 +192,7 @@ def load_exemplars(request: Request, resolution: int, size: int) -> list[Exempla
 
 def default_size(request: Request) -> int:
     """Side of the slices of a large photograph, in texels."""
-    return request.recipes()[0].slicing.size or DEFAULT_SIZE
+    return request.recipe().slicing.size or DEFAULT_SIZE
 
 
 def note_small(path: Path, exemplar: Exemplar, size: int, default: int) -> Exemplar:
@@ -214,7 +209,7 @@ def note_small(path: Path, exemplar: Exemplar, size: int, default: int) -> Exemp
 
 def smallest_size(request: Request) -> int:
     """Side of the smallest slice that every loss accepts, in texels."""
-    return max(SMALLEST_SIZE, *(recipe.smallest_slice for recipe in request.recipes()))
+    return max(SMALLEST_SIZE, request.recipe().smallest_slice)
 
 
 def scale(request: Request) -> tuple[int, int]:
@@ -241,8 +236,7 @@ def decide(request: Request, measured: Measurements) -> tuple[str, Recipe, tuple
     choices = []
     preset = request.name
     if request.is_open:
-        choose = choose_preset if request.chooses_a_family else choose_lattice
-        choices.append(choose(measured))
+        choices.append(choose_preset(measured))
         preset = choices[-1].value
     recipe = load_recipe(preset, list(request.overrides))
     symmetry = request.symmetry or recipe.slicing.symmetry
