@@ -13,7 +13,7 @@ import argparse
 import csv
 from pathlib import Path
 
-from solidtex_export.analysis.grain import grain_ratio, grain_ratios
+from solidtex_export.analysis.grain import grain_ratios
 from solidtex_export.images.exemplar import load_exemplar
 
 RESOLUTION = 256  # pixels, what solidtex-train measures by default
@@ -25,16 +25,14 @@ def main() -> None:
     options.add_argument("list", type=Path, help="CSV with split, file and direction")
     options.add_argument("--direction", help="only photographs of this direction")
     given = options.parse_args()
-    print("| photograph | split | direction | grain ratio | without shade | counts |")
-    print("|---|---|---|---|---|---|")
+    print("| photograph | split | direction | grain ratio | without shade |\n|---|---|---|---|---|")
     with given.list.open(newline="") as lines:
         for row in csv.DictReader(lines):
             if given.direction not in (None, row["direction"]):
                 continue
             path = given.list.parent / row["split"] / row["file"]
-            exemplar = load_exemplar(path, RESOLUTION, SMALLEST)
-            figures = (*grain_ratios(exemplar), grain_ratio(exemplar))
-            texts = " | ".join(f"{figure:.2f}" for figure in figures)
+            ratios = grain_ratios(load_exemplar(path, RESOLUTION, SMALLEST))
+            texts = " | ".join(f"{ratio:.2f}" for ratio in ratios)
             print(f"| {path.stem} | {row['split']} | {row['direction']} | {texts} |", flush=True)
 
 
