@@ -15,10 +15,9 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from solidtex_export.losses import patches
-from solidtex_export.losses.patches import FAKES, FIRST_OCTAVE, REALS, random_patches
-
-OCTAVES = range(FIRST_OCTAVE, FIRST_OCTAVE + patches.OCTAVES)
+SIDE = 7  # of a patch, in pixels of its octave
+OCTAVES = range(1, 4)
+FAKES, REALS = 1536, 2048  # patches of each octave
 REAL_CALLS = 16  # in which the photograph's patches are collected
 RATE = 0.02  # of potentials, relative to the mean squared distance
 
@@ -49,6 +48,13 @@ class Transport:
 
 
 _octaves = {octave: Transport() for octave in OCTAVES}  # a training is a process of its own
+
+
+def random_patches(images: Tensor, count: int) -> Tensor:
+    """Patches at random places, at most the given number: [patch, value]."""
+    windows = images.unfold(2, SIDE, 1).unfold(3, SIDE, 1).permute(0, 2, 3, 1, 4, 5)
+    places = torch.randperm(windows.shape[:3].numel())[:count].to(images.device)
+    return windows[torch.unravel_index(places, windows.shape[:3])].flatten(1)
 
 
 def transport(slices: Tensor, reals: Tensor) -> Tensor:

@@ -37,10 +37,6 @@ def test_a_saved_recipe_is_read_as_the_same(name: str) -> None:
 OLD = """
 [optimiser]
 equalised = true
-[early]
-steps = 9
-[start]
-smoothing = 0.25
 [critic]
 memory = 7
 equalised = true
@@ -54,7 +50,6 @@ def test_older_keys_are_accepted(tmp_path: Path) -> None:
     path.write_text('extends = "lattice-grains"\n' + OLD)
     recipe = load_recipe(str(path), ["optimiser.learning_rate=0.125", "projected_critic.memory=5"])
     assert recipe.optimizer.per_layer_scaling and recipe.optimizer.learning_rate == 0.125
-    assert recipe.initial_phase.steps == 9 and recipe.init.smoothing == 0.25
     assert recipe.critic.replay_buffer == 7 and recipe.critic.equalized_learning_rate
     assert recipe.projected_critic.replay_buffer == 5
     assert recipe.losses["color_distribution"].weight == 3

@@ -110,7 +110,7 @@ def test_trainings_of_older_versions_are_not_resumed(
     (result / "config.json").write_text(json.dumps(config))
     assert cli_train.main(arguments(photo, result, "--steps", "1")) == 1
     error = capsys.readouterr().err
-    assert "config.json: version: found null, expected 3: another version of solidtex" in error
+    assert "config.json: version: found null, expected 4: another version of solidtex" in error
     assert "export it as it is, or choose another -o" in error
 
 

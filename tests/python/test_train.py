@@ -20,7 +20,7 @@ from solidtex_export.commands import train as cli_train
 from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.images.exemplar import load_exemplar
 from solidtex_export.training.optimizer import half_cosine, learning_rate
-from solidtex_export.training.recipe import InitialPhase, Optimizer
+from solidtex_export.training.recipe import Optimizer
 from solidtex_export.training.resolve import resolve, scale
 from solidtex_export.training.trainer import Trainer
 
@@ -66,12 +66,13 @@ def small_trainer(photo: Path, result: Path, *more: str) -> Trainer:
     return cli_train.make_trainer(asked, result, use_cuda=False, compiled=False)
 
 
-def test_training_moves_weights_and_fixes_statistics_after_its_initial_phase(
+def test_training_moves_weights_and_keeps_the_statistics_that_it_began_with(
     photo: Path, tmp_path: Path
 ) -> None:
     statistics = "cb6_2.bn3.running_var"
-    options = ("--set", "initial_phase.steps=3")
-    trainer = small_trainer(photo, tmp_path / "r", "--steps", "7", *options)
+    trainer = small_trainer(photo, tmp_path / "r", "--steps", "3")
+    before = trainer.generator.state_dict()[statistics].clone()
+    assert not torch.equal(before, torch.ones(24))
     seen = []
     trainer.run(
         lambda: False,
@@ -79,20 +80,7 @@ def test_training_moves_weights_and_fixes_statistics_after_its_initial_phase(
     )
     for key in ("last_conv.weight", "cb1_1.conv1.weight", "up3.bn.bias"):
         assert not any(torch.equal(a[key], b[key]) for a, b in pairwise(seen)), key
-    kept = [torch.equal(a[statistics], b[statistics]) for a, b in pairwise(seen)]
-    assert kept == [False, False, False, True, True, True]  # measured when the fourth step begins
-    assert torch.equal(seen[-1][statistics], trainer.generator.state_dict()[statistics])
-
-
-def test_without_an_initial_phase_statistics_are_measured_before_the_first_step(
-    photo: Path, tmp_path: Path
-) -> None:
-    statistics = "cb6_2.bn3.running_var"
-    trainer = small_trainer(photo, tmp_path / "r", "--steps", "2", "--set", "initial_phase.steps=0")
-    before = trainer.generator.state_dict()[statistics].clone()
-    assert not torch.equal(before, torch.ones(24))
-    trainer.run(lambda: False, lambda t: None)
-    assert torch.equal(before, trainer.generator.state_dict()[statistics])
+    assert all(torch.equal(state[statistics], before) for state in seen)
 
 
 def test_processor_time_does_not_count_waiting(
@@ -112,25 +100,12 @@ def test_processor_time_does_not_count_waiting(
     assert json.loads((tmp_path / "r" / "config.json").read_text())["clock"] == "processor"
 
 
-def test_rates_fall_from_the_initial_one_to_the_last() -> None:
+def test_rates_rise_to_the_first_one_and_fall_to_the_last() -> None:
     settings = Optimizer(learning_rate=0.01, final_rate=0.1, warmup_steps=4)
-    initial = InitialPhase(steps=250, learning_rate=0.05)
-    rates = [learning_rate(i, i / 1000, settings, initial) for i in range(4, 1001)]
-    assert rates[0] == pytest.approx(0.05, rel=0.01)
-    assert rates[245] == pytest.approx(0.01, rel=0.01) and rates[-1] == pytest.approx(0.001)
-    assert rates[246] == pytest.approx(half_cosine(0.25, 0.01, 0.001))
-    assert all(a > b for a, b in pairwise(rates))
-    assert learning_rate(0, 0.0, settings, initial) == pytest.approx(0.05 / 4)
-    assert learning_rate(100, 0.0, settings, InitialPhase()) == pytest.approx(0.01)
-
-
-def test_the_initial_phase_takes_its_steps_but_at_most_half_of_the_training() -> None:
-    initial = InitialPhase(steps=250)
-    assert initial.progress(125, 125 / 1500) == pytest.approx(0.5)
-    assert initial.progress(250, 250 / 1500) == 1
-    assert initial.progress(50, 50 / 200) == pytest.approx(0.5)
-    assert initial.progress(100, 100 / 200) == 1
-    assert InitialPhase().progress(0, 0.0) == 1
+    rates = [learning_rate(i, i / 1000, settings) for i in range(1001)]
+    assert rates[0] == pytest.approx(0.01 / 4) and rates[-1] == pytest.approx(0.001)
+    assert rates[250] == pytest.approx(half_cosine(0.25, 0.01, 0.001))
+    assert all(a > b for a, b in pairwise(rates[3:]))
 
 
 def test_a_photograph_per_direction(photo: Path, tmp_path: Path) -> None:

@@ -1,45 +1,14 @@
-"""Initial weights of generators.
+"""Initial octaves of a sampler.
 
-A lattice that starts smooth forms outlines before grain. A sampler with grain along z starts with
-long octaves, and with short ones of weight zero: docs/experiments/sampler-octaves.md.
+With grain along z it starts with long octaves, and with short ones of weight zero:
+docs/experiments/sampler-octaves.md.
 """
 
 from __future__ import annotations
 
 import torch
 
-from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.generators.sampler import OctaveSampler, ladder
-
-
-@torch.no_grad()
-def smooth_coarse_features(generator: LatticeGenerator, share: float) -> None:
-    """Give `share` of the variance of the weights that read upsampled features to smoothing
-    filters.
-
-    Channels are mixed at random, each through a binomial kernel [1 2 1]^3, which turns
-    nearest-neighbor upsampling into nearly linear interpolation. The variance of the weights stays.
-    """
-    if share == 0:
-        return  # draws no random numbers
-    row = torch.tensor([1.0, 2.0, 1.0])
-    kernel = torch.einsum("x,y,z->xyz", row, row, row)
-    kernel /= kernel.norm()
-    for stage in range(2, generator.levels + 1):
-        weight = generator.get_parameter(f"cb{stage}_2.conv1.weight")
-        channels = len(generator.get_parameter(f"up{stage - 1}.bn.weight"))
-        coarse = weight[:, :channels]
-        size = coarse.square().sum((2, 3, 4)).mean().sqrt()
-        mixing = size * torch.randn(coarse.shape[:2])
-        coarse.mul_((1 - share) ** 0.5)
-        coarse.add_(share**0.5 * mixing[..., None, None, None] * kernel)
-
-
-@torch.no_grad()
-def quiet_fine_noise(generator: LatticeGenerator, gain: float) -> None:
-    """Scale the noise output of every level but the coarsest."""
-    for stage in range(2, generator.levels + 1):
-        generator.get_parameter(f"cb{stage}_1.bn3.weight").mul_(gain)
 
 
 @torch.no_grad()

@@ -29,7 +29,6 @@ from solidtex_export.training.divergence import DivergenceWatch, not_finite
 from solidtex_export.training.loop import ResumableTraining
 from solidtex_export.training.optimizer import GeneratorOptimizer, half_cosine
 from solidtex_export.training.ranks import Ranks
-from solidtex_export.training.recipe import InitialPhase
 from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
 
@@ -83,7 +82,7 @@ class StartTrainer(ResumableTraining):
     def adapt(self, material: Material) -> tuple[float, float]:
         """Train the generator on one photograph; the loss of the first and of the last quarter."""
         steps, directions = self.recipe.reptile.steps, self.recipe.directions
-        optimizer = GeneratorOptimizer(self.generator, self.recipe.optimizer, InitialPhase())
+        optimizer = GeneratorOptimizer(self.generator, self.recipe.optimizer)
         slicing = self.recipe.slicing
         losses = []
         for step in range(steps):

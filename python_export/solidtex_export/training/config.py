@@ -26,9 +26,10 @@ class FileRecord(Settings):
 class Config(Settings):
     """A fully resolved training; `minutes` or `steps` limits it."""
 
-    version: Literal[3] = 3
+    version: Literal[4] = 4
     """Version of the layout and of trained bits. Version 1, without this key, had an array of
-    losses and unresolved keys. Version 2 had other bits.
+    losses and unresolved keys. Version 2 had other bits. Version 3 had an initial phase and
+    settings of initial weights.
     """
     preset: str
     reasons: Array[str]

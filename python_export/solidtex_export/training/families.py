@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from solidtex_export.generators.build import Generator, build_generator
-from solidtex_export.generators.init import init_grain, quiet_fine_noise, smooth_coarse_features
-from solidtex_export.generators.lattice import BaseLattice, LatticeGenerator
+from solidtex_export.generators.init import init_grain
+from solidtex_export.generators.lattice import BaseLattice
 from solidtex_export.generators.oblique import ObliqueSlices
 from solidtex_export.generators.slices import LatticeSlices, SamplerSlices, SliceSource
 from solidtex_export.training.config import Config
@@ -14,9 +14,6 @@ def build(config: Config) -> tuple[Generator, SliceSource, SliceSource | None]:
     """The generator, its slices, and its oblique slices where the recipe has some."""
     recipe = config.recipe
     generator = build_generator(config.family, config.generator)
-    if isinstance(generator, LatticeGenerator):
-        smooth_coarse_features(generator, recipe.init.smoothing)
-        quiet_fine_noise(generator, recipe.init.fine_noise)
     if isinstance(generator, BaseLattice):
         return generator, LatticeSlices(generator), _oblique(config, generator)
     if recipe.grain.elongation is not None:

@@ -16,7 +16,6 @@ from solidtex_export.images.exemplar import random_crops, random_symmetry
 from solidtex_export.losses import own
 from solidtex_export.losses.color_distribution import ColorDistribution
 from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
-from solidtex_export.losses.patches import patch_distance
 from solidtex_export.losses.spectrum import SpectrumLoss
 from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.wavelets import WaveletLoss
@@ -107,11 +106,6 @@ class Objective:
         for loss, saved in zip(self._wavelets, state, strict=True):
             loss.restore(saved)
 
-    def forget(self) -> None:
-        """Discard the losses' running averages."""
-        for loss in self._wavelets:
-            loss.forget()
-
     def discriminator_losses(self, name: str, index: int) -> list[Tensor]:
         """Losses of the discriminators of that name and photograph, on their replay buffer."""
         with self._autocast():
@@ -130,8 +124,6 @@ class Objective:
             if term.kind == "descriptor":
                 reals = self._larger_real(index, slices)
                 loss = self._descriptors[key].loss(self._turned(slices), reals)
-            elif term.kind == "patches":
-                loss = patch_distance(self._turned(slices), self._larger_real(index, slices))
             elif term.kind == "wavelets":
                 loss = self._wavelets[index](slices, view)
             elif term.kind == "spectrum":

@@ -8,30 +8,23 @@ from typing import Any
 from torch import nn
 from torch.optim import Adam
 
-from solidtex_export.training.recipe import InitialPhase, Optimizer
+from solidtex_export.training.recipe import Optimizer
 
 
 class GeneratorOptimizer:
     """Adam: call `prepare` before the backward passes of a step, `step` after them."""
 
-    def __init__(self, generator: nn.Module, settings: Optimizer, initial: InitialPhase) -> None:
-        self._generator = generator
+    def __init__(self, generator: nn.Module, settings: Optimizer) -> None:
         self._settings = settings
-        self._initial = initial
-        self.renew()
-
-    def renew(self) -> None:
-        """Reset Adam's moments, and the per-layer scaling to the present size of weights."""
-        settings = self._settings
-        groups = parameter_groups(self._generator, settings.per_layer_scaling)
-        on_cpu = next(self._generator.parameters()).device.type == "cpu"
+        groups = parameter_groups(generator, settings.per_layer_scaling)
+        on_cpu = next(generator.parameters()).device.type == "cpu"
         fused = on_cpu or None  # elsewhere torch chooses
         self._adam = Adam(groups, settings.learning_rate, settings.betas, fused=fused)
 
     def prepare(self, step: int, progress: float, critic_on: bool) -> float:
         """Clears gradients and sets the learning rate, which it returns."""
         settings = self._settings
-        rate = learning_rate(step, progress, settings, self._initial)
+        rate = learning_rate(step, progress, settings)
         first, second = settings.betas
         if critic_on and settings.beta_with_critic is not None:
             first = settings.beta_with_critic
@@ -51,18 +44,11 @@ class GeneratorOptimizer:
         self._adam.load_state_dict(state)
 
 
-def learning_rate(step: int, progress: float, settings: Optimizer, initial: InitialPhase) -> float:
-    """Learning rate of a step.
-
-    Linear warm-up, then half a cosine. The initial phase falls from its rate to the optimizer's
-    rate; the remaining training falls to `final_rate` of that.
-    """
+def learning_rate(step: int, progress: float, settings: Optimizer) -> float:
+    """Learning rate of a step: linear warm-up, then half a cosine."""
     warmup = min(1.0, (step + 1) / max(settings.warmup_steps, 1))
-    last = settings.learning_rate
-    begun = initial.progress(step, progress)
-    if begun < 1:
-        return warmup * half_cosine(begun, initial.learning_rate, last)
-    return warmup * half_cosine(progress, last, settings.final_rate * last)
+    first = settings.learning_rate
+    return warmup * half_cosine(progress, first, settings.final_rate * first)
 
 
 def half_cosine(progress: float, first: float, last: float) -> float:

@@ -14,8 +14,6 @@ from solidtex_export.training.recipe import Recipe
 SUFFIX = ".toml"
 RENAMED = {
     "optimiser": "optimizer",
-    "early": "initial_phase",
-    "start": "init",
     "optimizer.equalised": "per_layer_scaling",
     "critic.equalised": "equalized_learning_rate",
     "critic.memory": "replay_buffer",
@@ -36,6 +34,8 @@ RENAMED_PRESETS = {
 """Accepted names of older presets."""
 MEASURED = ("line_length", "line_length_below", "with_maps")
 """Refused older keys that made a table depend on the photographs."""
+REMOVED = ("initial_phase", "early", "init", "start", "losses.patches")
+"""Refused older keys of what the benchmark did not justify."""
 
 
 class PresetError(SettingsError):
@@ -110,6 +110,11 @@ def _renamed(values: dict[str, Any], label: str, where: str = "") -> dict[str, A
             raise PresetError(
                 f"{label}: {path}: found a key of an older version, expected none: a preset no"
                 " longer depends on what is measured (docs/methods.md)"
+            )
+        if path in REMOVED:
+            raise PresetError(
+                f"{label}: {path}: found a key of an older version, expected none: it made no"
+                " preset better (docs/experiments/ablation.md)"
             )
         if path == "losses" and isinstance(value, list):
             raise PresetError(

@@ -40,7 +40,6 @@ KINDS = (
     "color_distribution",
     "style",
     "adversarial",
-    "patches",
     "projected",
     "spectrum",
 )
@@ -78,15 +77,6 @@ class GeneratorSettings(Settings):
     def _check(self) -> GeneratorSettings:
         check_table(SIZES[self.kind], self.sizes, "sizes")
         return self
-
-
-class Init(Settings):
-    """Initial weights of a lattice generator; the defaults are the paper's."""
-
-    smoothing: Share = 0.0
-    """Share of the variance of weights on upsampled features that goes to smoothing filters."""
-    fine_noise: Annotated[float, within(1e-3, 1)] = 1.0
-    """Gain of the noise of finer levels, relative to the coarsest level's."""
 
 
 class Grain(Settings):
@@ -179,24 +169,7 @@ class Optimizer(Settings):
     beta_with_critic: Beta | None = None
     """Replacement of the first beta after a discriminator's loss has started."""
     per_layer_scaling: bool = False
-    """Scale the learning rate of each convolution by the size of its weights, at the start or at
-    the end of the initial phase.
-    """
-
-
-class InitialPhase(Settings):
-    """Initial phase of a training: large steps, each slice normalized by its own statistics."""
-
-    steps: Steps = 0
-    """Number of steps, at most half of the training; 0 for none."""
-    learning_rate: Rate = 0.03
-    """Initial learning rate; it falls to the optimizer's by half a cosine."""
-
-    def progress(self, step: int, training: float) -> float:
-        """Finished fraction of the phase, 1 or more after it; `training` is the total number of
-        steps.
-        """
-        return max(step / self.steps, 2 * training) if self.steps else 1.0
+    """Scale the learning rate of each convolution by the size of its initial weights."""
 
 
 class FineTuning(Settings):
@@ -216,10 +189,8 @@ class Recipe(Settings):
     generator: GeneratorSettings
     optimizer: Optimizer
     losses: dict[str, Loss]
-    init: Init = Init()
     grain: Grain = Grain()
     slicing: Slicing = Slicing()
-    initial_phase: InitialPhase = InitialPhase()
     critic: CriticSettings = CriticSettings()
     projected_critic: ProjectedCriticSettings = ProjectedCriticSettings()
     mixing: Literal["sum", "unit-gradients"] = "sum"
@@ -250,13 +221,6 @@ class Recipe(Settings):
 
     @model_validator(mode="after")
     def _fits_its_generator(self) -> Recipe:
-        kind = self.generator.kind
-        if self.initial_phase.steps and self.generator.statistics == "trained":
-            needed = "0 where generator.statistics are trained all along"
-            raise wrong("initial_phase.steps", self.initial_phase.steps, needed)
-        for name, value in self.init if kind != "lattice" else ():
-            if value != (default := Init.model_fields[name].default):
-                raise wrong(f"init.{name}", value, f"{default:g} for generator.kind {kind}")
         if self.family == "field":
             self._check_lattice()
         elif self.slicing.oblique_share:

@@ -27,7 +27,7 @@ from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.networks import SqueezeNet, Vgg19, load_network
 from solidtex_export.training.config import Config, FileRecord, exemplar_records
 from solidtex_export.training.presets import PresetError, load_recipe
-from solidtex_export.training.recipe import FineTuning, Grain, Init, InitialPhase, Recipe
+from solidtex_export.training.recipe import FineTuning, Grain, Recipe
 from solidtex_export.training.start import Start, StartSource
 
 DEFAULT_SIZE = 128  # texels
@@ -315,7 +315,7 @@ def generator_arguments(
 
 
 def starting_recipe(preset: str, recipe: Recipe, request: Request) -> Recipe:
-    """The recipe with the generator of the start, which needs no initial phase."""
+    """The recipe with the generator of the start."""
     source = request.start
     assert source is not None
     sizes = dict(source.generator)
@@ -335,10 +335,7 @@ def starting_recipe(preset: str, recipe: Recipe, request: Request) -> Recipe:
             raise PresetError(f"--set: found {override}, expected the sizes of {source.label}")
     generator = found.model_copy(update={"sizes": sizes})
     grain = Grain(elongation=None)
-    return recipe.model_copy(
-        update={"generator": generator, "initial_phase": InitialPhase(), "init": Init(),
-                "grain": grain}
-    )  # fmt: skip
+    return recipe.model_copy(update={"generator": generator, "grain": grain})
 
 
 def _has_frozen_critic(recipe: Recipe) -> bool:

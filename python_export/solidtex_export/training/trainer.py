@@ -74,15 +74,12 @@ class Trainer(ResumableTraining):
             self.phases = PhaseTraining(self.generator, exemplars, mean, basis)
             self.slices = self.phases.probabilities_of(self.slices)
             self.oblique = self.oblique and self.phases.probabilities_of(self.oblique)
-        self.settled = start is not None
         if start is not None:
             self.generator.load_state_dict(start.state)
             self.generator.eval()
             freeze(self.generator, self.recipe.fine_tuning)
         self.generator.to(device)
-        self.optimizer = GeneratorOptimizer(
-            self.generator, self.recipe.optimizer, self.recipe.initial_phase
-        )
+        self.optimizer = GeneratorOptimizer(self.generator, self.recipe.optimizer)
         photographs = [whiten(e.image, mean, basis).to(device) for e in exemplars]
         source = DescriptorSource(
             mean, basis, weights or PretrainedWeights(), config.color_space == "linear"
@@ -108,7 +105,8 @@ class Trainer(ResumableTraining):
         )
         self.watch = DivergenceWatch()
         self.finished = False
-        self._settle_when_due()
+        if start is None and self.recipe.generator.statistics == "measured":
+            self.measure_statistics()
         if not self.ranks.is_main:
             torch.manual_seed(self.ranks.seed(config.seed))
 
@@ -147,20 +145,7 @@ class Trainer(ResumableTraining):
         self.activity = ""
         return self.fraction_error is not None
 
-    def _settle_when_due(self) -> None:
-        """End the initial phase when it is due: fix measured statistics and reset the optimizer.
-
-        A training without an initial phase does the same at its start.
-        """
-        if self.settled or self.recipe.initial_phase.progress(self.step, self.progress) < 1:
-            return
-        self.settled = True
-        if self.recipe.generator.statistics == "measured":
-            self.measure_statistics()
-        self.optimizer.renew()
-
     def _train_step(self) -> dict[str, float]:
-        self._settle_when_due()
         progress = self.progress
         used = self.recipe.discriminators_at(progress)
         active = [] if self._critic_is_frozen else used
@@ -272,7 +257,6 @@ class Trainer(ResumableTraining):
             "watch": self.watch.state(),
             "step": self.step,
             "seconds": self.seconds,
-            "settled": self.settled,
             "finished": self.finished,
             "ranks": self.ranks.gather(own),
         }
@@ -291,10 +275,7 @@ class Trainer(ResumableTraining):
         self.watch.restore(state["watch"])
         self.step = state["step"]
         self.seconds = state["seconds"]
-        self.settled = state["settled"]
         self.finished = state["finished"] and self.progress >= 1  # not if it is lengthened
-        if self.settled and self.recipe.generator.statistics == "measured":
-            self.generator.eval()
         self._set_random_state(own)
         if self.ranks.is_main:
             self.folder.trim_log(self.step)
