@@ -21,18 +21,14 @@ LATTICE = ["generator.sizes.levels=3", "generator.sizes.step_channels=2"]
 SAMPLER = ["generator.sizes.octaves=4", "generator.sizes.hidden_layers=3"]
 SAMPLER += ["generator.sizes.width=8"]
 CRITIC = ["critic.widths=[4,6]", "critic.batch=2", "projected_critic.head_width=4"]
-RANDOM = ["losses.descriptor.groups=[[4],[4]]"]
-FEATURES = ("gram", "autocorrelation", "diversity", "smoothness")
 SMALL = {
     "lattice": [*LATTICE, *CRITIC],
     "sampler": [*SAMPLER, "grain.short_octaves=1", *CRITIC],
-    "gutierrez": [*LATTICE, *RANDOM],
-    "babichev": [*LATTICE, *(f"losses.{name}.groups=[[4],[4],[4]]" for name in FEATURES)],
+    "gutierrez": LATTICE,
+    "babichev": LATTICE,
     "sts-gan": ["generator.sizes.levels=3", "generator.sizes.width=4", *CRITIC],
     "gramgan": [*SAMPLER, *CRITIC],
-    "henzler": [*SAMPLER, *RANDOM],
-    "random-networks-lattice": [*LATTICE, *CRITIC, *RANDOM],
-    "random-networks-sampler": [*SAMPLER, *CRITIC, *RANDOM],
+    "henzler": SAMPLER,
 }
 STARTING = {
     "space-lattice": SMALL["lattice"],

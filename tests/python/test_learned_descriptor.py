@@ -112,7 +112,8 @@ def test_without_a_file_the_shipped_weights_are_used(photo: Path, tmp_path: Path
 def test_a_file_is_refused_by_methods_that_do_not_use_it(
     weights: Path, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    other = ["--set", "losses.descriptor.descriptor=random", "--descriptor", str(weights)]
+    other = ["--set", "losses.descriptor.enabled=false", "--set", "losses.spectrum.weight=1"]
+    other += ["--descriptor", str(weights)]
     with pytest.raises(SystemExit):
         cli_train.main(arguments(photo, tmp_path / "r", *other))
     assert "--descriptor: found a file for preset gutierrez" in capsys.readouterr().err

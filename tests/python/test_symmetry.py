@@ -96,10 +96,8 @@ def test_the_command_measures_only_without_symmetry(
     assert "so --symmetry none" in capsys.readouterr().err
     assert symmetry_in(tmp_path / "said", photo, "lattice", "--symmetry", "flips") == "flips"
     assert "--symmetry" not in capsys.readouterr().err
-    # Random planes through a solid show it turned, random networks keep from trained weights, and
-    # a paper's method has a symmetry of its own.
+    # Random planes through a solid show it turned, and a paper's method has a symmetry of its own.
     assert symmetry_in(tmp_path / "planes", photo, "sampler") == "all"
     assert symmetry_in(tmp_path / "grain", photo, "sampler", "--directions", "xy") == "flips"
-    assert symmetry_in(tmp_path / "random", photo, "random-networks-lattice") == "all"
     assert symmetry_in(tmp_path / "paper", photo, "gutierrez") == "none"
     assert "--symmetry" not in capsys.readouterr().err

@@ -126,20 +126,12 @@ def critic_loss(critic: Critic, fakes: Tensor, reals: Tensor, penalties: Penalti
     return distance + penalties.gradient * penalty + penalties.drift * on_reals.square().mean()
 
 
-def style_loss(
-    critic: Discriminator, features: list[Tensor], reals: Tensor, relative: bool
-) -> Tensor:
-    """L_style of equation 4.
-
-    `relative` divides each layer's distance by the photograph's mean absolute entry, which balances
-    the layers.
-    """
+def style_loss(critic: Discriminator, features: list[Tensor], reals: Tensor) -> Tensor:
+    """L_style of equation 4."""
     with torch.no_grad():
         targets = [gram(f) for f in critic.features(reals)]
-    distances = [
-        (gram(f) - target).abs().mean() / (target.abs().mean() + 1e-6 if relative else 1.0)
-        for f, target in zip(features, targets, strict=True)
-    ]
+    pairs = zip(features, targets, strict=True)
+    distances = [(gram(f) - target).abs().mean() for f, target in pairs]
     return torch.stack(distances).mean()
 
 

@@ -11,7 +11,6 @@ from solidtex_export.losses.descriptor.network import DISTILLED_WIDTHS, WIDTHS
 from solidtex_export.losses.descriptor.weights import Trained, WeightsError
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.losses.pretrained import PretrainedDescriptor
-from solidtex_export.losses.random_network import RandomDescriptor
 from solidtex_export.losses.statistics import Features
 from solidtex_export.networks import SqueezeNet, Vgg19, squeezenet, vgg
 from solidtex_export.networks.vgg import grouped_names
@@ -31,9 +30,6 @@ class Descriptor(Protocol):
         """Feature maps by layer name, for losses that compare them in other ways."""
 
 
-Groups = tuple[tuple[int, ...], ...]
-
-
 @dataclass(frozen=True)
 class PretrainedWeights:
     """Pretrained weights that the user provides."""
@@ -41,21 +37,18 @@ class PretrainedWeights:
     features: Vgg19 | SqueezeNet | None = None
     learned: Trained | None = None
 
-    def feature_names(self, descriptor: str, groups: Groups = ()) -> list[str]:
+    def feature_names(self, descriptor: str) -> list[str]:
         """Layers of the descriptor of that name, for images that are large enough."""
-        if descriptor == "random":
-            return grouped_names(groups or RandomDescriptor.groups)
         if descriptor == "features" and self.features is not None:
             named = vgg if isinstance(self.features, Vgg19) else squeezenet
             return named.feature_names()
         return grouped_names(self.learned.network.widths if self.learned else WIDTHS)
 
 
-def known_feature_names(groups: Groups = ()) -> list[str]:
-    """Layers that any descriptor has, the random one with the given groups among them."""
-    random = grouped_names(groups or RandomDescriptor.groups)
+def known_feature_names() -> list[str]:
+    """Layers that any descriptor has."""
     learned = grouped_names(WIDTHS) + grouped_names(DISTILLED_WIDTHS)
-    names = vgg.feature_names() + squeezenet.feature_names() + learned + random
+    names = vgg.feature_names() + squeezenet.feature_names() + learned
     return list(dict.fromkeys(names))
 
 
@@ -69,10 +62,8 @@ class DescriptorSource:
     linear: bool = False
     """Whether colors are linear light rather than sRGB-encoded."""
 
-    def make(self, name: str, groups: Groups = ()) -> Descriptor:
+    def make(self, name: str) -> Descriptor:
         """Make a descriptor. "features" without a file is "learned", the built-in network."""
-        if name == "random":
-            return RandomDescriptor(groups) if groups else RandomDescriptor()
         if name == "features" and self.weights.features is not None:
             network = self.weights.features
             return PretrainedDescriptor(network, self.color_mean, self.color_basis, self.linear)

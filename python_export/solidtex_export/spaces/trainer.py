@@ -177,7 +177,7 @@ class SpaceTrainer(ResumableTraining):
         features = self.critic.features(one)
         if losses.style:
             real = self._reals(index, 1)
-            terms["style"] = (losses.style, style_loss(self.critic, features, real, False))
+            terms["style"] = (losses.style, style_loss(self.critic, features, real))
         if losses.adversarial:
             terms["adversarial"] = (losses.adversarial, adversarial_loss(self.critic, features))
         return terms

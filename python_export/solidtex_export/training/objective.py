@@ -15,7 +15,7 @@ from solidtex_export.discriminators.trainer import DiscriminatorTrainer
 from solidtex_export.images.exemplar import random_crops, random_symmetry
 from solidtex_export.losses import own
 from solidtex_export.losses.color_distribution import ColorDistribution
-from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
+from solidtex_export.losses.descriptors import DescriptorSource
 from solidtex_export.losses.spectrum import SpectrumLoss
 from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.wavelets import WaveletLoss
@@ -42,11 +42,8 @@ class Objective:
         self._exemplars = exemplars
         self._discriminators = discriminators
         self._autocast = autocast
-        made: dict[tuple[str, tuple[tuple[int, ...], ...]], Descriptor] = {}
-        for term in self._terms.values():
-            if term.kind in DESCRIPTOR_LOSSES and (term.descriptor, term.groups) not in made:
-                made[term.descriptor, term.groups] = source.make(term.descriptor, term.groups)
-        self._descriptors = made
+        terms = [t for t in self._terms.values() if t.kind in DESCRIPTOR_LOSSES]
+        self._descriptors = {t.descriptor: source.make(t.descriptor) for t in terms}
         self._wavelets: list[WaveletLoss] = []
         if config.recipe.of_kind("wavelets"):
             self._wavelets = [WaveletLoss(e, config.size, self._symmetry) for e in exemplars]
@@ -117,10 +114,10 @@ class Objective:
     ) -> dict[str, tuple[Loss, Tensor]]:
         terms = [(name, term) for name, term in self._terms.items() if term.active(progress)]
         losses = {}
-        features: dict[object, Features] = {}
+        features: dict[str, Features] = {}
         evaluated: dict[str, Callable[[Loss], Tensor]] = {}  # by the discriminator's name
         for name, term in terms:
-            key = (term.descriptor, term.groups)
+            key = term.descriptor
             if term.kind == "descriptor":
                 reals = self._larger_real(index, slices)
                 loss = self._descriptors[key].loss(self._turned(slices), reals)
@@ -157,7 +154,7 @@ class Objective:
 
         def loss(term: Loss) -> Tensor:
             if term.kind == "style":
-                return style_loss(critic, features, reals, term.relative)
+                return style_loss(critic, features, reals)
             return adversarial_loss(critic, features)
 
         return loss

@@ -126,18 +126,14 @@ class Loss(Settings):
     """Fraction of the training after which the term starts."""
     end: Share = 1.0
     """Fraction of the training after which the term ends."""
-    descriptor: Annotated[
-        Literal["features", "learned", "random"], BeforeValidator(_present_descriptor)
-    ] = "random"
-    """The network of --features (older name: vgg), the built-in one, or random networks."""
+    descriptor: Annotated[Literal["features", "learned"], BeforeValidator(_present_descriptor)] = (
+        "learned"
+    )
+    """The network of --features (older name: vgg), or the built-in one."""
     layers: Array[str] = ()
     """Layers of the descriptor, for losses that compare features."""
-    groups: Array[Array[int]] = ()
-    """Widths of the random descriptor's convolutions."""
     sigma: Annotated[float, within(1e-9, 1e9)] = 1e-3
     """Width of the smoothness kernel."""
-    relative: bool = False
-    """Style loss: divide distances of Gram matrices by the photograph's."""
 
     @model_validator(mode="after")
     def _check(self) -> Loss:
@@ -148,7 +144,7 @@ class Loss(Settings):
         if self.kind not in FEATURE_LOSSES and self.layers:
             needed = f"none: only the kinds {', '.join(FEATURE_LOSSES)} choose layers"
             raise wrong("layers", self.layers, needed)
-        known = known_feature_names(self.groups)
+        known = known_feature_names()
         if unknown := [name for name in self.layers if name not in known]:
             raise wrong("layers", unknown, f"some of {', '.join(known)}")
         return self

@@ -165,7 +165,7 @@ def resolve(request: Request) -> Resolved:
 def check_layers(preset: str, recipe: Recipe, weights: PretrainedWeights) -> None:
     """Refuse a loss of features none of whose layers its descriptor has."""
     for name, term in recipe.losses.items():
-        known = weights.feature_names(term.descriptor, term.groups)
+        known = weights.feature_names(term.descriptor)
         if term.layers and not set(term.layers) & set(known):
             raise PresetError(
                 f"{preset}: losses.{name}.layers: found {', '.join(term.layers)}, expected some of"
@@ -258,8 +258,7 @@ def decide(request: Request, measured: Measurements) -> tuple[str, Recipe, tuple
 def _shows_orientations(recipe: Recipe) -> bool:
     """Whether orientations are chosen by measurement.
 
-    A sampler's random planes show all orientations alike. Where no trained weights compare slices,
-    none decide on orientations.
+    A sampler's random planes show all orientations alike.
     """
     return recipe.family == "field" and recipe.uses("learned")
 
