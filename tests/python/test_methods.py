@@ -292,8 +292,8 @@ def test_wrong_presets_are_named(text: str, message: str, tmp_path: Path) -> Non
             'descriptor.layers: found ["relu1_1"], expected none',
         ),
         (
-            "losses.gram.layers=['relu5_1']",
-            "losses.gram.layers: found relu5_1, expected some of relu1",
+            "losses.gram.layers=['relu3_3']",
+            "losses.gram.layers: found relu3_3, expected some of relu1",
         ),
         ("generator.sizes.levels=0", "lattice: generator.sizes.levels: found 0, expected 1 to 21"),
         (
