@@ -56,7 +56,7 @@ def write(args: argparse.Namespace) -> None:
     optimizer = torch.optim.Adam([free], RATE)
     for step in range(args.steps):
         with torch.autocast("cpu", torch.bfloat16):
-            loss = descriptor.loss(free, real)
+            loss = descriptor.distance(free, descriptor.measure(real))
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()

@@ -174,7 +174,7 @@ def compared(
         with torch.no_grad():
             slices = [torch.from_numpy(np.moveaxis(p, 2, 0).copy()).float() for p in pictures]
             y = torch.stack([whiten(s, mean, basis) for s in slices])
-            found[f"descriptor {name}"] = float(descriptor.loss(y, whole))
+            found[f"descriptor {name}"] = float(descriptor.distance(y, descriptor.measure(whole)))
     return found
 
 

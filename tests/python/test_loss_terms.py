@@ -45,6 +45,17 @@ def test_gram_distance_is_equation_2() -> None:
     assert float(statistics.gram_distance(f, r)) == pytest.approx(float(expected), rel=1e-5)
 
 
+@pytest.mark.parametrize("shape", [(3, 7), (1, 5), (5, 1)])
+def test_second_moments_have_the_gradient_of_their_formula(shape: tuple[int, int]) -> None:
+    rows = torch.randn(shape, dtype=torch.float64, requires_grad=True)
+    weight = torch.randn(shape[0], shape[0])  # not symmetric
+    (expected,) = torch.autograd.grad((rows @ rows.T / shape[1] * weight).sum(), rows)
+    found = statistics.second_moments(rows)
+    assert torch.allclose(found.double(), rows @ rows.T / shape[1])
+    (gradient,) = torch.autograd.grad((found * weight).sum(), rows)
+    assert torch.allclose(gradient, expected, rtol=1e-5, atol=1e-6)
+
+
 @pytest.mark.parametrize("shape", [(1, 2, 6, 6), (1, 1, 5, 7), (1, 1, 4, 9)])
 def test_autocorrelation_is_equation_6(shape: tuple[int, ...]) -> None:
     f = maps(*shape)
@@ -185,7 +196,7 @@ def test_vgg_sees_colors(weights: dict[str, Tensor], tmp_path: Path) -> None:
     assert features["relu5_1"][0].shape == (1, 512, 2, 2)
     assert set(pretrained.VGG_LAYERS) < set(features)
     y = y.requires_grad_()
-    loss = whitened.loss(y, -y.detach())
+    loss = whitened.distance(y, whitened.measure(-y.detach()))
     (gradient,) = torch.autograd.grad(loss, y)
     assert float(loss.detach()) > 0 and float(gradient.norm()) > 0
 
@@ -215,7 +226,7 @@ def test_vgg_takes_the_first_three_of_five_channels(
     images = maps(1, 5, 16, 16)
     changed = images.clone()
     changed[:, 3:] += 1
-    assert float(descriptor.loss(images, changed)) == 0
+    assert float(descriptor.distance(images, descriptor.measure(changed))) == 0
     encoded = pretrained.srgb_encoded(torch.tensor([-0.1, 0.0, 0.002, 0.2140, 1.0]))
     assert encoded.tolist() == pytest.approx([-1.292, 0.0, 0.02584, 0.5, 1.0], abs=1e-4)
     network = load_network(path)
@@ -239,15 +250,15 @@ def test_squeezenet_is_recognized_and_compares_textures(tmp_path: Path) -> None:
     assert features["half_relu2_1"][0].shape[1] == 128
     assert {"pool2", *(f"relu{group}_1" for group in (1, 2, 3))} < set(features)
     smallest = maps(1, 3, SqueezeNet.smallest, SqueezeNet.smallest)
-    assert float(descriptor.loss(smallest, smallest)) < 1e-9
+    assert float(descriptor.distance(smallest, descriptor.measure(smallest))) < 1e-9
     with pytest.raises(WeightsError, match="expected at least 64 pixels"):
-        descriptor.loss(smallest[..., 1:], smallest)
+        descriptor.distance(smallest[..., 1:], descriptor.measure(smallest))
     leaf = images.clone().requires_grad_()
     moved, blurred = images.roll((7, -9), (2, 3)), torch.nn.functional.avg_pool2d(images, 3, 1, 1)
-    loss = descriptor.loss(leaf, blurred)
+    loss = descriptor.distance(leaf, descriptor.measure(blurred))
     (gradient,) = torch.autograd.grad(loss, leaf)
     assert float(gradient.norm()) > 0
-    assert float(loss.detach()) > 3 * float(descriptor.loss(images, moved))
+    assert float(loss.detach()) > 3 * float(descriptor.distance(images, descriptor.measure(moved)))
 
 
 def test_wrong_weights_are_named(weights: dict[str, Tensor], tmp_path: Path) -> None:

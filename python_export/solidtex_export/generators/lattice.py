@@ -119,7 +119,7 @@ def upsampled(x: Tensor, source: Box, target: Box) -> Tensor:
     times.
     """
     for axis in range(3):
-        x = x.repeat_interleave(2, dim=axis + 1)
+        x = torch.stack([x, x], axis + 2).flatten(axis + 1, axis + 2)
         start = target.lo[axis] - 2 * source.lo[axis]
         x = x.narrow(axis + 1, start, target.size[axis])
     return x

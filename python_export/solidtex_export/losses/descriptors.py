@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from torch import Tensor
 
@@ -23,8 +23,11 @@ class Descriptor(Protocol):
     each principal axis of the photographs' channels.
     """
 
-    def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
-        """The descriptor's own distance of statistics; the two batches may differ in size."""
+    def measure(self, reals: Tensor) -> Any:
+        """Statistics of images, which `distance` compares with."""
+
+    def distance(self, fakes: Tensor, target: Any) -> Tensor:
+        """The descriptor's own distance of images, of any size, from measured statistics."""
 
     def features(self, fakes: Tensor, reals: Tensor) -> Features:
         """Feature maps by layer name, for losses that compare them in other ways."""

@@ -16,7 +16,7 @@ from torch import Tensor
 
 from solidtex_export.losses.descriptor.network import INPUT_CHANNELS
 from solidtex_export.losses.descriptor.weights import Trained
-from solidtex_export.losses.statistics import Features
+from solidtex_export.losses.statistics import Features, second_moments
 
 GRAM_SOFTNESS = 0.5  # Gram differences beyond this count linearly
 SILENT_SHARE = 0.1  # of a layer's mean deviation: the least that a feature is divided by
@@ -36,24 +36,21 @@ class LearnedDescriptor:
             for name, d in trained.deviations.items()
         }
 
-    def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
-        """Distance of the statistics of two batches of whitened images, of any channel count.
-
-        Batches are [batch, channel, rows, columns]; the two may differ in size.
-        """
-        target = self.measure(reals)
-        if not target.moments:
-            raise _too_small(reals)
-        return self.distance(fakes, target)
-
     @torch.no_grad()
     def measure(self, reals: Tensor) -> Measured:
-        """Statistics that `distance` compares with, in random axes of color."""
+        """Statistics of a batch of whitened images [batch, channel, rows, columns], of any channel
+        count, in random axes of color.
+        """
         axes = random_axes(reals.shape[1]).to(reals.device)
-        return Measured(axes, _moments(self._compared_features(reals, axes)))
+        moments = _moments(self._compared_features(reals, axes))
+        if not moments:
+            raise _too_small(reals)
+        return Measured(axes, moments)
 
     def distance(self, fakes: Tensor, target: Measured) -> Tensor:
-        """Distance of images from what `measure` found, over the layers that both have."""
+        """Distance of images of any size from what `measure` found, over the layers that both
+        have.
+        """
         found = _moments(self._compared_features(fakes, target.axes))
         if not found:
             raise _too_small(fakes)
@@ -130,8 +127,8 @@ class Moments(NamedTuple):
 
     @classmethod
     def of(cls, features: Tensor) -> Moments:
-        flat = features.permute(0, 2, 3, 1).flatten(0, 2).float()
-        return cls(flat.mean(0), flat.T @ flat / len(flat))
+        rows = features.permute(0, 2, 3, 1).flatten(0, 2).T
+        return cls(rows.mean(1, dtype=torch.float32), second_moments(rows))
 
     @property
     def deviation(self) -> Tensor:

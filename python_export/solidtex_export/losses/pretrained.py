@@ -10,6 +10,8 @@ Slices are whitened values; the networks receive the first three channels of the
 
 from __future__ import annotations
 
+from typing import Any
+
 import torch
 from torch import Tensor
 
@@ -42,14 +44,24 @@ class PretrainedDescriptor:
         picks = list(range(3)) if len(color_mean) >= 3 else [0, 0, 0]
         self._mean, self._basis = color_mean[picks], color_basis[picks]
 
-    def loss(self, fakes: Tensor, reals: Tensor) -> Tensor:
-        """Distance of Gram matrices of two batches of whitened images [batch, channel, y, x]."""
-        features = self.features(fakes, reals)
+    @torch.no_grad()
+    def measure(self, reals: Tensor) -> dict[str, Any]:
+        """Statistics of whitened images [batch, channel, y, x]: Gram matrices, or moments."""
+        return self._statistics(reals)
+
+    def distance(self, fakes: Tensor, target: dict[str, Any]) -> Tensor:
+        """Distance of images from what `measure` found."""
+        pairs = [(found, target[name]) for name, found in self._statistics(fakes).items()]
         if isinstance(self._network, Vgg19):
-            pairs = [features[name] for name in VGG_LAYERS]
-            return torch.stack([(gram(f) - gram(r)).square().mean() for f, r in pairs]).sum()
-        distances = [_normalized_distance(*features[name]) for name in features if "relu" in name]
-        return torch.stack(distances).mean()
+            return torch.stack([(f - r).square().mean() for f, r in pairs]).sum()
+        # Features that the exemplar hardly excites count less.
+        return torch.stack([moments_distance(f, r, r.floor) for f, r in pairs]).mean()
+
+    def _statistics(self, images: Tensor) -> dict[str, Any]:
+        features = self._activations(images)
+        if isinstance(self._network, Vgg19):
+            return {name: gram(features[name]) for name in VGG_LAYERS}
+        return {name: Moments.of(f) for name, f in features.items() if "relu" in name}
 
     def features(self, fakes: Tensor, reals: Tensor) -> Features:
         """Feature maps by layer."""
@@ -67,9 +79,3 @@ class PretrainedDescriptor:
         rgb = torch.einsum("ij,bjrc->birc", self._basis.to(device), images.float())
         rgb = rgb + self._mean.to(device).view(1, 3, 1, 1)
         return self._network.named_features(srgb_encoded(rgb) if self._linear else rgb)
-
-
-def _normalized_distance(fakes: Tensor, reals: Tensor) -> Tensor:
-    """Distance of one layer's moments; features that the exemplar hardly excites count less."""
-    real = Moments.of(reals)
-    return moments_distance(Moments.of(fakes), real, real.floor)

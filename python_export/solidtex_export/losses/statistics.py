@@ -12,6 +12,8 @@ Fourier transform). `gram` itself is a mean over pixels, equation 2 of Gutierrez
 
 from __future__ import annotations
 
+from typing import Any
+
 import torch
 from torch import Tensor
 
@@ -26,10 +28,29 @@ class LayerError(ValueError):
 NEIGHBORS = 1  # pixels around one that equation 10 sums over
 
 
+class _Products(torch.autograd.Function):
+    """rows @ rows.T, whose gradient takes one product instead of two."""
+
+    @staticmethod
+    def forward(ctx: Any, rows: Tensor) -> Tensor:
+        ctx.save_for_backward(rows)
+        return rows @ rows.T
+
+    @staticmethod
+    def backward(ctx: Any, gradient: Tensor) -> Tensor:
+        (rows,) = ctx.saved_tensors
+        return (gradient + gradient.T).to(rows.dtype) @ rows
+
+
+def second_moments(rows: Tensor) -> Tensor:
+    """Mean products [channel, channel] of `rows` [channel, pixel]."""
+    products: Tensor = _Products.apply(rows)
+    return products.float() / rows.shape[1]
+
+
 def gram(features: Tensor) -> Tensor:
     """Gram matrix [channel, channel], the mean over all pixels of a batch."""
-    flat = features.float().transpose(0, 1).flatten(1)
-    return flat @ flat.T / flat.shape[1]
+    return second_moments(features.float().transpose(0, 1).flatten(1))
 
 
 def gram_distance(fakes: Tensor, reals: Tensor) -> Tensor:

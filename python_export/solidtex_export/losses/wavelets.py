@@ -22,6 +22,7 @@ from torch import Tensor
 
 from solidtex_export.losses.filled import filled_channels
 from solidtex_export.losses.orientation_bias import CommonBias, orientation_bias
+from solidtex_export.losses.statistics import second_moments
 
 ORIENTATIONS = 4
 SIDE = 7  # of a filter, in pixels
@@ -144,14 +145,13 @@ class WaveletLoss:
     def _responses(self, image: Tensor) -> list[Tensor]:
         """Per octave, responses [batch, channel * filter, rows, columns]."""
         channels = image.shape[1]
-        bank = torch.einsum("cd,fxy->cfdxy", torch.eye(channels, device=image.device),
-                            self._filters).flatten(0, 1)  # fmt: skip
+        bank = self._filters.repeat(channels, 1, 1)[:, None]
         responses: list[Tensor] = []
         while min(image.shape[2:]) >= SMALLEST:
             weight = bank
             if len(self._deviations) > len(responses):
                 weight = bank / self._deviations[len(responses)].view(-1, 1, 1, 1)
-            responses.append(F.conv2d(image, weight))
+            responses.append(F.conv2d(image, weight, groups=channels))
             image = _halved(image)
         return responses
 
@@ -172,7 +172,7 @@ class WaveletLoss:
             rows, columns = (min(m.shape[axis] for m in maps) for axis in (2, 3))
             joint = torch.cat([_center(m, rows, columns) for m in maps], dim=1)
             flat = joint.transpose(0, 1).flatten(1)
-            statistics.append((flat @ flat.T / flat.shape[1], flat.mean(1)))
+            statistics.append((second_moments(flat), flat.mean(1)))
         return statistics
 
     def _distance(self, octave: int, found: tuple[Tensor, Tensor]) -> tuple[Tensor, Tensor]:

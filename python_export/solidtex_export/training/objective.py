@@ -15,14 +15,15 @@ from solidtex_export.discriminators.trainer import DiscriminatorTrainer
 from solidtex_export.images.exemplar import random_crops, random_symmetry
 from solidtex_export.losses import own
 from solidtex_export.losses.color_distribution import ColorDistribution
-from solidtex_export.losses.descriptors import DescriptorSource
+from solidtex_export.losses.descriptors import Descriptor, DescriptorSource
 from solidtex_export.losses.spectrum import SpectrumLoss
 from solidtex_export.losses.statistics import Features, feature_loss
 from solidtex_export.losses.wavelets import WaveletLoss
 from solidtex_export.training.config import Config
 from solidtex_export.training.recipe import DESCRIPTOR_LOSSES, Loss, discriminator_of
 
-REAL_SIZE = 1.5  # side of the crop that statistics are taken from, in slices
+REAL_SIZE = 1.5  # side of the crops that the descriptor measures, in slices
+CROPS = 32  # that it measures of each photograph, in random orientations
 
 
 class Objective:
@@ -42,8 +43,12 @@ class Objective:
         self._exemplars = exemplars
         self._discriminators = discriminators
         self._autocast = autocast
-        terms = [t for t in self._terms.values() if t.kind in DESCRIPTOR_LOSSES]
-        self._descriptors = {t.descriptor: source.make(t.descriptor) for t in terms}
+        self._descriptors: dict[str, Descriptor] = {}
+        for term in self._terms.values():
+            if term.kind in DESCRIPTOR_LOSSES and term.descriptor not in self._descriptors:
+                self._descriptors[term.descriptor] = source.make(term.descriptor)
+        self._measured: dict[tuple[str, int, int], list[Any]] = {}
+        """Statistics of crops, by descriptor, photograph and side of the crops."""
         self._wavelets: list[WaveletLoss] = []
         if config.recipe.of_kind("wavelets"):
             self._wavelets = [WaveletLoss(e, config.size, self._symmetry) for e in exemplars]
@@ -119,8 +124,8 @@ class Objective:
         for name, term in terms:
             key = term.descriptor
             if term.kind == "descriptor":
-                reals = self._larger_real(index, slices)
-                loss = self._descriptors[key].loss(self._turned(slices), reals)
+                target = self._measured_crop(key, index, int(REAL_SIZE * slices.shape[2]))
+                loss = self._descriptors[key].distance(self._turned(slices), target)
             elif term.kind == "wavelets":
                 loss = self._wavelets[index](slices, view)
             elif term.kind == "spectrum":
@@ -159,9 +164,15 @@ class Objective:
 
         return loss
 
-    def _larger_real(self, index: int, slices: Tensor) -> Tensor:
-        """One crop of the photograph that is larger than a slice."""
-        return self._reals(index, 1, int(REAL_SIZE * slices.shape[2]))
+    def _measured_crop(self, descriptor: str, index: int, side: int) -> Any:
+        """Statistics of a random crop of the photograph, one of `CROPS` that are measured once."""
+        key = descriptor, index, side
+        if key not in self._measured:
+            with torch.random.fork_rng(devices=[]):
+                torch.manual_seed(0)  # a training that is resumed measures the same crops
+                measure = self._descriptors[descriptor].measure
+                self._measured[key] = [measure(self._reals(index, 1, side)) for _ in range(CROPS)]
+        return self._measured[key][int(torch.randint(CROPS, ()))]
 
     def _reals(self, index: int, count: int, side: int) -> Tensor:
         return self._turned(random_crops(self._exemplars[index], count, side, side))
