@@ -320,6 +320,13 @@ def test_the_plan_of_the_default_chooses_presets(tmp_path: Path) -> None:
     assert plan.note.strip() in (DOCS / "fidelity-default.md").read_text()
 
 
+def test_the_plan_of_papers_at_length_gives_ours_a_tenth_of_the_time_too() -> None:
+    plan = read_plan(DOCS / "papers-length.toml")
+    assert plan.methods[0] == CHOSEN and set(plan.methods[2:]) <= set(shipped())
+    assert plan.method("default-tenth").options == (f"--minutes={plan.processor_minutes / 10}",)
+    assert plan.note.strip() in (DOCS / "papers-length.md").read_text()
+
+
 def test_the_shipped_plan_is_complete(tmp_path: Path) -> None:
     plan = read_plan(DOCS / "papers.toml")
     assert len(plan.exemplars) >= 12
