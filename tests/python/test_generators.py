@@ -118,11 +118,12 @@ def test_a_sampler_of_wood_starts_with_longer_grain_than_measured(
         scales.append(generator.scales)
     measured = grain_ratio(load_exemplar(photo, 48, 32, None, {}, "srgb"))
     assert (measured > 8) == is_long
-    expected = [1.0, 1.0, min(measured**1.4, 128.0)]
-    if measured < 1:
-        expected = [1 / measured, 1 / measured, 1.0]
     stretch = scales[0] / scales[1]
-    assert torch.allclose(stretch, torch.tensor(expected).expand_as(stretch))
+    across, along = stretch[..., :2], stretch[..., 2:]
+    kept, stretched = (across, along) if measured >= 1 else (along, across)
+    assert torch.equal(kept, torch.ones_like(kept))
+    expected = min(max(2 * measured, measured**1.4), 128.0) if measured >= 1 else 1 / measured
+    assert torch.allclose(stretched, torch.tensor(expected))
 
 
 def test_effective_tensors_are_what_the_sampler_computes() -> None:
