@@ -25,8 +25,11 @@ def main() -> None:
     print("|---|---|" + "---|" * PARTS)
     for folder in options.parse_args().results:
         with (folder / "log.csv").open(newline="") as lines:
-            rows = list(csv.DictReader(lines))
-        for name in [n for n in rows[0] if n not in NO_LOSS] if rows else []:
+            log = csv.DictReader(lines)
+            rows = list(log)
+        for name in log.fieldnames or ():
+            if name in NO_LOSS:
+                continue
             values = np.array([float(row[name] or "nan") for row in rows])
             means = [np.nanmean(part) if np.isfinite(part).any() else np.nan
                      for part in np.array_split(values, PARTS)]  # fmt: skip

@@ -28,8 +28,8 @@ class Config(Settings):
 
     version: Literal[4] = 4
     """Version of the layout and of trained bits. Version 1, without this key, had an array of
-    losses and unresolved keys. Version 2 had other bits. Version 3 had other bits, an
-    initial phase and settings of initial weights.
+    losses and unresolved keys. Version 2 had other bits. Version 3 had other bits, an initial
+    phase and settings of initial weights.
     """
     preset: str
     reasons: Array[str]

@@ -122,10 +122,11 @@ class Objective:
         features: dict[str, Features] = {}
         evaluated: dict[str, Callable[[Loss], Tensor]] = {}  # by the discriminator's name
         for name, term in terms:
-            key = term.descriptor
+            descriptor = term.descriptor
             if term.kind == "descriptor":
-                target = self._measured_crop(key, index, int(REAL_SIZE * slices.shape[2]))
-                loss = self._descriptors[key].distance(self._turned(slices), target)
+                side = int(REAL_SIZE * slices.shape[2])
+                target = self._measured_crop(descriptor, index, side)
+                loss = self._descriptors[descriptor].distance(self._turned(slices), target)
             elif term.kind == "wavelets":
                 loss = self._wavelets[index](slices, view)
             elif term.kind == "spectrum":
@@ -141,10 +142,12 @@ class Objective:
                 reals = self._reals(index, len(slices), slices.shape[2])
                 loss = own.loss(name, term.kind, self._turned(slices), reals)
             else:
-                if key not in features:
+                if descriptor not in features:
                     reals = self._reals(index, len(slices), slices.shape[2])
-                    features[key] = self._descriptors[key].features(self._turned(slices), reals)
-                loss = feature_loss(name, term.kind, term.layers, term.sigma, features[key])
+                    source = self._descriptors[descriptor]
+                    features[descriptor] = source.features(self._turned(slices), reals)
+                found = features[descriptor]
+                loss = feature_loss(name, term.kind, term.layers, term.sigma, found)
             losses[name] = (term, loss)
         return losses
 

@@ -106,15 +106,12 @@ def _renamed(values: dict[str, Any], label: str, where: str = "") -> dict[str, A
     found = {}
     for key, value in values.items():
         path = f"{where}.{key}" if where else key
-        if key in MEASURED:
+        if key in MEASURED or path in REMOVED:
+            reason = "it made no preset better (docs/experiments/ablation.md)"
+            if key in MEASURED:
+                reason = "a preset no longer depends on what is measured (docs/methods.md)"
             raise PresetError(
-                f"{label}: {path}: found a key of an older version, expected none: a preset no"
-                " longer depends on what is measured (docs/methods.md)"
-            )
-        if path in REMOVED:
-            raise PresetError(
-                f"{label}: {path}: found a key of an older version, expected none: it made no"
-                " preset better (docs/experiments/ablation.md)"
+                f"{label}: {path}: found a key of an older version, expected none: {reason}"
             )
         if path == "losses" and isinstance(value, list):
             raise PresetError(

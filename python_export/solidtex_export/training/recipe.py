@@ -23,8 +23,6 @@ from solidtex_export.losses.descriptors import known_feature_names
 from solidtex_export.settings import Array, Pair, Settings, check_table, expected, within, wrong
 
 Share = Annotated[float, within(0, 1)]
-Rate = Annotated[float, within(1e-9, 10)]
-Steps = Annotated[int, within(0, 1_000_000)]
 
 FEATURE_LOSSES = ("gram", "autocorrelation", "diversity", "smoothness")
 DESCRIPTOR_LOSSES = ("descriptor", *FEATURE_LOSSES)
@@ -157,10 +155,10 @@ class Loss(Settings):
 class Optimizer(Settings):
     """Adam for the generator."""
 
-    learning_rate: Rate
+    learning_rate: Annotated[float, within(1e-9, 10)]
     final_rate: Share = 1.0
     """Final learning rate after half a cosine, as a fraction of the first; 1 keeps it constant."""
-    warmup_steps: Steps = 0
+    warmup_steps: Annotated[int, within(0, 1_000_000)] = 0
     betas: Pair[Beta] = (0.9, 0.999)
     beta_with_critic: Beta | None = None
     """Replacement of the first beta after a discriminator's loss has started."""

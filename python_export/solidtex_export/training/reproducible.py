@@ -8,9 +8,9 @@ import torch
 def make_reproducible(seed: int, device: torch.device) -> None:
     """Seed torch, and use deterministic sums on a CPU.
 
-    Otherwise threads add in the order of their arrival, as in the gradient of an indexed
-    read: in float32 30 runs of 6 steps gave 30 networks. Deterministic sums take 2 %
-    longer (128 x 128 by `lattice`, on two cores). On a GPU some operations have none.
+    Otherwise threads add in the order of their arrival, as in the gradient of an indexed read: in
+    float32 30 runs of 6 steps gave 30 networks. Deterministic sums take 2 % longer (128 x 128 by
+    `lattice`, on two cores). On a GPU some operations have none.
     """
     torch.manual_seed(seed)
     torch.use_deterministic_algorithms(device.type == "cpu")
