@@ -14,6 +14,7 @@ from torch import Tensor
 from solidtex_export.analysis.choice import Choice, choose_preset
 from solidtex_export.analysis.grain import grain_ratio
 from solidtex_export.analysis.measurements import Measurements
+from solidtex_export.analysis.symmetry import symmetry_of
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
@@ -99,6 +100,43 @@ def test_shade_does_not_hide_long_grain() -> None:
 def test_a_photograph_without_shade_has_its_plain_grain_ratio() -> None:
     for exemplar in (stretched(1), stretched(8), of_solid("wood", side=SIDE)):
         assert grain_ratio(turned(exemplar)) == pytest.approx(1 / grain_ratio(exemplar))
+
+
+class Measured(Measurements):
+    """Measurements of these values; a photograph is not looked at."""
+
+    def __init__(self, directions: str, **values: object) -> None:
+        super().__init__([], directions, lambda: distances)
+        vars(self).update(values)
+
+
+@pytest.mark.parametrize(
+    ("grain", "preset"),
+    [(3.69, "lattice"), (3.7, "sampler"), (1 / 4.99, "lattice"), (1 / 5.01, "sampler")],
+)
+def test_limits_of_long_grain_and_layers(grain: float, preset: str) -> None:
+    assert choose_preset(Measured("xy", grain=grain)).value == preset
+
+
+@pytest.mark.parametrize(
+    ("width", "lines", "flipped", "preset"),
+    [
+        (1.5, 8.9, 3.9, "sampler"),
+        (1.51, 8.9, 3.9, "lattice"),
+        (1.5, 9.0, 3.9, "lattice"),
+        (1.5, 8.9, 4.0, "lattice"),
+    ],
+)
+def test_limits_of_fine_grain_lines_and_symmetry(
+    width: float, lines: float, flipped: float, preset: str
+) -> None:
+    def flips(copies: Tensor) -> Tensor:
+        return torch.full((len(copies) - 1,), flipped / 1000)
+
+    picture = Exemplar("noise", "", torch.rand(3, SIDE, SIDE))
+    symmetry = symmetry_of([picture], flips, turns=True)
+    measured = Measured("xyz", grain_width=width, line_elongation=lines, symmetry=symmetry)
+    assert choose_preset(measured).value == preset
 
 
 @pytest.mark.parametrize("directions", ["xyz", "xy"])

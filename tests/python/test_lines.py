@@ -1,4 +1,4 @@
-"""Line elongation, which decides between the presets of the lattice family."""
+"""Line elongation, which is a reason for a lattice."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def test_method_trains_resumes_and_exports(method: str, photo: Path, tmp_path: P
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     uninterrupted = train(make_trainer([photo], whole, method))
     assert uninterrupted.finished
-    for step in (2, 3, 4):  # lattice: when the initial phase ends, and after it
+    for step in (2, 3, 4):  # before and after losses start
         resumed = train(make_trainer([photo], parts, method), steps=step)
         assert resumed.step == step
     assert resumed.finished

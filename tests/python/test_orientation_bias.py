@@ -1,4 +1,4 @@
-"""Slants that slices share: what counts as one, and from when on."""
+"""Orientations that slices share: what counts as a bias, and from when on."""
 
 from pathlib import Path
 

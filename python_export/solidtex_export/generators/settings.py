@@ -18,6 +18,13 @@ NoiseChannels = Annotated[int, within(1, 512)]
 """One voxel then needs fewer than 2^26 values of all levels."""
 Slope = Annotated[float, within(0, 1)]
 Spacing = Annotated[float, within(1e-3, 1e6)]
+Family = Literal["field", "sampler"]
+"""What a model file calls a family: a lattice is a field there."""
+
+
+def family_of(kind: str) -> Family:
+    """Family of the models that a kind of generator makes."""
+    return "sampler" if kind == "sampler" else "field"
 
 
 class LatticeSizes(Settings):

@@ -17,6 +17,7 @@ from torch import Tensor
 from solidtex_export.generators.build import Generator, build_generator
 from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.generators.sampler import OctaveSampler
+from solidtex_export.generators.settings import family_of
 from solidtex_export.generators.slices import LatticeSlices, SamplerSlices, SliceSource
 from solidtex_export.images.exemplar import random_symmetry
 from solidtex_export.images.sheet import sheet_of_rows
@@ -169,5 +170,4 @@ class StartTrainer(ResumableTraining):
 
 def make_start_generator(recipe: StartRecipe) -> Generator:
     kind = recipe.generator.kind
-    family = "sampler" if kind == "sampler" else "field"
-    return build_generator(family, {"kind": kind, **recipe.generator.sizes})
+    return build_generator(family_of(kind), {"kind": kind, **recipe.generator.sizes})

@@ -16,6 +16,7 @@ from safetensors.torch import save
 from torch import Tensor
 
 from solidtex_export.generators.build import build_generator
+from solidtex_export.generators.settings import family_of
 from solidtex_export.settings import Array, Settings, SettingsError, validated, within
 from solidtex_export.spaces.space_reader import SpaceError
 from solidtex_export.training.recipe import GeneratorSettings
@@ -80,8 +81,7 @@ def check_state(path: Path, document: StartDocument, state: Mapping[str, Tensor]
     kind = validated(GeneratorSettings, named, f"{path}: generator").kind
     try:
         with torch.device("meta"):
-            family = "sampler" if kind == "sampler" else "field"
-            expected = build_generator(family, document.generator).state_dict()
+            expected = build_generator(family_of(kind), document.generator).state_dict()
     except (TypeError, ValueError) as error:
         raise SpaceError(f"{path}: generator: {error}") from error
     for name in sorted(expected.keys() | state.keys()):

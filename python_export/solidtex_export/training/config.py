@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from pydantic import computed_field
 
+from solidtex_export.generators.settings import Family
 from solidtex_export.images.exemplar import Exemplar
 from solidtex_export.settings import Array, Settings
 from solidtex_export.training.recipe import FineTuning, Recipe
@@ -34,7 +35,7 @@ class Config(Settings):
     preset: str
     reasons: Array[str]
     """Reasons for the measured choices of preset and symmetry."""
-    family: Literal["field", "sampler"]
+    family: Family
     size: int
     resolution: int
     crop: Array[int] | None = None

@@ -17,7 +17,7 @@ from solidtex_export.discriminators.settings import (
     CriticSettings,
     ProjectedCriticSettings,
 )
-from solidtex_export.generators.settings import SIZES
+from solidtex_export.generators.settings import SIZES, Family, family_of
 from solidtex_export.losses import own
 from solidtex_export.losses.descriptors import known_feature_names
 from solidtex_export.settings import Array, Pair, Settings, check_table, expected, within, wrong
@@ -233,8 +233,8 @@ class Recipe(Settings):
             raise wrong("slicing.free_share", self.slicing.free_share, needed)
 
     @property
-    def family(self) -> Literal["field", "sampler"]:
-        return "sampler" if self.generator.kind == "sampler" else "field"
+    def family(self) -> Family:
+        return family_of(self.generator.kind)
 
     def of_kind(self, kind: str) -> list[Loss]:
         return [term for term in self.losses.values() if term.kind == kind]

@@ -175,8 +175,7 @@ def check_layers(preset: str, recipe: Recipe, weights: PretrainedWeights) -> Non
 
 def shipped_descriptor(recipe: Recipe) -> Path:
     """Weights for a recipe; docs/experiments/ablation.md has the figures."""
-    has_critic_of_features = "projected_critic" in recipe.discriminators
-    return DISTILLED if recipe.family == "field" and not has_critic_of_features else PROCEDURAL
+    return DISTILLED if recipe.family == "field" else PROCEDURAL
 
 
 def load_exemplars(request: Request, resolution: int, size: int) -> list[Exemplar]:
