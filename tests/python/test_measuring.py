@@ -364,7 +364,10 @@ def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
     ("name", "message"),
     [
         ("stones", "stones: found a texture space, expected a model or a volume"),
-        ("a.solidtex-space", "with solidtex-encode a.solidtex-space PHOTOGRAPH -o MODEL.solidtex"),
+        (
+            "a.solidtex-space",
+            "with solidtex-encode PHOTOGRAPH --space a.solidtex-space -o MODEL.solidtex",
+        ),
         (
             "a.raw",
             "found .raw, expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; name the .nhdr",

@@ -333,5 +333,5 @@ def _is_space(name: str) -> bool:
 def _space_message(path: Path) -> str:
     return (
         f"{path}: found a texture space, expected a model or a volume: a space has many materials;"
-        f" write the model of one with solidtex-encode {path} PHOTOGRAPH -o MODEL.solidtex"
+        f" write the model of one with solidtex-encode PHOTOGRAPH --space {path} -o MODEL.solidtex"
     )
