@@ -84,9 +84,10 @@ def random_crops(volume: Mask, size: int, count: int, seed: int) -> list[Mask]:
 
 
 def pore_of_samples(path: Path, size: int, count: int) -> list[Mask]:
+    """Where phase.0 is the more probable one."""
     with engine.open_model(path, 0) as texture:
         boxes = [((DISTANCE * i, 0, 0), (size,) * 3) for i in range(count)]
-        return [np.asarray(texture.eval_box(*box))[..., 0] <= 0.5 for box in boxes]
+        return [np.asarray(texture.eval_box(*box))[..., 0] >= 0.5 for box in boxes]
 
 
 def measure_medium(

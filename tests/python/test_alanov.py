@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ import pytest
 import torch
 from small_spaces import run, save_photos, value
 
-from solidtex_export.commands import export_space, train_space
+from solidtex_export.commands import export_space, measure, train_space
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification import engine
 from solidtex_export.generators.regions import Box
@@ -33,6 +35,8 @@ from solidtex_export.spaces.alanov.trainer import AlanovTrainer
 
 torch.set_num_threads(1)
 
+REPOSITORY = Path(__file__).resolve().parents[2]
+BAKE = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-bake"
 SMALL = {
     "networks": {
         "generator": [6, 5],
@@ -293,7 +297,8 @@ def test_a_code_is_exported_as_an_ordinary_model(
     assert export_space.main([*arguments, "--material", name]) == 0
     model = model_file.read(path)
     assert {"noise", "conv_transpose3d"} <= {n["op"] for n in model.document["field"]["nodes"]}
-    assert len(model.document["channels"]) == {2: 3, 3: 1}[dimensions]
+    colors, phases = ["albedo.r", "albedo.g", "albedo.b"], ["phase.0", "phase.1"]
+    assert model.document["channels"] == {2: colors, 3: phases}[dimensions]
     values = evaluate(path, (-40, 3, -9), (5, 6, 32))
     assert values.std() > 0.01
     if dimensions == 2:
@@ -309,6 +314,29 @@ def test_a_code_is_exported_as_an_ordinary_model(
     assert not np.array_equal(evaluate(path, (-40, 3, -9), (5, 6, 32)), values)
     for wrong in (["--code", "1,2"], ["--material", "none"], []):
         assert export_space.main([*arguments, *wrong, "--force"]) == 1
+
+
+def test_a_porous_medium_is_baked_and_measured_as_labels(tmp_path: Path) -> None:
+    for name in ("jinja2", "matplotlib", "nrrd", "tifffile"):
+        pytest.importorskip(name)
+    volumes = list(map(str, save_volumes(tmp_path / "volumes")))
+    trainer = run(begin(volumes, save_preset(tmp_path / "p.toml", 3), tmp_path / "result", 3), 3)
+    path, box = tmp_path / "model.solidtex", tmp_path / "box.npy"
+    arguments = [str(tmp_path / "result"), "-o", str(path), "--material", trainer.textures[0].name]
+    assert export_space.main(arguments) == 0
+    bake = [str(BAKE), str(path), "--size", "24", "--seed", "1", "--labels", "-o", str(box)]
+    subprocess.run(bake, check=True, capture_output=True)
+    labels, values = np.load(box).squeeze(), evaluate(path, (0, 0, 0), (24, 24, 24))
+    assert np.array_equal(labels, values[..., 1] > values[..., 0])
+    assert values.sum(-1) == pytest.approx(1, abs=1e-6)
+    parts = ["--without=permeability", "--without=diffusivity", "--representative=none"]
+    report = tmp_path / "report.json"
+    options = ["--size=24", "--seed=1", "--voxel-size=1um", *parts, "-o", str(report)]
+    assert measure.main([str(path), *options]) == 0
+    found = json.loads(report.read_text())
+    assert "labels are the most probable phase" in found["notes"][0]
+    assert 0 < labels.mean() < 1
+    assert found["phases"]["1"]["fraction"] == labels.mean()
 
 
 def evaluate(path: Path, origin: tuple[int, ...], size: tuple[int, ...]) -> np.ndarray:

@@ -6,6 +6,8 @@ as many biases as parities, so in 2D the code is the weight of one more channel,
 A 2D generator gives a solid of sheets, each 2^levels texels thick: within a sheet every section
 across z is the same picture, and the next sheet has noise of its own. Columns of a picture run
 along x, rows against y, and voxel y is row -y.
+
+A 3D generator gives the probabilities of two phases, as the models of solidtex-train --phases.
 """
 
 from __future__ import annotations
@@ -82,7 +84,8 @@ class _Folder:
             source = self.layer(f"layer{i}", source, layer, i)
             if i < len(generator.norms):
                 source = self.node(f"layer{i}.act", "leaky_relu", inputs=[source], slope=slope)
-        source = self.node("output", "sigmoid", inputs=[source])
+        op = "sigmoid" if generator.recipe.dimensions == 2 else "softmax"
+        source = self.node("output", op, inputs=[source])
         return {"nodes": self.nodes, "output": source}, self.tensors
 
     def node(self, name: str, op: str, **fields: Any) -> str:
@@ -90,7 +93,7 @@ class _Folder:
         return name
 
     def layer(self, name: str, source: str, layer: TransposedLayer | FirstLayer3d, i: int) -> str:
-        """A layer with its normalization; the last one gives tanh(x) = 2 sigmoid(2 x) - 1."""
+        """A layer with its normalization."""
         weight = layer.weight.detach().double().cpu()
         transposed = isinstance(layer, TransposedLayer)
         if not transposed:
@@ -119,10 +122,15 @@ class _Folder:
         return self.node(name, op, inputs=[source], out_channels=len(bias), **fields)
 
     def normalization(self, i: int) -> tuple[Tensor, Tensor]:
-        """Scale and shift after a layer."""
+        """Scale and shift after a layer.
+
+        The last one gives tanh(x) of the generator as 2 sigmoid(2 x) - 1. In 3D it has its one
+        output twice, as -x and x: softmax(-x, x) is 1 - sigmoid(2 x), sigmoid(2 x).
+        """
         if i == len(self.generator.norms):
-            channels = self.generator.recipe.channels
-            return torch.full((channels,), 2.0).double(), torch.zeros(channels).double()
+            recipe = self.generator.recipe
+            scales = [2.0] * recipe.channels if recipe.dimensions == 2 else [-1.0, 1.0]
+            return torch.tensor(scales).double(), torch.zeros(len(scales)).double()
         norm = self.generator.norms[i]
         mean, variance = norm.running_mean, norm.running_var
         assert mean is not None and variance is not None
@@ -160,6 +168,8 @@ def generator_network(generator: Generator, code: Tensor, waves: Sequence[Wave])
             y = generator.from_noise(noise_of(generator.boxes(box)[0], seed), box)
         else:
             y = torch.stack([section(box, z, seed) for z in range(box.lo[2], box.hi[2])], dim=-1)
+        if len(y[0]) == 1:
+            y = torch.cat([-y, y], dim=1)  # of either phase
         return (0.5 + 0.5 * y[0]).permute(1, 2, 3, 0).numpy()
 
     def section(box: Box, z: int, seed: int) -> Tensor:

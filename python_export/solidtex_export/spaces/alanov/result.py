@@ -20,7 +20,7 @@ from solidtex_export.spaces.alanov.settings import AlanovRecipe
 from solidtex_export.spaces.result import read_training
 from solidtex_export.training.result import ResultError
 
-PHASE = "phase.1"  # the share of the higher of a volume's two labels
+PHASES = ["phase.0", "phase.1"]  # probabilities of the lower and the higher label of a volume
 BATCHES = 16  # that batch normalization is measured over
 LARGEST_BATCH = 8  # of codes of either kind
 
@@ -67,7 +67,7 @@ class AlanovResult:
             "version": VERSION,
             "name": name,
             "family": "field",
-            "channels": list(COLOR) if is_color else [PHASE],
+            "channels": list(COLOR) if is_color else PHASES,
             "color_space": "srgb" if is_color else "data",
             "noise": {"scheme": SCHEME},
             "field": architecture,
