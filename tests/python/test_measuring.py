@@ -273,6 +273,37 @@ def test_labels_of_a_picture_count_by_their_order(tmp_path: Path, capfd) -> None
     assert "axis x" not in error  # refused before anything is measured
 
 
+def test_every_phase_of_a_picture_has_its_fraction_beside_the_solids(tmp_path: Path) -> None:
+    from PIL import Image
+
+    rng = np.random.default_rng(4)
+    np.save(tmp_path / "three.npy", rng.choice(3, (24, 24, 24), p=[0.5, 0.3, 0.2]))
+    cut = rng.choice([7, 40, 255], (60, 50), p=[0.6, 0.3, 0.1]).astype(np.uint8)
+    Image.fromarray(cut).save(tmp_path / "cut.png")
+    options = ["--voxel-size", "1um", "--exemplar", str(tmp_path / "cut.png"), "--phase", "1"]
+    found = measure(tmp_path, tmp_path / "three.npy", *options, *QUICK)
+    phases = found["exemplar"]["phases"]
+    assert list(phases) == ["0", "1", "2"]
+    for label, own in (("0", 7), ("1", 40), ("2", 255)):
+        share = (cut == own).mean()
+        assert phases[label]["fraction"] == pytest.approx(share)
+        independent = np.sqrt(share * (1 - share) / cut.size)
+        assert phases[label]["fraction_deviation"] == pytest.approx(independent, rel=0.7)
+    for key in ("fraction", "fraction_deviation"):
+        assert found["exemplar"][key] == phases["1"][key]
+    page = tmp_path / "r.html"
+    assert main([str(tmp_path / "three.npy"), "-o", str(page), *options, *QUICK]) == 0
+    text = page.read_text()
+    for label, figures in phases.items():
+        solid = found["phases"][label]
+        cells = "".join(
+            f"<td>{f['fraction']:.4g} ± {f['fraction_deviation']:.4g}</td>"
+            for f in (solid, figures)
+        )
+        assert f"<tr><td>fraction of phase {label}</td>{cells}</tr>" in text
+    assert "<td>specific surface (1/µm) of phase 1</td>" in text
+
+
 @pytest.mark.parametrize("channels", ["albedo.r albedo.g albedo.b", "phase.a phase.b wear"])
 def test_a_picture_has_the_scale_of_the_solid(channels: str, tmp_path: Path, capfd) -> None:
     from PIL import Image

@@ -110,9 +110,10 @@ def _transport_figures(settings: Settings) -> dict[str, Callable[[Mask], float]]
 def measure_picture(
     pixels: NDArray[Any], threshold: float | None, name: str, settings: Settings, solid: Phases
 ) -> dict[str, Any]:
-    """The same figures of a picture, where 2D has them.
+    """The same figures of a picture, where 2D has them: `phases` has the fraction of every phase.
 
-    Its labels may have other numbers than those of the solid: their order counts.
+    Its labels may have other numbers than those of the solid: their order counts. Keys of `phases`
+    are labels of the solid.
 
     For an isotropic solid the surface by volume is 4 / pi times the boundary length by area.
     """
@@ -128,12 +129,17 @@ def measure_picture(
     voxel, unit = settings.voxel_size.value, settings.voxel_size.unit
     mask = phases.of(phase)
     figures = geometry.measure_phase(mask, voxel, unit)
+    masks = {str(n): phases.of(own) for n, own in zip(solid.names, phases.names, strict=True)}
     return {
         "file": name,
         "note": phases.note,
         "size": list(mask.shape),
         "fraction": figures["fraction"],
         "fraction_deviation": figures["fraction_deviation"],
+        "phases": {
+            label: geometry.measure_fraction(other, geometry.integral_range(other))
+            for label, other in masks.items()
+        },
         f"specific_surface_per_{unit}": figures[f"specific_surface_per_{unit}"] * 4 / np.pi,
         f"euler_density_per_{unit}2": figures[f"euler_density_per_{unit}2"],
         "axes": {axis: geometry.measure_axis(mask, i, voxel, unit) for i, axis in enumerate("xy")},

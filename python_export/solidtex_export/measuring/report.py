@@ -27,7 +27,9 @@ def render(document: dict[str, Any], slices: list[NDArray[Any]]) -> str:
         autoescape=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.globals |= {"number": number, "heading": heading, "written": written}
+    environment.globals |= {
+        "number": number, "heading": heading, "written": written, "fraction": fraction,
+    }  # fmt: skip
     skipped = ("two_point", "chord_counts", "reason", "warnings")
     return environment.get_template("report.html.j2").render(
         d=document,
@@ -68,6 +70,13 @@ def cube_figures(found: list[dict[str, Any]]) -> list[str]:
 def _with_deviation(figure: dict[str, Any]) -> str:
     mean, deviation = number(figure["mean"]), figure["deviation"]
     return mean if deviation is None else f"{mean} ± {number(deviation)}"
+
+
+def fraction(figures: dict[str, Any]) -> str:
+    """The fraction of a phase with its deviation."""
+    return _with_deviation(
+        {"mean": figures["fraction"], "deviation": figures["fraction_deviation"]}
+    )
 
 
 def number(value: Any) -> str:
