@@ -166,6 +166,8 @@ def _notes(volume: Volume, size: VoxelSize, is_given: bool, note: str) -> list[s
         notes.append(f"voxel size: {size} as given, the file says {volume.voxel}")
     elif not is_given:
         notes.append(f"voxel size: {size}, as the file says")
+        if volume.voxel and volume.voxel.is_z_assumed:
+            notes.append("voxel size: the file says nothing of z: taken as x")
     return notes
 
 

@@ -50,6 +50,8 @@ class Voxel:
 
     edges: tuple[float, ...]
     unit: str
+    is_z_assumed: bool = False
+    """Whether the file says nothing of z, so that z is taken as x."""
 
     def __str__(self) -> str:
         edges = self.edges[:1] if self._is_cubic else self.edges
@@ -210,6 +212,18 @@ def _phase_names(channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(name.removeprefix(PHASE_PREFIX) for name in channels)
 
 
+def _known_voxel(
+    edges: Sequence[float], units: Sequence[str], is_z_assumed: bool = False
+) -> Voxel | None:
+    """Its edges in the unit of x; None if a length or a unit is not known."""
+    units = [SPELLINGS.get(unit, unit) for unit in units]
+    if not all(0 < edge < float("inf") for edge in edges) or not set(units) <= METERS.keys():
+        return None
+    first = METERS[units[0]]
+    lengths = [edge * (METERS[unit] / first) for edge, unit in zip(edges, units, strict=True)]
+    return Voxel(tuple(lengths), units[0], is_z_assumed)
+
+
 def _read_numpy(path: Path) -> Volume:
     return Volume(np.load(path, allow_pickle=False))
 
@@ -229,17 +243,22 @@ def _read_nrrd(path: Path) -> Volume:
 
 
 def _nrrd_voxel(header: Mapping[str, Any]) -> Voxel | None:
+    """The voxel of the last three axes: the first of four is that of channels.
+
+    "units" are those of the axes, "space units" those of the space that directions are in.
+    """
     directions = header.get("space directions")
-    if directions is not None:
-        sides = [float(np.linalg.norm(row)) for row in np.asarray(directions)[-3:]]
-    else:
+    if directions is None:
         sides = [float(side) for side in header.get("spacings", [])][-3:]
-    units = [
-        SPELLINGS.get(unit, unit) for unit in header.get("space units", header.get("units", []))
-    ]
-    if len(sides) != 3 or not np.isfinite(sides).all() or not units or units[-1] not in METERS:
+        units = list(header.get("units", []))[-3:]
+        return _known_voxel(sides, units) if len(sides) == len(units) == 3 else None
+    units = list(header.get("space units", header.get("units", [])))[-3:]
+    units = [SPELLINGS.get(unit, unit) for unit in units]
+    vectors = np.asarray(directions, float)[-3:]
+    if len(units) != 3 or vectors.shape != (3, 3) or not set(units) <= METERS.keys():
         return None
-    return Voxel(tuple(sides), units[-1])
+    scales = [METERS[unit] / METERS[units[0]] for unit in units]
+    return _known_voxel(np.linalg.norm(vectors * scales, axis=1).tolist(), [units[0]] * 3)
 
 
 def _read_tiff(path: Path) -> Volume:
@@ -276,15 +295,15 @@ def _tiff_voxel(file: Any) -> Voxel | None:
         found = dict(
             re.findall(r'PhysicalSize([XYZ]|[XYZ]Unit)="([^"]*)"', pixels[0] if pixels else "")
         )
-        unit = found.get("XUnit", "um")
-        unit = SPELLINGS.get(unit, unit)
-        if unit in METERS and {"X", "Y"} <= found.keys():
-            return Voxel(tuple(float(found.get(axis) or found["X"]) for axis in "XYZ"), unit)
+        if found.get("X") and found.get("Y"):
+            is_z_assumed = not found.get("Z")
+            axes = "XYX" if is_z_assumed else "XYZ"
+            units = [found.get(f"{axis}Unit", "um") for axis in axes]
+            return _known_voxel([float(found[axis]) for axis in axes], units, is_z_assumed)
+        return None
     metadata = file.imagej_metadata or {}
-    unit = str(metadata.get("unit", ""))
-    unit = SPELLINGS.get(unit, unit)
     tags = file.pages[0].tags
-    if unit not in METERS or "XResolution" not in tags or "YResolution" not in tags:
+    if "XResolution" not in tags or "YResolution" not in tags:
         return None
     sides = []
     for name in ("XResolution", "YResolution"):
@@ -292,7 +311,12 @@ def _tiff_voxel(file: Any) -> Voxel | None:
         if pixels == 0:
             return None
         sides.append(per_unit / pixels)
-    return Voxel((*sides, float(metadata.get("spacing", sides[0]))), unit)
+    unit = str(metadata.get("unit", ""))
+    units = [unit, *(str(metadata.get(f"{axis}unit", unit)) for axis in "yz")]
+    spacing = metadata.get("spacing")
+    if spacing is None:
+        return _known_voxel([*sides, sides[0]], [*units[:2], unit], is_z_assumed=True)
+    return _known_voxel([*sides, float(spacing)], units)
 
 
 def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:
