@@ -12,14 +12,14 @@ array "im" is true there.
 import argparse
 import math
 import time
-import zipfile
 from pathlib import Path
 
 import numpy as np
+from porous_files import read_stack
 
 from solidtex import transport
+from solidtex_export.measuring.transport import SQUARE_METERS_PER_DARCY
 
-SQUARE_MICROMETERS_PER_DARCY = 0.9869233
 # Whole Berea of 400^3 voxels of 5.345 um (Imperial College London), as OpenPNM's tests state them.
 # x is the last axis of the stored array, as in a TIFF stack: the formation factors tell.
 BEREA = {
@@ -70,16 +70,7 @@ def read_pores(path: Path) -> np.ndarray:
     """Pores [x][y][z]. Files store them [z][y][x]."""
     if path.suffix == ".npz":
         return np.ascontiguousarray(np.load(path)["im"].astype(bool).T)
-    import tifffile
-
-    if path.suffix == ".zip":
-        with zipfile.ZipFile(path) as archive:
-            name = next(n for n in archive.namelist() if n.endswith(".tif"))
-            with archive.open(name) as file:
-                values = tifffile.imread(file)
-    else:
-        values = tifffile.imread(path)
-    return np.ascontiguousarray(values.T == 0)
+    return np.ascontiguousarray(read_stack(path).T == 0)
 
 
 def volume_rows(path: Path, voxel: float, axes: str, threads: int, refinement: int) -> None:
@@ -87,7 +78,7 @@ def volume_rows(path: Path, voxel: float, axes: str, threads: int, refinement: i
     print(f"\n{path.name}: {pores.shape}, porosity {pores.mean():.4f}")
     row("figure", "solver", "whole Berea", "difference", "steps", "CPU seconds")
     row(*["---"] * 6)
-    per_square = voxel**2 / SQUARE_MICROMETERS_PER_DARCY * 1e3
+    per_square = (voxel * 1e-6) ** 2 / SQUARE_METERS_PER_DARCY * 1e3
     for name in axes:
         axis = "xyz".index(name)
         begin = time.process_time()

@@ -9,14 +9,13 @@ al. 2019 that are not there. Their porosities are nominal ones of those rocks. L
 from __future__ import annotations
 
 import argparse
-import io
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import porespy
 import tifffile
+from porous_files import read_stack
 
 SIZE = 256
 ROCKS = ("berea", "ketton")
@@ -45,13 +44,6 @@ SYNTHETIC: dict[str, Callable[[int], np.ndarray]] = {
 }
 
 
-def rock(archive: Path) -> np.ndarray:
-    with zipfile.ZipFile(archive) as files:
-        (name,) = (n for n in files.namelist() if n.endswith(f"{archive.stem}.tif"))
-        volume: np.ndarray = tifffile.imread(io.BytesIO(files.read(name)))
-    return volume == 0
-
-
 def reduced(pore: np.ndarray, factor: int) -> np.ndarray:
     """Cubes of `factor`^3 voxels become one: those with most grain are grain, at equal porosity."""
     sides = [extent // factor for extent in pore.shape]
@@ -71,7 +63,7 @@ def main() -> None:
                         help="make one voxel of N^3 (default: 1)")  # fmt: skip
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
-    pores = {name: rock(args.porous / f"{name}.zip") for name in ROCKS}
+    pores = {name: read_stack(args.porous / f"{name}.zip") == 0 for name in ROCKS}
     pores |= {name: make(seed=10 + i) for i, (name, make) in enumerate(SYNTHETIC.items())}
     for name, whole in pores.items():
         pore = reduced(whole, args.reduce) if args.reduce > 1 else whole

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solidtex_export.bare_name import is_bare_name
+
 METERS = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 SPELLINGS = {"µm": "um", "μm": "um", "micron": "um", "microns": "um"}
 NUMBER = r"\s*[-+.\deE]+\s*"
@@ -127,9 +129,8 @@ def _parse_length(text: str) -> tuple[float, str]:
 
 
 def is_model(path: Path) -> bool:
-    """Whether it is a .solidtex file or the bare name of a shipped model."""
-    is_bare = not path.suffix and path.name == str(path) and not path.exists()
-    return is_bare or path.suffix.lower() == ".solidtex"
+    """Whether it is a .solidtex file or the bare name of a shipped model. A folder is neither."""
+    return path.suffix.lower() == ".solidtex" or (is_bare_name(path) and not path.is_dir())
 
 
 def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:

@@ -11,6 +11,7 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from solidtex_export.bare_name import is_bare_name
 from solidtex_export.settings import validated
 from solidtex_export.spaces.result import read_space, read_start
 from solidtex_export.spaces.space_file import SUFFIX
@@ -28,8 +29,7 @@ def open_space(path: Path) -> OpenSpace:
     """Open a space file, a shipped space by its bare name, or a result of solidtex-train-space."""
     if path.is_dir():
         return _open_result(path)
-    bare = path.name == str(path) and not path.suffix and not path.is_file()
-    return read_space_file(_shipped(path.name) if bare else path)
+    return read_space_file(_shipped(path.name) if is_bare_name(path) else path)
 
 
 def open_start(path: Path) -> LearnedStart:

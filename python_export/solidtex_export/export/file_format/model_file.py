@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import safetensors.numpy
 
+from solidtex_export.bare_name import is_bare_name
 from solidtex_export.export.file_format.checks import ModelFileError, fail, show
 from solidtex_export.export.verification import engine
 from solidtex_export.whole_file import write_whole
@@ -47,8 +48,7 @@ def read(path: str | os.PathLike[str]) -> ModelFile:
     A bare name ("granite-grey") that is no file is that of an installed model.
     """
     given = Path(path)
-    is_name = given.parent == Path() and not given.suffix and not given.is_file()
-    model = path if is_name else given.absolute()
+    model = path if is_bare_name(given) else given.absolute()
     with engine.checking(ModelFileError), engine.open_model(model) as texture:
         found = Path(texture.path)
     return loaded(found.read_bytes())

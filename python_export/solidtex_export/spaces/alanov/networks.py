@@ -24,6 +24,7 @@ from solidtex_export.spaces.alanov.settings import AlanovRecipe, Networks
 INITIAL_DEVIATION = 0.02
 FREQUENCY_RANGE = math.pi / 2  # of the first frequencies, either sign, in radians a voxel
 STATISTICS_MOMENTUM = 0.05
+MEASURED_BATCHES = 16  # that statistics of batch normalization are measured over
 # Of convolutions by the number of dimensions; those of stride 2 halve the side exactly.
 KERNELS, PADDINGS = {2: 5, 3: 4}, {2: 2, 3: 1}
 

@@ -15,13 +15,17 @@ from solidtex_export.export.file_format.model_file import VERSION, ModelFile
 from solidtex_export.images.channels import COLOR
 from solidtex_export.settings import validated
 from solidtex_export.spaces.alanov.export import SCHEME, Wave, fold_generator
-from solidtex_export.spaces.alanov.networks import Encoder, Generator, networks_of
+from solidtex_export.spaces.alanov.networks import (
+    MEASURED_BATCHES,
+    Encoder,
+    Generator,
+    networks_of,
+)
 from solidtex_export.spaces.alanov.settings import AlanovRecipe
 from solidtex_export.spaces.result import read_training
 from solidtex_export.training.result import ResultError
 
 PHASES = ["phase.0", "phase.1"]  # probabilities of the lower and the higher label of a volume
-BATCHES = 16  # that batch normalization is measured over
 LARGEST_BATCH = 8  # of codes of either kind
 
 
@@ -42,7 +46,7 @@ class AlanovResult:
         torch.manual_seed(0)
         count = min(self.recipe.crops.batch, LARGEST_BATCH)
         batches = []
-        for _ in range(BATCHES):
+        for _ in range(MEASURED_BATCHES):
             prior = torch.randn(count, self.recipe.code)
             chosen = self.codes[torch.randint(len(self.codes), (count,))]
             batches.append(torch.cat([prior, chosen]))

@@ -20,6 +20,7 @@ from solidtex_export.spaces.alanov import losses
 from solidtex_export.spaces.alanov.losses import Logits
 from solidtex_export.spaces.alanov.materials import Texture, random_pair
 from solidtex_export.spaces.alanov.networks import (
+    MEASURED_BATCHES,
     CodeDiscriminator,
     Encoder,
     Generator,
@@ -37,7 +38,6 @@ from solidtex_export.training.result import ResultFolder
 
 SHOWN = 16  # materials in a preview
 REPRODUCTIONS = 3  # of each
-MEASURED = 16  # batches that batch normalization is measured over
 
 
 class AlanovTrainer(ResumableTraining):
@@ -156,7 +156,7 @@ class AlanovTrainer(ResumableTraining):
         """Mean code [material, code] of each material's crops."""
         _, encoder = self._shown()
         with self._fixed_draws():
-            encoder.measure(self._real_pairs()[0] for _ in range(MEASURED))
+            encoder.measure(self._real_pairs()[0] for _ in range(MEASURED_BATCHES))
         codes = []
         for texture in self.textures if textures is None else textures:
             crops = texture.crops_for_code(self.recipe.crops.size)
@@ -181,7 +181,7 @@ class AlanovTrainer(ResumableTraining):
         generator, _ = self._shown()
         codes = self.material_codes(textures)
         with self._fixed_draws():
-            batch = torch.randn(MEASURED, *codes.shape, device=self.device)
+            batch = torch.randn(MEASURED_BATCHES, *codes.shape, device=self.device)
             generator.measure(torch.cat([batch, codes.expand_as(batch)], dim=1), size)
             images = []
             for texture, code in zip(textures, codes, strict=True):
