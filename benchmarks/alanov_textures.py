@@ -1,4 +1,4 @@
-"""Figures 4, 5, 6 and 7 and table 2 of Alanov et al. 2019, of a training on photographs.
+"""Figures 4, 5 and 6 and table 2 of Alanov et al. 2019, of a training on photographs.
 
 benchmarks/alanov_textures.py RESULT PHOTOS.csv --folder PHOTOGRAPHS -o FOLDER [--resolution N]
 
@@ -6,8 +6,9 @@ RESULT is a folder of `solidtex-train-space --preset alanov-space` with two numb
 and --resolution are those of its training. FOLDER gets
 
 samples.jpg        each photograph, reproductions of it, and samples of the prior's codes (figure 4)
-manifold.jpg       samples of a grid of codes, of the same noise (figures 6 and 7)
-interpolation.jpg  samples whose code changes from left to right between two photographs
+manifold.jpg       samples of a grid of codes, of the same noise (figure 6)
+interpolation.jpg  samples whose code changes from left to right between two photographs (no figure
+                   of the paper; codes of positions are those of appendix C)
 scores.csv         Inception scores (equation 9), and textures that the samples miss (table 2,
                    figure 5), by a classifier that is trained on crops of the photographs
 """
