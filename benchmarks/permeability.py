@@ -5,8 +5,8 @@
     python benchmarks/permeability.py --volume berea.tif --axes x        # tens of minutes
 
 Without a volume: slits, ducts and tubes beside exact laws. Seconds are processor time. The
-volume is Berea sandstone: a TIFF stack that is 0 where there is a pore, or an NPZ archive whose
-array "im" is true there.
+volume is Berea sandstone: a TIFF stack, or a .zip of it, that is 0 where there is a pore, or an NPZ
+archive whose array "im" is true there.
 """
 
 import argparse
