@@ -7,8 +7,19 @@ import torch
 
 from solidtex_export.generators.init import init_grain
 from solidtex_export.generators.sampler import HashedLattice, OctaveSampler
+from solidtex_export.training.resolve import initial_grain
 
 CPU = torch.device("cpu")
+
+
+@pytest.mark.parametrize(
+    ("measured", "start"),
+    [(10.0, 20.0), (64.0, 128.0), (100.0, 128.0), (1.0, 2.0), (0.1, 0.1), (0.001, 1 / 128)],
+)
+def test_fibers_start_twice_as_long_as_measured_and_layers_as_measured(
+    measured: float, start: float
+) -> None:
+    assert initial_grain(measured) == start
 
 
 def test_without_short_octaves_all_are_stretched() -> None:

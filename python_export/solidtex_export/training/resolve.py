@@ -36,7 +36,6 @@ SMALLEST_SIZE = 32  # texels
 # A sampler is easily trained to shorter grain, hardly ever to longer one, so fibers start longer
 # than measured. Layers do not, they would become ruled lines: docs/experiments/sampler-preset.md
 GRAIN_GAIN = 2.0
-GRAIN_POWER = 1.4
 MAX_GRAIN = 128.0
 
 
@@ -275,7 +274,7 @@ def initial_grain(measured: float) -> float:
     """Initial stretch of octaves along z, below 1 for layers normal to z."""
     if measured < 1:
         return max(measured, 1 / MAX_GRAIN)
-    return min(max(GRAIN_GAIN * measured, measured**GRAIN_POWER, 1.0), MAX_GRAIN)
+    return min(GRAIN_GAIN * measured, MAX_GRAIN)
 
 
 def uses_learned(recipe: Recipe, features: Path | None) -> bool:
