@@ -15,6 +15,7 @@ from PIL import Image
 from small_trainings import SIZE, arguments
 
 from solidtex_export.commands import train as cli_train
+from solidtex_export.training.result import ResultFolder
 
 torch.set_num_threads(1)
 
@@ -42,6 +43,20 @@ def test_interrupt_saves_and_the_same_command_resumes(photo: Path, tmp_path: Pat
         steps.append(torch.load(result / "checkpoint.pt", weights_only=True)["step"])
     assert 0 < steps[0] < steps[1]
     assert b"resuming at step %d" % steps[0] in output
+
+
+def test_a_second_training_in_the_same_folder_is_refused(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = tmp_path / "result"
+    assert cli_train.main(arguments(photo, result, "--steps", "2")) == 0
+    before = {f.name: f.read_bytes() for f in result.iterdir()}
+    with ResultFolder(result).held():
+        capsys.readouterr()
+        assert cli_train.main(arguments(photo, result, "--steps", "4")) == 1
+    assert "found another solidtex-train that writes into this folder" in capsys.readouterr().err
+    assert {f.name: f.read_bytes() for f in result.iterdir()} == before
+    assert cli_train.main(arguments(photo, result, "--steps", "4")) == 0
 
 
 def test_more_steps_continue_a_finished_training(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any, Self
 
 from solidtex_export.training.ranks import Ranks
@@ -36,6 +37,10 @@ class ResumableTraining:
 
     def run(self, stop: Callable[[], bool], report: Callable[[Self], None]) -> None:
         """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
+        with self.folder.held() if self.ranks.is_main else nullcontext():
+            self._run(stop, report)
+
+    def _run(self, stop: Callable[[], bool], report: Callable[[Self], None]) -> None:
         saved = previewed = time.monotonic()
         recent: list[dict[str, float]] = []
         while True:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import csv
+import fcntl
 import io
 import json
+import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -61,7 +64,8 @@ class ResultFolder:
         if self.path.exists() and not self.path.is_dir():
             raise ResultError(f"{self.path}: found a file, expected a folder or nothing")
         if self._config.exists():
-            self._check(config)
+            with self.held():
+                self._check(config)
         else:
             self._begin(config)
         for i, exemplar in enumerate(exemplars):
@@ -132,6 +136,27 @@ class ResultFolder:
             )
         if longer or changed:
             self._write_config(wanted)
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Refuse a training while another one writes into this folder."""
+        folder = os.open(self.path, os.O_RDONLY)
+        try:
+            self._lock(folder)
+            yield
+        finally:
+            os.close(folder)
+
+    def _lock(self, folder: int) -> None:
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise ResultError(
+                f"{self.path}: found another {self.program} that writes into this folder now,"
+                " expected none: wait for its end or stop it, else choose another -o"
+            ) from error
+        except OSError:  # a file system without locks
+            pass
 
     def resume(self, restore: Callable[[dict[str, Any]], None]) -> None:
         """Pass the checkpoint, if there is one, to `restore`."""

@@ -102,6 +102,10 @@ class Pretrainer:
 
     def run(self, stop: Callable[[], bool], report: Callable[[Pretrainer], None]) -> None:
         """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
+        with self.folder.held():
+            self._run(stop, report)
+
+    def _run(self, stop: Callable[[], bool], report: Callable[[Pretrainer], None]) -> None:
         if self.step == 0:
             self.folder.save_preview(contact_sheet(self.config.seed))
         saved = time.monotonic()
