@@ -12,10 +12,10 @@ archive whose array "im" is true there.
 import argparse
 import math
 import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
-from porous_files import read_stack
 
 from solidtex import transport
 from solidtex_export.measuring.transport import SQUARE_METERS_PER_DARCY
@@ -70,7 +70,14 @@ def read_pores(path: Path) -> np.ndarray:
     """Pores [x][y][z]. Files store them [z][y][x]."""
     if path.suffix == ".npz":
         return np.ascontiguousarray(np.load(path)["im"].astype(bool).T)
-    return np.ascontiguousarray(read_stack(path).T == 0)
+    import tifffile
+
+    if path.suffix != ".zip":
+        return np.ascontiguousarray(tifffile.imread(path).T == 0)
+    with zipfile.ZipFile(path) as archive:
+        (name,) = (n for n in archive.namelist() if n.endswith(f"{path.stem}.tif"))
+        with archive.open(name) as file:
+            return np.ascontiguousarray(tifffile.imread(file).T == 0)
 
 
 def volume_rows(path: Path, voxel: float, axes: str, threads: int, refinement: int) -> None:

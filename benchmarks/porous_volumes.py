@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import porespy
 import tifffile
-from porous_files import read_stack
+from permeability import read_pores
 
 SIZE = 256
 ROCKS = ("berea", "ketton")
@@ -63,7 +63,7 @@ def main() -> None:
                         help="make one voxel of N^3 (default: 1)")  # fmt: skip
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
-    pores = {name: read_stack(args.porous / f"{name}.zip") == 0 for name in ROCKS}
+    pores = {name: read_pores(args.porous / f"{name}.zip").T for name in ROCKS}
     pores |= {name: make(seed=10 + i) for i, (name, make) in enumerate(SYNTHETIC.items())}
     for name, whole in pores.items():
         pore = reduced(whole, args.reduce) if args.reduce > 1 else whole
