@@ -166,10 +166,9 @@ def generator_network(generator: Generator, code: Tensor, waves: Sequence[Wave])
         box = Box(tuple(origin), tuple(o + s for o, s in zip(origin, size, strict=True)))
         if generator.recipe.dimensions == 3:
             y = generator.from_noise(noise_of(generator.boxes(box)[0], seed), box)
+            y = torch.cat([-y, y], dim=1)  # of either phase
         else:
             y = torch.stack([section(box, z, seed) for z in range(box.lo[2], box.hi[2])], dim=-1)
-        if len(y[0]) == 1:
-            y = torch.cat([-y, y], dim=1)  # of either phase
         return (0.5 + 0.5 * y[0]).permute(1, 2, 3, 0).numpy()
 
     def section(box: Box, z: int, seed: int) -> Tensor:
