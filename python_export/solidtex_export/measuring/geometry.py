@@ -127,18 +127,13 @@ def pore_sizes(mask: Mask) -> tuple[list[float], list[float]]:
     return radii.tolist(), covered[::-1]
 
 
-def measure_fraction(mask: Mask, independent: float) -> dict[str, float]:
-    """Fraction of a phase, and its deviation over volumes of this size by the integral range."""
-    fraction = float(mask.mean())
-    deviation = float(np.sqrt(fraction * (1 - fraction) * independent / mask.size))
-    return {"fraction": fraction, "fraction_deviation": deviation}
-
-
 def measure_phase(mask: Mask, voxel: float, unit: str) -> dict[str, Any]:
     """The figures of one phase, with units."""
-    ndim, independent = mask.ndim, integral_range(mask)
+    ndim = mask.ndim
+    fraction, independent = float(mask.mean()), integral_range(mask)
     figures: dict[str, Any] = {
-        **measure_fraction(mask, independent),
+        "fraction": fraction,
+        "fraction_deviation": float(np.sqrt(fraction * (1 - fraction) * independent / mask.size)),
         f"integral_range_{unit}{ndim}": independent * voxel**ndim,
         f"specific_surface_per_{unit}": specific_surface(mask) / voxel,
         "euler_characteristic": euler_characteristic(mask),

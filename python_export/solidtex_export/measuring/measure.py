@@ -125,11 +125,11 @@ def measure_picture(
             f" {', '.join(map(str, solid.names))}"
         )
     chosen = choose_phase(solid, settings.phase, "the volume")
-    phase = phases.names[solid.names.index(chosen)]
     voxel, unit = settings.voxel_size.value, settings.voxel_size.unit
-    mask = phases.of(phase)
-    figures = geometry.measure_phase(mask, voxel, unit)
-    masks = {str(n): phases.of(own) for n, own in zip(solid.names, phases.names, strict=True)}
+    masks = [phases.of(label) for label in phases.names]
+    by_phase = [geometry.measure_phase(mask, voxel, unit) for mask in masks]
+    place = solid.names.index(chosen)
+    mask, figures = masks[place], by_phase[place]
     return {
         "file": name,
         "note": phases.note,
@@ -137,8 +137,8 @@ def measure_picture(
         "fraction": figures["fraction"],
         "fraction_deviation": figures["fraction_deviation"],
         "phases": {
-            label: geometry.measure_fraction(other, geometry.integral_range(other))
-            for label, other in masks.items()
+            str(label): {key: found[key] for key in ("fraction", "fraction_deviation")}
+            for label, found in zip(solid.names, by_phase, strict=True)
         },
         f"specific_surface_per_{unit}": figures[f"specific_surface_per_{unit}"] * 4 / np.pi,
         f"euler_density_per_{unit}2": figures[f"euler_density_per_{unit}2"],

@@ -217,12 +217,18 @@ def _known_voxel(
     edges: Sequence[float], units: Sequence[str], is_z_assumed: bool = False
 ) -> Voxel | None:
     """Its edges in the unit of x; None if a length or a unit is not known."""
-    units = [SPELLINGS.get(unit, unit) for unit in units]
-    if not all(0 < edge < float("inf") for edge in edges) or not set(units) <= METERS.keys():
+    scales = _scales(units)
+    if not scales or not all(0 < edge < float("inf") for edge in edges):
         return None
-    first = METERS[units[0]]
-    lengths = [edge * (METERS[unit] / first) for edge, unit in zip(edges, units, strict=True)]
-    return Voxel(tuple(lengths), units[0], is_z_assumed)
+    lengths = tuple(edge * scale for edge, scale in zip(edges, scales, strict=True))
+    return Voxel(lengths, SPELLINGS.get(units[0], units[0]), is_z_assumed)
+
+
+def _scales(units: Sequence[str]) -> list[float]:
+    """Lengths of the units, relative to the first one; none if one is not known."""
+    known = [METERS.get(SPELLINGS.get(unit, unit)) for unit in units]
+    meters = [length for length in known if length]
+    return [length / meters[0] for length in meters] if len(meters) == len(known) else []
 
 
 def _read_numpy(path: Path) -> Volume:
@@ -254,11 +260,9 @@ def _nrrd_voxel(header: Mapping[str, Any]) -> Voxel | None:
         units = list(header.get("units", []))[-3:]
         return _known_voxel(sides, units) if len(sides) == len(units) == 3 else None
     units = list(header.get("space units", header.get("units", [])))[-3:]
-    units = [SPELLINGS.get(unit, unit) for unit in units]
-    vectors = np.asarray(directions, float)[-3:]
-    if len(units) != 3 or vectors.shape != (3, 3) or not set(units) <= METERS.keys():
+    scales, vectors = _scales(units), np.asarray(directions, float)[-3:]
+    if len(scales) != 3 or vectors.shape != (3, 3):
         return None
-    scales = [METERS[unit] / METERS[units[0]] for unit in units]
     return _known_voxel(np.linalg.norm(vectors * scales, axis=1).tolist(), [units[0]] * 3)
 
 
