@@ -103,7 +103,7 @@ def test_a_resumed_distillation_equals_an_uninterrupted_one(
     assert train("whole") == 0
     step = pretrain_descriptor.Pretrainer._train_step
 
-    def interrupted(pretrainer: pretrain_descriptor.Pretrainer) -> float:
+    def interrupted(pretrainer: pretrain_descriptor.Pretrainer) -> dict[str, float]:
         if pretrainer.step == 2:
             pretrainer.save()
             raise OSError("stopped")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -21,14 +20,14 @@ from solidtex_export.losses.descriptor.network import (
 from solidtex_export.losses.descriptor.weights import feature_deviations, save_weights
 from solidtex_export.research.descriptor.contrast import Contrast
 from solidtex_export.research.procedural import families
+from solidtex_export.training.loop import ResumableTraining
+from solidtex_export.training.ranks import Ranks
 from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
 
 RATE, FINAL_RATE, WARMUP_STEPS = 1.5e-3, 0.02, 100  # FINAL_RATE is a fraction of RATE
 WEIGHT_DECAY = 1e-2
 MAX_GRADIENT = 1.0
-CHECKPOINT_SECONDS = 120.0
-LOG_STEPS = 100
 SHEET_COLUMNS = 3  # images of one batch, side by side
 SHEET_ROWS = 12
 SHEET_SIDE = 96  # pixels
@@ -74,8 +73,11 @@ class Task(Protocol):
         ...
 
 
-class Pretrainer:
+class Pretrainer(ResumableTraining):
     """A training; `run` may be interrupted between any two steps and resumed later."""
+
+    checkpoint_seconds = 120.0
+    log_steps = 100
 
     def __init__(
         self,
@@ -84,45 +86,15 @@ class Pretrainer:
         make_task: Callable[[int, DescriptorNetwork], Task] = Contrast,
     ) -> None:
         make_reproducible(config.seed, torch.device("cpu"))
-        self.config = config
-        self.folder = folder
+        self.config, self.folder, self.ranks = config, folder, Ranks()
+        self.steps = config.steps
         self.network = DescriptorNetwork(DISTILLED_WIDTHS if config.teacher else WIDTHS)
         self.task = make_task(config.seed, self.network)
         self.heads = self.task.heads
         parameters = [*self.network.parameters(), *self.heads.parameters()]
         self.optimizer = AdamW(parameters, RATE, (0.9, 0.99), weight_decay=WEIGHT_DECAY)
-        self.step = 0
-        self.seconds = 0.0
-        self.activity = ""
 
-    @property
-    def progress(self) -> float:
-        """Fraction of the training that is done."""
-        return self.step / self.config.steps
-
-    def run(self, stop: Callable[[], bool], report: Callable[[Pretrainer], None]) -> None:
-        """Train to the end, or until `stop` returns true; saves a checkpoint in either case."""
-        with self.folder.held():
-            self._run(stop, report)
-
-    def _run(self, stop: Callable[[], bool], report: Callable[[Pretrainer], None]) -> None:
-        if self.step == 0:
-            self.folder.save_preview(contact_sheet(self.config.seed))
-        saved = time.monotonic()
-        while self.step < self.config.steps and not stop():
-            start = time.monotonic()
-            loss = self._train_step()
-            self.seconds += time.monotonic() - start
-            if self.step % LOG_STEPS == 0 or self.step == self.config.steps:
-                self.folder.log({"step": self.step, "seconds": round(self.seconds), "loss": loss,
-                                 **self.task.measures()})  # fmt: skip
-            report(self)
-            if time.monotonic() - saved > CHECKPOINT_SECONDS:
-                self.save()
-                saved = time.monotonic()
-        self.save()
-
-    def _train_step(self) -> float:
+    def _train_step(self) -> dict[str, float]:
         for group in self.optimizer.param_groups:
             group["lr"] = RATE * _schedule(self.step, self.config.steps)
         loss = self.task.loss(self.step)
@@ -131,10 +103,17 @@ class Pretrainer:
         nn.utils.clip_grad_norm_(self.network.parameters(), MAX_GRADIENT)
         self.optimizer.step()
         self.step += 1
-        return loss.item()
+        return {"loss": loss.item()}
+
+    def _summary(self, rows: list[dict[str, float]]) -> dict[str, float]:
+        return super()._summary(rows) | self.task.measures()
+
+    def save_preview(self) -> None:
+        """Images of the first batches, which the training does not change."""
+        self.folder.save_preview(contact_sheet(self.config.seed))
 
     def save(self) -> None:
-        self.folder.save_checkpoint(self.state())
+        super().save()
         metadata = {**self.config.document(), "step": self.step, "accuracies": self.task.measures(),
                     "license": "Apache-2.0", "data": self.task.data}  # fmt: skip
         deviations = feature_deviations(self.network, self.task.textures)
