@@ -3,7 +3,8 @@
 
 For the pairs of a fidelity page that has both families: what `solidtex-train` would choose for each
 photograph, how far the sampler is relative to the lattice (geometric mean of the five distances),
-and how rules compare. From the repository, built, with `python_export` on PYTHONPATH:
+how much each limit of the choice gains, and how rules compare. From the repository, built, with
+`python_export` on PYTHONPATH:
 
     .venv/bin/python benchmarks/family_choice.py docs/fidelity.toml --photos photographs
 """
@@ -11,6 +12,7 @@ and how rules compare. From the repository, built, with `python_export` on PYTHO
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -18,13 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
-from solidtex_export.analysis.choice import LONG_GRAIN, SAMPLER, choose_preset
+from solidtex_export.analysis.choice import LONG_GRAIN, SAMPLER, Choice, choose_preset
 from solidtex_export.analysis.measurements import Measurements
 from solidtex_export.losses.descriptor.weights import PROCEDURAL, load_weights
 from solidtex_export.losses.learned import LearnedDescriptor
 from solidtex_export.research.fidelity.outcome import read_outcomes
 from solidtex_export.research.fidelity.plan import Entry, photograph, read_plan
-from solidtex_export.research.fidelity.summary import MEASURES, distances
+from solidtex_export.research.fidelity.summary import MEASURES, distances, estimate
 from solidtex_export.training.resolve import Request, load_exemplars, scale
 
 
@@ -33,9 +35,19 @@ class Case:
     """A photograph: what is measured on it, what is chosen, how far each family is."""
 
     measured: Measurements
-    chosen: str
-    ratio: float
-    """Distance of the sampler relative to the lattice."""
+    choice: Choice
+    ratios: list[float]
+    """Distances of the sampler relative to the lattice, by measure."""
+
+    @property
+    def ratio(self) -> float:
+        return float(np.exp(np.mean(np.log(self.ratios))))
+
+    @property
+    def limit(self) -> str:
+        """What decided, without the figure of this photograph."""
+        reason = re.sub("flipped|turned", "flipped or turned", self.choice.reason)
+        return re.sub(r"\d+(\.\d+)?", "…", reason, count=1)
 
     def beyond(self, is_sampler: bool) -> float:
         """Distance of a family relative to the nearer one."""
@@ -50,7 +62,7 @@ RULES: dict[str, Callable[[Case], bool]] = {
     "always `sampler`": lambda case: True,
     "always `lattice`": lambda case: False,
     "`sampler` for long grain only": has_long_grain,
-    "as `solidtex-train` chooses": lambda case: case.chosen == SAMPLER,
+    "as `solidtex-train` chooses": lambda case: case.choice.value == SAMPLER,
 }
 """Whether a rule chooses the sampler."""
 
@@ -73,6 +85,16 @@ def measurements(entry: Entry, folder: Path) -> Measurements:
     return Measurements(exemplars, request.directions, lambda: learned().distances)
 
 
+def print_limits(cases: list[Case]) -> None:
+    print("\n| limit | chosen | photographs | mean | " + " | ".join(MEASURES) + " |")
+    print("|---" * (len(MEASURES) + 4) + "|")
+    for limit, chosen in sorted({(case.limit, case.choice.value) for case in cases}):
+        group = [case for case in cases if (case.limit, case.choice.value) == (limit, chosen)]
+        means = [estimate([case.ratio for case in group])]
+        means += [estimate([case.ratios[i] for case in group]) for i in range(len(MEASURES))]
+        print(f"| {limit} | `{chosen}` | {len(group)} | {' | '.join(map(str, means))} |")
+
+
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("plan", type=Path, help="the plan; its outcomes stand beside it")
@@ -92,11 +114,12 @@ def main() -> None:
         if not all(entry.name in sampler and entry.name in lattice for sampler, lattice in pairs):
             continue
         ratios = [sampler[entry.name] / lattice[entry.name] for sampler, lattice in pairs]
-        mean = float(np.exp(np.mean(np.log(ratios))))
         measured = measurements(entry, given.photos)
-        cases.append(Case(measured, choose_preset(measured).value, mean))
-        figures = " | ".join(f"{ratio:.2f}" for ratio in (*ratios, mean))
-        print(f"| {entry.name} | {figures} | `{cases[-1].chosen}` |", flush=True)
+        case = Case(measured, choose_preset(measured), ratios)
+        cases.append(case)
+        figures = " | ".join(f"{ratio:.2f}" for ratio in (*ratios, case.ratio))
+        print(f"| {entry.name} | {figures} | `{case.choice.value}` |", flush=True)
+    print_limits(cases)
     print("\n| rule | nearer | mean |\n|---|---|---|")
     for name, chooses_sampler in RULES.items():
         beyond = np.array([case.beyond(chooses_sampler(case)) for case in cases])
