@@ -150,6 +150,23 @@ def test_gramgans_extrapolation_trains_conditions_with_the_spaces_critic(
         start(folder, "gramgan-space.solidtex-space", tmp_path / "other", *options)
 
 
+def test_extrapolation_without_a_loss_of_the_critic_needs_none(
+    folder: Path, tmp_path: Path
+) -> None:
+    """GramGAN, figure 6: conditions trained by other features, from a space without a critic."""
+    options = ("--preset", "gramgan-extrapolate", "--set", "losses.style.enabled=false")
+    options += ("--set", "losses.descriptor.enabled=true", "--steps", "1")
+    trainer = start(folder, "sampler", tmp_path / "result", *options)
+    assert list(trainer.config.recipe.losses) == ["descriptor"]
+    assert trainer.discriminators == [{}]
+    before = {k: v.clone() for k, v in trainer.generator.state_dict().items()}
+    train(trainer)
+    changed = {
+        k for k, v in trainer.generator.state_dict().items() if not torch.equal(v, before[k])
+    }
+    assert changed == {"linear", "gamma", "delta", "hidden.0.noise", "hidden.1.noise"}
+
+
 def _critic(trainer: Trainer) -> dict[str, torch.Tensor]:
     (network,) = trainer.discriminators[0]["critic"].discriminators
     return network.state_dict()  # type: ignore[attr-defined,no-any-return]
@@ -186,6 +203,9 @@ def test_refusals(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
 
     assert "found --map roughness, expected none" in refused("--map", f"roughness={photo}")
     assert "generator.kind: found sampler, expected lattice" in refused("--preset", "sampler")
+    assert "found no critic in --space" in refused(
+        "--preset", "gramgan-extrapolate", "--set", CRITIC[0]
+    )
     assert "expected the sizes of --space" in refused("--set", "generator.sizes.levels=4")
     assert "found no such file" in refused(source=tmp_path / "absent")
     assert "expected a space" in refused(source=folder / "start-lattice")

@@ -55,6 +55,10 @@ class SpaceStart:
     def smallest(self) -> int:
         return self.space.document.patch
 
+    @property
+    def critic(self) -> Mapping[str, Tensor] | None:
+        return self.space.critic
+
     def start(self, exemplar: Exemplar, for_critic: bool) -> Start:
         check_photograph(exemplar, self.label, self.smallest)
         mean, basis = color_axes(exemplar.image)
@@ -71,7 +75,7 @@ class SpaceStart:
             colors=colors,
         )
         state = decode(self.space, code.double().numpy(), mean, basis)
-        return Start(state, (mean, basis), record, self.space.critic)
+        return Start(state, (mean, basis), record, self.critic)
 
     def encode(self, exemplar: Exemplar, mean: Tensor, basis: Tensor) -> Tensor:
         """Mean code of patches that cover the photograph."""
@@ -110,6 +114,7 @@ class ReptileStart:
         return self.learned.document.resolution
 
     smallest = 1
+    critic = None
 
     def start(self, exemplar: Exemplar, for_critic: bool) -> Start:
         check_photograph(exemplar, self.label, self.smallest)

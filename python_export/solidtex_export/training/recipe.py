@@ -254,6 +254,12 @@ class Recipe(Settings):
         names = (discriminator_of(t.kind) for t in terms)
         return list(dict.fromkeys(name for name in names if name is not None))
 
+    @property
+    def has_frozen_critic(self) -> bool:
+        """Whether a loss uses the space's own critic, which is not trained."""
+        frozen = self.fine_tuning is not None and self.fine_tuning.critic == "frozen"
+        return frozen and "critic" in self.discriminators
+
     def uses(self, descriptor: str) -> bool:
         if descriptor == "learned" and "projected_critic" in self.discriminators:
             return True

@@ -120,9 +120,10 @@ def resolve(request: Request) -> Resolved:
         raise PresetError(f"{preset}: fine_tuning: found no --space, expected one to start from")
     start = None
     if request.start is not None:
+        if recipe.has_frozen_critic:
+            check_critic(preset, recipe, request.start)
         recipe = starting_recipe(preset, recipe, request)
-        start = request.start.start(exemplars[0], _has_frozen_critic(recipe))
-        check_critic(preset, recipe, request.start, start)
+        start = request.start.start(exemplars[0], recipe.has_frozen_critic)
         if request.preset is None:
             choices += (Choice("preset", preset, f"start from {start.record.name}"),)
     descriptor = request.descriptor
@@ -335,23 +336,18 @@ def starting_recipe(preset: str, recipe: Recipe, request: Request) -> Recipe:
     return recipe.model_copy(update={"generator": generator, "grain": grain})
 
 
-def _has_frozen_critic(recipe: Recipe) -> bool:
-    return recipe.fine_tuning is not None and recipe.fine_tuning.critic == "frozen"
-
-
-def check_critic(preset: str, recipe: Recipe, source: StartSource, start: Start) -> None:
+def check_critic(preset: str, recipe: Recipe, source: StartSource) -> None:
     """Refuse a frozen critic that is absent or has other sizes."""
-    if not _has_frozen_critic(recipe):
-        return
-    if start.critic is None:
+    if source.critic is None:
         raise PresetError(
             f"{preset}: fine_tuning.critic: found no critic in {source.label}, expected the result"
-            " folder of a space that was trained with one"
+            " folder of a space that was trained with one (solidtex-train-space --preset"
+            " gramgan-space)"
         )
     settings = recipe.critic
     critic = Critic(3, settings.widths, settings.equalized_learning_rate)
     try:
-        critic.load_state_dict(dict(start.critic))
+        critic.load_state_dict(dict(source.critic))
     except RuntimeError as error:
         raise PresetError(
             f"{preset}: critic.widths: found {list(settings.widths)}, expected those of"

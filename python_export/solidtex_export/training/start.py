@@ -59,6 +59,10 @@ class StartSource(Protocol):
     @property
     def resolution(self) -> int: ...
 
+    @property
+    def critic(self) -> Mapping[str, Tensor] | None:
+        """Weights of the critic that the generator was trained with, if they are known."""
+
     def start(self, exemplar: Exemplar, for_critic: bool) -> Start:
         """Weights for this photograph; `for_critic`: with colors as the space's critic saw them."""
 

@@ -89,9 +89,7 @@ class Trainer(ResumableTraining):
             {name: DiscriminatorTrainer(name, s, p, source) for name, s in settings.items()}
             for p in photographs
         ]
-        self._critic_is_frozen = config.fine_tuned is not None and (
-            config.fine_tuned.critic == "frozen"
-        )
+        self._critic_is_frozen = self.recipe.has_frozen_critic
         if self._critic_is_frozen:
             assert start is not None and start.critic is not None
             for discriminators in self.discriminators:
