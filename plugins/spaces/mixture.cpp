@@ -11,6 +11,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t kShownPhotographs = 12, kShownDigits = 12;
+constexpr char kOneSpace[] = ": materials of different spaces cannot be mixed";
 
 [[noreturn]] void refuse(const std::string& input, const std::string& found,
                          const std::string& expected) {
@@ -104,10 +105,15 @@ std::string space_of(const std::vector<std::string>& names) {
 solidtex::space open_space(const std::vector<std::string>& names, const std::string& given) {
   if (names.size() < 2) throw MixtureError("found one material, expected two or more to mix");
   if (!given.empty()) return solidtex::space(given);
+  std::string space;
   try {
-    return solidtex::space(space_of(names));
+    space = space_of(names);
+    return solidtex::space(space);
   } catch (const solidtex::error& error) {
-    throw MixtureError(names.front() + ": " + error.what());
+    const std::string reason = error.what();
+    const bool names_file =
+        reason.starts_with(names.front() + ":") || reason.starts_with(space + ":");
+    throw MixtureError(names_file ? reason : names.front() + ": " + reason);
   }
 }
 
@@ -130,8 +136,10 @@ solidtex::texture open_material(const std::string& name, const solidtex::options
   return space.open(space.photograph(find_photograph(space, name, parts.photograph)), "", options);
 }
 
-Mixture::Mixture(const std::vector<std::string>& names, const std::string& space)
-    : space_(open_space(names, space)) {
+Mixture::Mixture(const std::vector<std::string>& names, const std::string& space,
+                 const std::string& option)
+    : space_(open_space(names, space)),
+      wanted_("the space of " + (space.empty() ? names.front() : option)) {
   for (const std::string& given : names) {
     const Name name = split_name(given);
     if (name.space.empty()) {
@@ -141,7 +149,7 @@ Mixture::Mixture(const std::vector<std::string>& names, const std::string& space
     if (name.space != space_.name() && name.space != space_.path() &&
         solidtex::space(name.space).sha256() != space_.sha256()) {
       refuse(given, "a photograph of the space " + name.space,
-             "materials of one space, " + space_.name() + ", as the other inputs");
+             wanted_ + ", " + shown_space() + kOneSpace);
     }
     inputs_.push_back(photograph(given, name.photograph));
   }
@@ -165,17 +173,17 @@ void Mixture::check_space(const std::string& given, const ordered_json& recorded
   if (hash == space_.sha256()) return;
   const std::string found = "a model of ";
   const std::string version = " (SHA-256 " + hash.substr(0, kShownDigits) + "...)";
-  const std::string expected =
-      space_.path() + " (" + space_.sha256().substr(0, kShownDigits) + "...)";
   if (name == space_.name()) {
     refuse(given, found + "another version of the space " + name + version,
-           "the version in " + expected +
+           "the version in " + shown_space() +
                ": encode its photograph again, or name the file of its "
                "space");
   }
-  refuse(given, found + "the space " + name + version,
-         "the space of the other inputs, " + expected +
-             ": models of different spaces cannot be mixed");
+  refuse(given, found + "the space " + name + version, wanted_ + ", " + shown_space() + kOneSpace);
+}
+
+std::string Mixture::shown_space() const {
+  return space_.path() + " (" + space_.sha256().substr(0, kShownDigits) + "...)";
 }
 
 Mixture::Input Mixture::model(const std::string& given, const ordered_json& document) const {

@@ -34,8 +34,9 @@ class Mixture {
   // Opens at least two materials: each a model, by path or name, or a training photograph. The
   // space is `space`, a path or a name, or the one that the first input names. Throws MixtureError
   // for models of other spaces, other versions of the space, fine-tuned models and unknown
-  // photographs.
-  explicit Mixture(const std::vector<std::string>& names, const std::string& space = "");
+  // photographs. Messages call `space` by its `option`.
+  explicit Mixture(const std::vector<std::string>& names, const std::string& space = "",
+                   const std::string& option = "--space");
 
   const solidtex::space& space() const { return space_; }
   std::size_t size() const { return inputs_.size(); }
@@ -58,8 +59,10 @@ class Mixture {
   Input photograph(const std::string& given, const std::string& photograph) const;
   Input model(const std::string& given, const nlohmann::ordered_json& document) const;
   void check_space(const std::string& given, const nlohmann::ordered_json& recorded) const;
+  std::string shown_space() const;
 
   solidtex::space space_;
+  std::string wanted_;  // space, for messages
   std::vector<Input> inputs_;
 };
 

@@ -82,7 +82,14 @@ def test_models_that_cannot_be_mixed(folder: Path) -> None:
     mixed(folder, "wood.solidtex", "woods:stone-0", "woods:stone-1")
     assert re.search(r"wood.solidtex: found a model of the space woods .* of different spaces",
                      refusal(folder, "a.solidtex", "wood.solidtex"))  # fmt: skip
-    assert "found a photograph of the space woods" in refusal(folder, "a.solidtex", "woods:stone-0")
+    photograph = refusal(folder, "a.solidtex", "woods:stone-0")
+    assert "found a photograph of the space woods, expected the space of a.solidtex" in photograph
+    given = refusal(folder, "a.solidtex", "b.solidtex", "--space", "woods")
+    assert "found a model of the space pebbles" in given
+    assert "expected the space of --space, " in given
+    (folder / "bad.solidtex").write_bytes(b"")
+    for first in ("absent.solidtex", "bad.solidtex", "./bad.solidtex-space:stone-0"):
+        assert refusal(folder, first, "b.solidtex").count(first.split(":")[0]) == 1
     missing = refusal(folder, "a.solidtex", "pebbles:stone-9")
     assert 'found "stone-9"' in missing and "(stone-0, stone-1, stone-2, ...;" in missing
     assert f"solidtex-info {folder / 'pebbles.solidtex-space'} lists them" in missing

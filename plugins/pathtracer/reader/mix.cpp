@@ -84,7 +84,8 @@ void TextureReader::open_mix(const Place& place, Mix& mix) {
   if (blend != "outputs") {
     try {
       const Place space = place / "texture_space";
-      const spaces::Mixture mixture(names, color.contains("texture_space") ? resolved(space) : "");
+      const spaces::Mixture mixture(names, color.contains("texture_space") ? resolved(space) : "",
+                                    "texture_space");
       if (blend == "codes" || mixture.space().family() == SOLIDTEX_FAMILY_LATTICE) {
         return open_levels(place, mixture, mix);
       }
