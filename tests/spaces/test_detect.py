@@ -93,3 +93,6 @@ def test_refusals(tmp_path: Path, photo: Path) -> None:
     assert "exists" in run(path, photo, *good, "-o", heat, code=1).stderr
     run(path, photo, *good, "-o", heat, "--force")
     assert heat.read_bytes() != b"mine"
+    before = photo.read_bytes()
+    assert "never replaced" in run(path, photo, *good, "-o", photo, "--force", code=1).stderr
+    assert photo.read_bytes() == before

@@ -186,6 +186,10 @@ def test_program_refuses(tmp_path: Path) -> None:
     out.write_text("mine")
     assert "--force" in run(good, "--space", path, "-o", out, code=1).stderr
     assert out.read_text() == "mine"
+    named = good.rename(tmp_path / "photo.solidtex")
+    found = run(named, "--space", path, "-o", named, "--force", code=1).stderr
+    assert "never replaced" in found
+    named.rename(good)
     run(good, "--space", path, "-o", out, "--force")
     assert solidtex.Texture(out).name == "g"
 

@@ -188,6 +188,17 @@ TEST_CASE("An existing output is only overwritten by force") {
                     ContainsSubstring("a folder, which is never replaced"));
 }
 
+TEST_CASE("An output is never the file of an input") {
+  const Folder folder;
+  CHECK_NOTHROW(refuse_input(folder / "out", folder / "in"));
+  write(folder / "in", "x");
+  CHECK_NOTHROW(refuse_input(folder / "out", folder / "in"));
+  fs::create_symlink(folder / "in", folder / "link");
+  for (const char* name : {"in", "link"})
+    CHECK_THROWS_WITH(refuse_input(folder / name, folder / "in"),
+                      ContainsSubstring("expected another name"));
+}
+
 TEST_CASE("Error messages name the target, not the temporary file") {
   const Folder folder;
   const fs::path target = folder / "out.npy";

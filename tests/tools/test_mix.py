@@ -64,6 +64,8 @@ def test_existing_models_are_replaced_with_force_only(folder: Path) -> None:
     assert (folder / "a.solidtex").read_bytes() == before
     assert mix(folder, *arguments, "--force").returncode == 0
     assert (folder / "a.solidtex").read_bytes() != before
+    own = mix(folder, "a.solidtex", "b.solidtex", "-o", "./a.solidtex", "--force")
+    assert own.returncode == 1 and "found the file of the input a.solidtex" in own.stderr
 
 
 def refusal(folder: Path, *arguments: object, output: str = "out.solidtex") -> str:

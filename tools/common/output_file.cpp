@@ -235,6 +235,13 @@ void refuse_overwrite(const fs::path& path, bool force) {
     throw std::runtime_error(path.string() + ": exists already (--force overwrites it)");
 }
 
+void refuse_input(const fs::path& output, const fs::path& input) {
+  std::error_code ignored;  // a file that is not there
+  if (fs::equivalent(output, input, ignored))
+    throw std::runtime_error("-o " + output.string() + ": found the file of the input " +
+                             input.string() + ", which is never replaced, expected another name");
+}
+
 bool has_number(const fs::path& path) {
   return path.filename().string().find('#') != std::string::npos;
 }
