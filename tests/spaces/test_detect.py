@@ -85,7 +85,12 @@ def test_refusals(tmp_path: Path, photo: Path) -> None:
         assert message in run(path, photo, "--patch", patch, "-o", heat, code=1).stderr
     good = ["--patch", "0,0,32,32"]
     assert ".png, .tif or .exr" in run(path, photo, *good, "-o", "heat.jpg", code=1).stderr
-    run(path, photo, "--patch", "0,0,32", "-o", heat, code=2)
+    for patch, words in {
+        "0,0,32": "--patch: found 0,0,32, expected X,Y,W,H",
+        "-1,0,32,32": "--patch: found -1, expected a whole number from 0 to",
+        "a,0,32,32": "--patch: found a, expected a whole number from 0 to",
+    }.items():
+        assert words in run(path, photo, "--patch", patch, "-o", heat, code=2).stderr
     run(path, photo, *good, "-o", heat, "--step", 0, code=2)
     run(path, tmp_path / "none.png", *good, "-o", heat, code=1)
     assert not heat.exists()

@@ -3,6 +3,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "tools/common/cli.h"
@@ -44,6 +45,7 @@ void add_options(CLI::App& app, Options& options) {
       ->required()
       ->delimiter(',')
       ->expected(4)
+      ->check(in_range(0, std::numeric_limits<int>::max()).description(""))
       ->type_name("X,Y,W,H");
   app.add_option("-o,--output", options.output,
                  "Heat map: .png, .tif or .exr; - or -.exr for standard output")
