@@ -218,7 +218,9 @@ def test_refusals(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
     small = tmp_path / "small.png"
     pixels = np.random.default_rng(0).integers(0, 255, (100, 144, 3)).astype(np.uint8)
     Image.fromarray(pixels).save(small)
-    assert "found 144 x 100 pixels, expected at least 128 x 128" in refused(image=small)
+    found = refused(image=small)
+    assert "found 144 x 100 pixels, expected at least 128 x 128" in found
+    assert "use a larger photograph, or solidtex-train without --space" in found
 
 
 def test_a_space_with_other_values_is_refused(folder: Path, tmp_path: Path) -> None:

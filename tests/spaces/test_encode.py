@@ -169,6 +169,9 @@ def test_program_refuses(tmp_path: Path) -> None:
     save(small, photograph(31, 90))
     found = run(small, "--space", path, "-o", out, code=1).stderr
     assert "found 90 x 31 pixels, expected at least 32 x 32" in found
+    assert "use a larger photograph, or solidtex-train without --space" in found
+    plain = save(tmp_path / "plain.png", np.full((64, 64, 3), 0.5, np.float32))
+    assert "the same color everywhere" in run(plain, "--space", path, "-o", out, code=1).stderr
     clear = tmp_path / "clear.png"
     Image.fromarray(np.full((64, 64, 4), 128, np.uint8)).save(clear)
     assert "not opaque" in run(clear, "--space", path, "-o", out, code=1).stderr

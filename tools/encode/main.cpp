@@ -103,7 +103,8 @@ void run(Options& options) {
   check_target(options);
   const solidtex::space space(options.space);
   const Photograph photograph =
-      read_photograph(options.photograph, 2 * space.resolution(), space.patch_size());
+      read_photograph(options.photograph, 2 * space.resolution(), space.patch_size(),
+                      ", or solidtex-train without --space");
   for (const std::string& note : photograph.notes) say(options.photograph.string() + ": " + note);
   const auto patches =
       options.patches == "medoid" ? SOLIDTEX_PATCHES_MEDOID : SOLIDTEX_PATCHES_AVERAGE;

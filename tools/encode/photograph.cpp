@@ -243,10 +243,14 @@ void note_color_profile(const ImageSpec& spec, std::vector<std::string>& notes) 
     notes.push_back("reads its color profile \"" + profile + "\" as sRGB");
 }
 
+bool is_of_one_color(const std::vector<float>& pixels) {
+  return std::equal(pixels.begin() + 3, pixels.end(), pixels.begin());
+}
+
 }  // namespace
 
 Photograph read_photograph(const std::filesystem::path& path, std::size_t least_side,
-                           std::size_t patch) {
+                           std::size_t patch, const std::string& otherwise) {
   const auto input = open(path);
   const ImageSpec spec = input->spec();
   check_header(path, spec);
@@ -255,9 +259,11 @@ Photograph read_photograph(const std::filesystem::path& path, std::size_t least_
   if (side < patch)
     refuse(path, std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels",
            "at least " + std::to_string(patch) + " x " + std::to_string(patch) +
-               " (a patch of the encoder)");
+               ", a patch of the encoder: use a larger photograph" + otherwise);
   const std::size_t factor = std::max<std::size_t>(1, side / least_side);
   Photograph result = read_strips(path, *input, spec, factor);
+  if (is_of_one_color(result.pixels))
+    refuse(path, "the same color everywhere", "an image that shows structure");
   note_color_profile(spec, result.notes);
   return upright(std::move(result), spec.get_int_attribute("Orientation", 1));
 }

@@ -120,7 +120,8 @@ def load_materials(
         if min(rows, columns) < patch:
             raise ExemplarError(
                 f"{source.path}: found {columns} x {rows} pixels, expected at least"
-                f" {patch} x {patch}, the size of a patch"
+                f" {patch} x {patch}, the size of a patch: use a larger photograph, or leave"
+                " it out"
             )
         if len(exemplar.channels) != 3:
             names = ", ".join(exemplar.channels)

@@ -135,7 +135,8 @@ def check_photograph(exemplar: Exemplar, label: str, smallest: int) -> None:
     if min(rows, columns) < smallest:
         raise ExemplarError(
             f"{exemplar.name}: found {columns} x {rows} pixels, expected at least"
-            f" {smallest} x {smallest}, a patch of {label}"
+            f" {smallest} x {smallest}, a patch of {label}: use a larger photograph, or"
+            " solidtex-train without --space"
         )
 
 
