@@ -255,15 +255,17 @@ def test_without_onnx_runtime_the_program_says_what_is_missing(tmp_path: Path) -
     assert len(found.splitlines()) == 1 and not out.exists()
 
 
-def test_a_far_photograph_is_reported(tmp_path: Path) -> None:
-    made = random_space(KINDS["lattice"])
-    made.tensors["codes"] += np.float32(1000)
+@pytest.mark.parametrize("is_far", [False, True])
+def test_a_training_is_advised_and_a_far_photograph_reported(is_far: bool, tmp_path: Path) -> None:
+    made, photo = random_space(KINDS["lattice"]), save(tmp_path / "g.png", photograph(64, 64))
     path = write(tmp_path, "lattice", made)
-    photo = save(tmp_path / "g.png", photograph(64, 64))
+    made.tensors["codes"][0] = solidtex.Space(path).encode(np.asarray(Image.open(photo))).code
+    made.tensors["codes"] += np.float32(1000 * is_far)
+    path = write(tmp_path, "lattice", made)
     found = run(photo, "--space", path, "-o", tmp_path / "m.solidtex").stderr
-    assert "has seen nothing like it" in found
+    assert ("has seen nothing like it" in found) == is_far
     train = f"solidtex-train {photo} --space {path} --minutes 1 -o results/g"
-    assert train in found and "solidtex-export results/g -o g-trained.solidtex" in found
+    assert f"A minute of training brings it closer: {train}\n" in found
     words = train.split()[1:]
     assert train_options.parser().parse_args(words).result == Path("results/g")
 

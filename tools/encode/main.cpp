@@ -75,11 +75,10 @@ std::string details(const Options& options) {
   return document.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-std::string better_commands(const Options& options) {
-  const std::string stem = options.photograph.stem().string(), result = "results/" + stem;
-  return "Better: solidtex-train " + options.photograph.string() + " --space " + options.space +
-         " --minutes 1 -o " + result + "\n        solidtex-export " + result + " -o " + stem +
-         "-trained.solidtex";
+std::string training_advice(const Options& options) {
+  return "A minute of training brings it closer: solidtex-train " + options.photograph.string() +
+         " --space " + options.space + " --minutes 1 -o results/" +
+         options.photograph.stem().string();
 }
 
 void print(const Nearest& nearest, const Options& options) {
@@ -94,7 +93,8 @@ void print(const Nearest& nearest, const Options& options) {
         nearest.name.c_str(), nearest.distance, nearest.own_median);
   if (nearest.is_far())
     say("The space has seen nothing like it; the result resembles " + nearest.name +
-        " more than the photograph.\n" + better_commands(options));
+        " more than the photograph.");
+  say(training_advice(options));
 }
 
 void run(Options& options) {
