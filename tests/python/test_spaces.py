@@ -132,6 +132,16 @@ def test_horizontal_grain_is_turned_where_no_direction_is_given(photos: Path) ->
         assert (material.image.shape[1] == 136) == same
 
 
+def test_any_row_that_is_not_learned_can_be_held_out(photos: Path) -> None:
+    listed = photos / "list.csv"
+    learned = [source.path for source in find_sources([listed])]
+    assert [path.name for path in learned] == ["p0.png", "p1.png", "p2.png"]
+    held_out = find_sources([listed], learned=learned[:2])
+    assert [source.path.name for source in held_out] == ["p2.png", "missing.png"]
+    with pytest.raises(ExemplarError, match="expected some that are not learned"):
+        find_sources([photos], learned=learned)
+
+
 def test_refusals(photos: Path, tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="found nothing-such, expected one of"):
         settings.load_space_recipe("nothing-such")
@@ -141,8 +151,15 @@ def test_refusals(photos: Path, tmp_path: Path) -> None:
         settings.load_space_recipe(str(bad))
     listed = tmp_path / "list.csv"
     listed.write_text("name\nx.png\n")
-    with pytest.raises(ExemplarError, match=r"list.csv: file: found no such column"):
+    found = "list.csv: file: found no such column, but name, expected file and licence"
+    with pytest.raises(ExemplarError, match=found):
         find_sources([listed])
+    listed.write_text("file,licence,split\nx.png,CC0-1.0,test\n")
+    with pytest.raises(ExemplarError, match="rows whose split is train or empty"):
+        find_sources([listed])
+    (missing,) = find_sources([listed], learned=[])
+    with pytest.raises(ExemplarError, match=r"list.csv: file: found no .*x.png, .*--folder"):
+        load_materials([missing], 256, 128, "photograph", (1.0,))
     (tmp_path / "empty").mkdir()
     with pytest.raises(ExemplarError, match="found no photograph"):
         find_sources([tmp_path / "empty"])

@@ -40,9 +40,13 @@ EXAMPLES = """  solidtex-train-space stones/ -o results/stones --minutes 120
   solidtex-train-space stones/ --held-out validation/ -o results/stones --steps 20000
   solidtex-train-space berea.tif ketton.tif --preset alanov-porous -o results/rocks
 
-A CSV names files and their licences in the columns file and licence; source, attribution and split
-are optional. The same command again resumes an interrupted training, and with more --minutes or
---steps continues a finished one. Ctrl-C saves before it stops.
+A CSV names files and their licences in the columns file and licence; source or attribution, split
+and direction are optional. Of PHOTOS, rows whose split is train or empty are learned; of --held-out
+any row that is not learned is shown. sampler turns photographs so that their grain is vertical, but
+none with a direction, whatever it is.
+
+The same command again resumes an interrupted training, and with more --minutes or --steps continues
+a finished one. Ctrl-C saves before it stops.
 Then: solidtex-export-space RESULT -o NAME.solidtex-space"""
 
 KINDS = {SpaceRecipe: "space", StartRecipe: "start", AlanovRecipe: "alanov"}
@@ -86,7 +90,8 @@ def parser() -> argparse.ArgumentParser:
                    help=f"one of {', '.join(shipped_presets())}, or a TOML file"
                    " (default: lattice)")  # fmt: skip
     p.add_argument("--held-out", nargs="+", type=Path, default=[], metavar="PHOTOS",
-                   help="photographs that are not learned, only shown in previews")  # fmt: skip
+                   help="photographs that are not learned, only shown in previews; of a CSV, rows"
+                   " of any split")  # fmt: skip
     p.add_argument("--folder", type=Path, metavar="FOLDER",
                    help="folder of the files of a CSV (default: its own folder)")  # fmt: skip
     p.add_argument("--resolution", type=int, default=256, metavar="N",
@@ -120,7 +125,9 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
     if isinstance(recipe, AlanovRecipe):
         return _make_alanov_trainer(args, recipe)
     materials = _materials(args.photos, args, recipe)
-    held_out = _materials(args.held_out, args, recipe) if args.held_out else []
+    held_out = []
+    if args.held_out:
+        held_out = _materials(args.held_out, args, recipe, [m.source.path for m in materials])
     folder, own_ranks, device = _open(args, recipe, [m.record() for m in materials])
     trainer: SpaceTrainer | StartTrainer
     if isinstance(recipe, StartRecipe):
@@ -133,10 +140,10 @@ def make_trainer(args: argparse.Namespace) -> Trainer:
 
 
 def _make_alanov_trainer(args: argparse.Namespace, recipe: AlanovRecipe) -> AlanovTrainer:
-    textures, held_out = (
-        load_textures(paths, args.folder, args.resolution, recipe) if paths else list[Texture]()
-        for paths in (args.photos, args.held_out)
-    )
+    given = (args.folder, args.resolution, recipe)
+    textures, held_out = load_textures(args.photos, *given), list[Texture]()
+    if args.held_out:
+        held_out = load_textures(args.held_out, *given, [t.source.path for t in textures])
     folder, own_ranks, device = _open(args, recipe, [t.record() for t in textures])
     trainer = AlanovTrainer(recipe, textures, held_out, args.seed, device, folder, own_ranks)
     _begin(trainer, args)
@@ -164,10 +171,13 @@ def _begin(trainer: Trainer, args: argparse.Namespace) -> None:
 
 
 def _materials(
-    paths: list[Path], args: argparse.Namespace, recipe: SpaceRecipe | StartRecipe
+    paths: list[Path],
+    args: argparse.Namespace,
+    recipe: SpaceRecipe | StartRecipe,
+    learned: list[Path] | None = None,
 ) -> list[Material]:
     upright, scales = recipe.directions == "xy", recipe.slicing.scales
-    sources = find_sources(paths, args.folder)
+    sources = find_sources(paths, args.folder, learned=learned)
     return load_materials(sources, args.resolution, PATCH, recipe.colors, scales, upright)
 
 

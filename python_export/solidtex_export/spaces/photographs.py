@@ -29,6 +29,16 @@ class Source:
     license: str = ""
     source: str = ""
     direction: str = ""
+    listed_in: Path | None = None
+    """CSV that names the file."""
+
+    def check(self) -> None:
+        """Refuse a file that a CSV names and that is missing."""
+        if self.listed_in is not None and not self.path.is_file():
+            raise ExemplarError(
+                f"{self.listed_in}: file: found no {self.path}, expected a photograph there"
+                " (--folder FOLDER names the folder of the files)"
+            )
 
 
 @dataclass
@@ -61,43 +71,57 @@ class Material:
 
 
 def find_sources(
-    paths: Iterable[Path], folder: Path | None = None, split: str = "train"
+    paths: Iterable[Path],
+    folder: Path | None = None,
+    split: str = "train",
+    learned: Iterable[Path] | None = None,
 ) -> list[Source]:
     """Sources of the given files, of all images in the folders, and of all rows of the CSV files.
 
     A CSV has the columns file and licence, and optionally source or attribution, split and
-    direction. Rows of other splits are left out. Files are relative to `folder`, or to
-    the CSV's own.
+    direction. Rows of other splits are left out. Files are relative to `folder`, or to the CSV's
+    own. Photographs that are held out have any split, but are none of the `learned` ones.
     """
     found: list[Source] = []
     for path in paths:
         if path.suffix.lower() == ".csv":
-            found += _csv_sources(path, folder or path.parent, split)
+            found += _csv_sources(path, folder or path.parent, split if learned is None else None)
         elif path.is_dir():
             files = (p for p in sorted(path.iterdir()) if p.suffix.lower() in SUFFIXES)
             found += [Source(p) for p in files]
         else:
             found.append(Source(path))
+    if learned is not None:
+        learned = set(learned)
+        found = [source for source in found if source.path not in learned]
     if not found:
-        raise ExemplarError("PHOTO: found no photograph in the given folders, expected some")
+        which = f"some (of a CSV, rows whose split is {split} or empty)"
+        if learned is not None:
+            which = "some that are not learned"
+        raise ExemplarError(f"PHOTO: found no photograph in the given folders, expected {which}")
     return found
 
 
-def _csv_sources(path: Path, folder: Path, split: str) -> list[Source]:
+def _csv_sources(path: Path, folder: Path, split: str | None) -> list[Source]:
     with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+        reader = csv.DictReader(file)
+        rows, columns = list(reader), reader.fieldnames or []
     for column in COLUMNS:
-        if rows and column not in rows[0]:
-            raise ExemplarError(f"{path}: {column}: found no such column, expected it")
+        if column not in columns:
+            raise ExemplarError(
+                f"{path}: {column}: found no such column, but {', '.join(columns) or 'none'},"
+                f" expected {' and '.join(COLUMNS)}"
+            )
     return [
         Source(
             folder / row["file"],
             row["licence"],
             row.get("attribution") or row.get("source") or "",
             row.get("direction") or "",
+            path,
         )
         for row in rows
-        if (row.get("split") or split) == split
+        if split is None or (row.get("split") or split) == split
     ]
 
 
@@ -115,6 +139,7 @@ def load_materials(
     """
     materials = []
     for source in sources:
+        source.check()
         exemplar = load_exemplar(source.path, resolution, 1)
         rows, columns = exemplar.image.shape[1:]
         if min(rows, columns) < patch:

@@ -68,19 +68,24 @@ def random_pair(values: Tensor, settings: Crops) -> tuple[Tensor, Tensor]:
 
 
 def load_textures(
-    paths: Sequence[Path], folder: Path | None, resolution: int, recipe: AlanovRecipe
+    paths: Sequence[Path],
+    folder: Path | None,
+    resolution: int,
+    recipe: AlanovRecipe,
+    learned: Sequence[Path] | None = None,
 ) -> list[Texture]:
+    """Read the materials to learn, or those to hold out from the `learned` ones."""
     if recipe.dimensions == 3:
-        return [
-            _load_volume(source, recipe.crops.size) for source in _volume_sources(paths, folder)
-        ]
-    found = load_materials(
-        find_sources(paths, folder), resolution, recipe.crops.size, "network", (1.0,)
-    )
+        sources = _volume_sources(paths, folder, learned)
+        return [_load_volume(source, recipe.crops.size) for source in sources]
+    sources = find_sources(paths, folder, learned=learned)
+    found = load_materials(sources, resolution, recipe.crops.size, "network", (1.0,))
     return [Texture(m.name, m.sha256, m.source, m.image) for m in found]
 
 
-def _volume_sources(paths: Sequence[Path], folder: Path | None) -> list[Source]:
+def _volume_sources(
+    paths: Sequence[Path], folder: Path | None, learned: Sequence[Path] | None
+) -> list[Source]:
     """As photographs are found, but a folder's volumes."""
     found: list[Source] = []
     for path in paths:
@@ -91,12 +96,13 @@ def _volume_sources(paths: Sequence[Path], folder: Path | None) -> list[Source]:
                 raise ExemplarError(f"{path}: found no volume, expected some")
             found += [Source(p) for p in files]
         else:
-            found += find_sources([path], folder)
+            found += find_sources([path], folder, learned=learned)
     return found
 
 
 def _load_volume(source: Source, crop_size: int) -> Texture:
     path = source.path
+    source.check()
     if path.suffix.lower() == ".solidtex":
         raise ExemplarError(f"{path}: found a model, expected a volume: bake it first")
     try:
