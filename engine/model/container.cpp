@@ -97,8 +97,10 @@ Extent read_extent(const Fields& entry, const std::string& name, std::size_t dat
   const std::int64_t limit = static_cast<std::int64_t>(data_bytes);
   const std::int64_t begin = as_integer(offsets[0]).value_or(-1);
   const std::int64_t end = as_integer(offsets[1]).value_or(-1);
+  const char* remedy = ": the file seems to be cut short, copy or download it again";
   if (begin < 0 || begin > limit || end < 0 || end > limit)
-    throw entry.wrong("data_offsets", "two integers from 0 to " + std::to_string(limit));
+    throw entry.wrong("data_offsets", "two integers from 0 to " + std::to_string(limit) +
+                                          (begin < 0 || end < 0 ? "" : remedy));
   return {static_cast<std::size_t>(begin), static_cast<std::size_t>(end), name};
 }
 

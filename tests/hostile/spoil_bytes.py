@@ -29,7 +29,7 @@ def _truncations() -> Iterator[Spoiled]:
     yield "no_tensor_data", "field", at_data, ("tensor", "data_offsets")
     in_data = lambda data: data[: 8 + _header_size(data) + 50]  # noqa: E731
     yield "in_tensor_data", "sampler", in_data, ("tensor", "data_offsets")
-    yield "last_byte_missing", "field", lambda data: data[:-1], ("scaled.shift", "data_offsets")
+    yield "last_byte_missing", "field", lambda data: data[:-1], ("scaled.shift", "cut short")
 
 
 def _length(value: int) -> Callable[[bytes], bytes]:

@@ -211,10 +211,13 @@ def test_refusals(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "expected a space" in refused(source=folder / "start-lattice")
     cut = tmp_path / "cut.solidtex-space"
     cut.write_bytes(space.read_bytes()[:-100])
-    assert "found no whole safetensors file" in refused(source=cut)
+    found = refused(source=cut)
+    assert "found no whole safetensors file" in found and "download a file again" in found
     model = tmp_path / "start.solidtex-space"
     shutil.copy(folder / "start-lattice.solidtex-start", model)
     assert "metadata: found solidtex-start, expected solidtex-space" in refused(source=model)
+    material = Path(__file__).parents[2] / "models" / "marble.solidtex"
+    assert "this is a model, expected a texture space" in refused(source=material)
     small = tmp_path / "small.png"
     pixels = np.random.default_rng(0).integers(0, 255, (100, 144, 3)).astype(np.uint8)
     Image.fromarray(pixels).save(small)

@@ -16,6 +16,7 @@ from pydantic import Field
 from safetensors import SafetensorError, safe_open
 from torch import Tensor
 
+from solidtex_export.export.file_format.model_file import METADATA_KEY as MODEL_KEY
 from solidtex_export.settings import Array, Settings, SettingsError, validated, within
 from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
 from solidtex_export.spaces.settings import LatticeSettings, SamplerSettings, Size
@@ -96,8 +97,10 @@ def read_space_file(path: Path) -> OpenSpace:
             metadata = file.metadata() or {}
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
     except (SafetensorError, TypeError, ValueError) as error:
-        raise SpaceError(f"{path}: found no whole safetensors file ({error}), expected {PROGRAMS}")\
-            from error  # fmt: skip
+        raise SpaceError(
+            f"{path}: found no whole safetensors file ({error}), expected {PROGRAMS} (copy or"
+            " download a file again that is cut short)"
+        ) from error
     document = _document(path, metadata)
     encoder = tensors.pop("encoder", None)
     if encoder is None or encoder.dtype != np.uint8 or encoder.ndim != 1:
@@ -110,6 +113,8 @@ def read_space_file(path: Path) -> OpenSpace:
 def _document(path: Path, metadata: Mapping[str, str]) -> SpaceDocument:
     if list(metadata) != [METADATA_KEY]:
         found = ", ".join(metadata) or "none"
+        if MODEL_KEY in metadata:
+            raise SpaceError(f"{path}: this is a model, expected a texture space, {PROGRAMS}")
         raise SpaceError(f"{path}: metadata: found {found}, expected {METADATA_KEY}")
     try:
         values = json.loads(metadata[METADATA_KEY])
