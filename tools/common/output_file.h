@@ -83,7 +83,7 @@ void check_writable(const std::filesystem::path& path);
 // Throws if `path` exists, unless `force`.
 void refuse_overwrite(const std::filesystem::path& path, bool force);
 
-// Throws if `output` is the file of an input, with --force as well.
+// Throws if `output` is the file of an input, not even with --force.
 void refuse_input(const std::filesystem::path& output, const std::filesystem::path& input);
 
 // Whether the name of a sequence's files has a place for their number: a run of #.
