@@ -4,7 +4,6 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -20,47 +19,10 @@ from solidtex_export.export import random_models  # noqa: E402
 from solidtex_export.export.file_format import model_file  # noqa: E402
 from solidtex_export.measuring import geometry  # noqa: E402
 from solidtex_export.measuring.phases import find_phases  # noqa: E402
-from solidtex_export.measuring.volumes import (  # noqa: E402
-    VolumeError,
-    parse_voxel_size,
-    read_volume,
-)
+from solidtex_export.measuring.volumes import read_volume  # noqa: E402
+from solidtex_export.measuring.voxels import VolumeError  # noqa: E402
 
 QUICK = ["--without", "permeability", "--without", "diffusivity", "--representative", "none"]
-
-
-@pytest.mark.parametrize(
-    ("text", "meters"),
-    [
-        ("2.25um", 2.25e-6),
-        ("2.25 µm", 2.25e-6),
-        ("1e3nm", 1e-6),
-        ("5mm,5mm,5mm", 5e-3),
-        ("2,2,2 um", 2e-6),
-    ],
-)
-def test_voxel_sizes(text: str, meters: float) -> None:
-    assert parse_voxel_size(text).meters == pytest.approx(meters)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("2.25", "voxel size: found '2.25' without a unit, expected one of nm, um"),
-        ("2 furlongs", "voxel size: found the unit 'furlongs', expected one of nm"),
-        ("um", "voxel size: found 'um', expected a number and a unit"),
-        ("0um", "voxel size: found 0, expected a number above 0"),
-        ("-1um", "voxel size: found -1, expected a number above 0"),
-        ("1,1,2um", "voxel size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
-        ("1um,1um,2um", "voxel size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
-        ("1um,2um", "voxel size: found 2 lengths in '1um,2um', expected 1"),
-        ("1um,1mm,1um", "voxel size: found the units mm, um, expected one"),
-    ],
-)
-def test_voxel_sizes_that_are_refused(text: str, message: str) -> None:
-    with pytest.raises(VolumeError) as caught:
-        parse_voxel_size(text)
-    assert str(caught.value).startswith(message)
 
 
 def test_labels_are_told_from_grays() -> None:
@@ -248,79 +210,6 @@ def test_sizes_and_axes_of_files(tmp_path: Path, capfd) -> None:
     assert "found voxels of 0.5 x 0.5 x 2 um, expected cubes" in capfd.readouterr().err
     assert main([str(tmp_path / "flat.tif"), "--voxel-size", "1um", *options]) == 0
     assert "1 um as given, the file says 0.5 x 0.5 x 2 um" in capfd.readouterr().err
-
-
-def save_ome(path: Path, **metadata: object) -> None:
-    values = (np.arange(6 * 5 * 7).reshape(6, 5, 7) % 2).astype(np.uint8)
-    tifffile.imwrite(path, values, ome=True, metadata={"axes": "ZYX"} | metadata)
-
-
-def save_nrrd(path: Path, **header: object) -> None:
-    named = {name.replace("_", " "): value for name, value in header.items()}
-    values = (np.arange(6 * 5 * 7).reshape(6, 5, 7) % 2).astype(np.uint8)
-    nrrd.write(str(path), values, named, index_order="F")
-
-
-SIZES = {"PhysicalSizeX": 2.0, "PhysicalSizeY": 2.0}
-DIRECTIONS = {"space": "RAS", "space_directions": np.diag([2, 2, 0.002])}
-
-
-@pytest.mark.parametrize(
-    ("save", "name", "metadata"),
-    [
-        (save_ome, "v.ome.tif", SIZES | {"PhysicalSizeZ": 2000.0, "PhysicalSizeZUnit": "nm"}),
-        (save_nrrd, "v.nrrd", {"spacings": [2, 0.002, 2], "units": ["um", "mm", "um"]}),
-        (save_nrrd, "v.nrrd", {**DIRECTIONS, "space_units": ["microns", "um", "mm"]}),
-    ],
-)
-def test_each_axis_of_a_file_has_its_own_unit(
-    tmp_path: Path, save: Callable[..., None], name: str, metadata: dict
-) -> None:
-    save(tmp_path / name, **metadata)
-    found = read_volume(tmp_path / name, 0, 0, 0).voxel
-    assert found is not None and found.unit == "um" and not found.is_z_assumed
-    assert found.cubic(name).value == pytest.approx(2)
-
-
-@pytest.mark.parametrize(
-    ("save", "name", "metadata"),
-    [
-        (save_ome, "v.ome.tif", SIZES | {"PhysicalSizeZ": 2.0, "PhysicalSizeZUnit": "nm"}),
-        (save_nrrd, "v.nrrd", {"spacings": [2, 2, 2], "units": ["um", "um", "nm"]}),
-        (save_nrrd, "v.nrrd", {"space": "RAS", "space_directions": np.eye(3) * 2,
-                               "space_units": ["um", "um", "nm"]}),
-    ],
-)  # fmt: skip
-def test_equal_numbers_of_different_units_are_no_cubes(
-    tmp_path: Path, capfd, save: Callable[..., None], name: str, metadata: dict
-) -> None:
-    save(tmp_path / name, **metadata)
-    assert main([str(tmp_path / name), "-o", str(tmp_path / "r.json"), *QUICK]) == 1
-    assert "found voxels of 2 x 2 x 0.002 um, expected cubes" in capfd.readouterr().err
-
-
-def test_units_that_are_not_known_give_no_voxel(tmp_path: Path) -> None:
-    save_nrrd(tmp_path / "v.nrrd", spacings=[2, 2, 2], units=["um", "um", "furlong"])
-    assert read_volume(tmp_path / "v.nrrd", 0, 0, 0).voxel is None
-    save_ome(tmp_path / "v.ome.tif", **SIZES, PhysicalSizeXUnit="pixel")
-    assert read_volume(tmp_path / "v.ome.tif", 0, 0, 0).voxel is None
-
-
-def test_a_report_says_that_z_is_taken_as_x(tmp_path: Path) -> None:
-    note = "voxel size: the file says nothing of z: taken as x"
-    save_ome(tmp_path / "v.ome.tif", **SIZES)
-    imagej = {"imagej": True, "resolution": (0.5, 0.5)}
-    pages = np.arange(6 * 5 * 7).reshape(6, 5, 7).astype(np.uint8) % 2
-    tifffile.imwrite(tmp_path / "v.tif", pages, metadata={"axes": "ZYX", "unit": "um"}, **imagej)
-    for name in ("v.ome.tif", "v.tif"):
-        found = measure(tmp_path, tmp_path / name, *QUICK)
-        assert found["voxel_size"] == {"value": 2, "unit": "um"}
-        assert note in found["notes"]
-        given = measure(tmp_path, tmp_path / name, *QUICK, "--voxel-size", "3um")
-        assert note not in given["notes"]
-    metadata = {"axes": "ZYX", "unit": "um", "zunit": "nm", "spacing": 2000}
-    tifffile.imwrite(tmp_path / "v.tif", pages, metadata=metadata, **imagej)
-    assert note not in measure(tmp_path, tmp_path / "v.tif", *QUICK)["notes"]
 
 
 def test_channels_without_names_are_no_gray_values(tmp_path: Path, capfd) -> None:

@@ -13,15 +13,8 @@ import numpy as np
 from solidtex_export.commands import cli
 from solidtex_export.export.verification.model_output import OutputError, check_output
 from solidtex_export.images.file_kinds import ExemplarError
-from solidtex_export.measuring.volumes import (
-    METERS,
-    Volume,
-    VolumeError,
-    VoxelSize,
-    is_model,
-    parse_voxel_size,
-    read_volume,
-)
+from solidtex_export.measuring.volumes import Volume, is_model, read_volume
+from solidtex_export.measuring.voxels import METERS, VolumeError, VoxelSize, parse_voxel_size
 from solidtex_export.whole_file import write_whole
 
 PROGRAM = "solidtex-measure"

@@ -14,7 +14,8 @@ from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, load_exemplar
 from solidtex_export.images.labels import load_labels
 from solidtex_export.measuring.measure import read_picture
-from solidtex_export.measuring.volumes import PHASE_PREFIX, VoxelSize, is_model
+from solidtex_export.measuring.volumes import PHASE_PREFIX, is_model
+from solidtex_export.measuring.voxels import VoxelSize
 
 SMALLEST = 2  # pixels
 

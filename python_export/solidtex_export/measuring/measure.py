@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from solidtex_export.measuring import geometry, representative, transport
 from solidtex_export.measuring.geometry import Mask
 from solidtex_export.measuring.phases import Phases, find_phases
-from solidtex_export.measuring.volumes import VolumeError, VoxelSize, check_numbers
+from solidtex_export.measuring.volumes import check_numbers
+from solidtex_export.measuring.voxels import VolumeError, VoxelSize
 
 Say = Callable[[str], None]
 

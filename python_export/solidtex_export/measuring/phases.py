@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solidtex_export.measuring.volumes import VolumeError
+from solidtex_export.measuring.voxels import VolumeError
 
 MOST_LABELS = 8
 

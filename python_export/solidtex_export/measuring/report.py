@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidtex_export import __version__
-from solidtex_export.measuring.volumes import METERS
+from solidtex_export.measuring.voxels import METERS
 
 matplotlib.use("Agg")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from solidtex_export.measuring.geometry import Mask
-from solidtex_export.measuring.volumes import VoxelSize
+from solidtex_export.measuring.voxels import VoxelSize
 
 SQUARE_METERS_PER_DARCY = 9.869233e-13
 Boundary = Literal["open", "periodic"]

@@ -13,64 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidtex_export.bare_name import is_bare_name
+from solidtex_export.measuring.voxels import VolumeError, Voxel, relative_lengths, voxel_of
 
-METERS = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
-SPELLINGS = {"µm": "um", "μm": "um", "micron": "um", "microns": "um"}
-NUMBER = r"\s*[-+.\deE]+\s*"
 PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
 SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".solidtex")
+PRINT_UNITS = {2: "inches by ResolutionUnit", 3: "centimeters by ResolutionUnit"}
 FROM_BAKE = {
     ".raw": "name the .nhdr of a .raw, which solidtex-bake -o NAME.nhdr writes",
     ".vti": "solidtex-bake writes .nrrd as well",
     ".zarr": "solidtex-bake writes .nrrd as well",
 }
-SIDES_ALIKE = 1e-3  # relative difference up to which the sides of a voxel are the same
-
-
-class VolumeError(Exception):
-    """A volume cannot be measured. The message says why and what to do."""
-
-
-@dataclass(frozen=True)
-class VoxelSize:
-    """Edge of a cubic voxel, in the unit the user gave."""
-
-    value: float
-    unit: str
-
-    @property
-    def meters(self) -> float:
-        return self.value * METERS[self.unit]
-
-    def __str__(self) -> str:
-        return f"{self.value:g} {self.unit}"
-
-
-@dataclass(frozen=True)
-class Voxel:
-    """Edges of a voxel along x, y and z, as a file says them."""
-
-    edges: tuple[float, ...]
-    unit: str
-    is_z_assumed: bool = False
-    """Whether the file says nothing of z, so that z is taken as x."""
-
-    def __str__(self) -> str:
-        edges = self.edges[:1] if self._is_cubic else self.edges
-        return f"{' x '.join(f'{edge:g}' for edge in edges)} {self.unit}"
-
-    @property
-    def _is_cubic(self) -> bool:
-        return max(self.edges) - min(self.edges) <= SIDES_ALIKE * max(self.edges)
-
-    def cubic(self, what: str) -> VoxelSize:
-        """Its one edge. Every figure here is for cubic voxels."""
-        if not self._is_cubic:
-            raise VolumeError(
-                f"{what}: found voxels of {self}, expected cubes: resample the volume to one voxel"
-                " size first, for instance with scipy.ndimage.zoom, labels with order=0"
-            )
-        return VoxelSize(float(self.edges[0]), self.unit)
 
 
 @dataclass
@@ -86,46 +38,6 @@ class Volume:
     model: dict[str, Any] | None = None
     """Name, SHA-256, seed and box of the model that it was baked of; None for a file."""
     notes: list[str] = field(default_factory=list)
-
-
-def parse_voxel_size(text: str) -> VoxelSize:
-    """Parse "2.25um", or three of them that are the same, as in 2um,2um,2um or 2,2,2um."""
-    parts = text.split(",")
-    if len(parts) not in (1, 3):
-        raise VolumeError(
-            f"voxel size: found {len(parts)} lengths in {text!r}, expected 1, such as 2.25um"
-        )
-    if all(re.fullmatch(NUMBER, part) for part in parts[:-1]):
-        unit = re.sub(NUMBER, "", parts[-1], count=1)
-        parts = [*(part + unit for part in parts[:-1]), parts[-1]]
-    sizes = [_parse_length(part) for part in parts]
-    units = {unit for _, unit in sizes}
-    if len(units) > 1:
-        raise VolumeError(f"voxel size: found the units {', '.join(sorted(units))}, expected one")
-    return Voxel(tuple(value for value, _ in sizes), units.pop()).cubic("voxel size")
-
-
-def _parse_length(text: str) -> tuple[float, str]:
-    match = re.fullmatch(rf"({NUMBER})(\S*)\s*", text)
-    try:
-        value = float(match[1]) if match else None
-    except ValueError:
-        value = None
-    if match is None or value is None:
-        raise VolumeError(f"voxel size: found {text!r}, expected a number and a unit, as 2.25um")
-    if not match[2]:
-        raise VolumeError(
-            f"voxel size: found {text!r} without a unit, expected one of {', '.join(METERS)},"
-            " such as 2.25um"
-        )
-    unit = SPELLINGS.get(match[2], match[2])
-    if unit not in METERS:
-        raise VolumeError(
-            f"voxel size: found the unit {match[2]!r}, expected one of {', '.join(METERS)}"
-        )
-    if not 0 < value < float("inf"):
-        raise VolumeError(f"voxel size: found {value:g}, expected a number above 0")
-    return value, unit
 
 
 def is_model(path: Path) -> bool:
@@ -213,24 +125,6 @@ def _phase_names(channels: Sequence[str]) -> tuple[str, ...]:
     return tuple(name.removeprefix(PHASE_PREFIX) for name in channels)
 
 
-def _known_voxel(
-    edges: Sequence[float], units: Sequence[str], is_z_assumed: bool = False
-) -> Voxel | None:
-    """Its edges in the unit of x; None if a length or a unit is not known."""
-    scales = _scales(units)
-    if not scales or not all(0 < edge < float("inf") for edge in edges):
-        return None
-    lengths = tuple(edge * scale for edge, scale in zip(edges, scales, strict=True))
-    return Voxel(lengths, SPELLINGS.get(units[0], units[0]), is_z_assumed)
-
-
-def _scales(units: Sequence[str]) -> list[float]:
-    """Lengths of the units, relative to the first one; none if one is not known."""
-    known = [METERS.get(SPELLINGS.get(unit, unit)) for unit in units]
-    meters = [length for length in known if length]
-    return [length / meters[0] for length in meters] if len(meters) == len(known) else []
-
-
 def _read_numpy(path: Path) -> Volume:
     return Volume(np.load(path, allow_pickle=False))
 
@@ -257,13 +151,21 @@ def _nrrd_voxel(header: Mapping[str, Any]) -> Voxel | None:
     directions = header.get("space directions")
     if directions is None:
         sides = [float(side) for side in header.get("spacings", [])][-3:]
-        units = list(header.get("units", []))[-3:]
-        return _known_voxel(sides, units) if len(sides) == len(units) == 3 else None
-    units = list(header.get("space units", header.get("units", [])))[-3:]
-    scales, vectors = _scales(units), np.asarray(directions, float)[-3:]
-    if len(scales) != 3 or vectors.shape != (3, 3):
+        return voxel_of(sides, _three_units(header.get("units"))) if len(sides) == 3 else None
+    units = _three_units(header.get("space units", header.get("units")))
+    vectors = np.asarray(directions, float)[-3:]
+    if vectors.shape != (3, 3):
         return None
-    return _known_voxel(np.linalg.norm(vectors * scales, axis=1).tolist(), [units[0]] * 3)
+    scales = relative_lengths(units)
+    if scales:
+        vectors, units = vectors * scales, [units[0]] * 3
+    return voxel_of(np.linalg.norm(vectors, axis=1).tolist(), units)
+
+
+def _three_units(listed: Sequence[str] | None) -> list[str]:
+    """Those of the last three axes; empty where the file lists none."""
+    units = list(listed or [])[-3:]
+    return units if len(units) == 3 else [""] * 3
 
 
 def _read_tiff(path: Path) -> Volume:
@@ -294,7 +196,10 @@ def _listed(description: str, key: str) -> list[str]:
 
 
 def _tiff_voxel(file: Any) -> Voxel | None:
-    """The voxel by the OME or ImageJ metadata; None if they say nothing."""
+    """The voxel by the OME or ImageJ metadata, or what stands in its place; None if nothing does.
+
+    The resolution of other files is often that of a printer, so its unit is not taken as a length.
+    """
     if file.is_ome:
         pixels = re.search(r"<(?:\w+:)?Pixels\b[^>]*>", file.ome_metadata or "")
         found = dict(
@@ -304,7 +209,7 @@ def _tiff_voxel(file: Any) -> Voxel | None:
             is_z_assumed = not found.get("Z")
             axes = "XYX" if is_z_assumed else "XYZ"
             units = [found.get(f"{axis}Unit", "um") for axis in axes]
-            return _known_voxel([float(found[axis]) for axis in axes], units, is_z_assumed)
+            return voxel_of([float(found[axis]) for axis in axes], units, is_z_assumed)
         return None
     metadata = file.imagej_metadata or {}
     tags = file.pages[0].tags
@@ -317,11 +222,13 @@ def _tiff_voxel(file: Any) -> Voxel | None:
             return None
         sides.append(per_unit / pixels)
     unit = str(metadata.get("unit", ""))
+    if file.imagej_metadata is None and "ResolutionUnit" in tags:
+        unit = PRINT_UNITS.get(tags["ResolutionUnit"].value, "")
     units = [unit, *(str(metadata.get(f"{axis}unit", unit)) for axis in "yz")]
     spacing = metadata.get("spacing")
     if spacing is None:
-        return _known_voxel([*sides, sides[0]], [*units[:2], unit], is_z_assumed=True)
-    return _known_voxel([*sides, float(spacing)], units)
+        return voxel_of([*sides, sides[0]], [*units[:2], unit], is_z_assumed=True)
+    return voxel_of([*sides, float(spacing)], units)
 
 
 def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:

@@ -13,7 +13,8 @@ from torch import Tensor
 
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.measuring.phases import find_phases
-from solidtex_export.measuring.volumes import SUFFIXES, VolumeError, read_volume
+from solidtex_export.measuring.volumes import SUFFIXES, read_volume
+from solidtex_export.measuring.voxels import VolumeError
 from solidtex_export.spaces.alanov.settings import AlanovRecipe, Crops
 from solidtex_export.spaces.photographs import Source, find_sources, load_materials
 

@@ -1,0 +1,194 @@
+"""Voxel sizes of solidtex-measure: as an option, and as files say them."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+nrrd = pytest.importorskip("nrrd")
+tifffile = pytest.importorskip("tifffile")
+
+from solidtex_export.commands.measure import main  # noqa: E402
+from solidtex_export.measuring.volumes import read_volume  # noqa: E402
+from solidtex_export.measuring.voxels import VolumeError, parse_voxel_size  # noqa: E402
+
+QUICK = ["--without", "permeability", "--without", "diffusivity", "--representative", "none"]
+
+
+@pytest.mark.parametrize(
+    ("text", "meters"),
+    [
+        ("2.25um", 2.25e-6),
+        ("2.25 µm", 2.25e-6),
+        ("2.25 Micrometers", 2.25e-6),
+        ("1e3nm", 1e-6),
+        ("5mm,5mm,5mm", 5e-3),
+        ("2,2,2 um", 2e-6),
+    ],
+)
+def test_voxel_sizes(text: str, meters: float) -> None:
+    assert parse_voxel_size(text).meters == pytest.approx(meters)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("2.25", "--voxel-size: found '2.25' without a unit, expected one of nm, um"),
+        (
+            "2 furlongs",
+            "--voxel-size: found the unit 'furlongs', expected one of nm, um, mm, cm, m;"
+            " convert the length",
+        ),
+        ("um", "--voxel-size: found 'um', expected a number and a unit"),
+        ("0um", "--voxel-size: found 0, expected a number above 0"),
+        ("-1um", "--voxel-size: found -1, expected a number above 0"),
+        ("1,1,2um", "--voxel-size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
+        ("1um,1um,2um", "--voxel-size: found voxels of 1 x 1 x 2 um, expected cubes: resample"),
+        ("1um,2um", "--voxel-size: found 2 lengths in '1um,2um', expected 1"),
+        ("1um,1mm,1um", "--voxel-size: found the units mm, um, expected one"),
+    ],
+)
+def test_voxel_sizes_that_are_refused(text: str, message: str) -> None:
+    with pytest.raises(VolumeError) as caught:
+        parse_voxel_size(text)
+    assert str(caught.value).startswith(message)
+
+
+def measure(tmp_path: Path, volume: Path, *options: str) -> dict:
+    report = tmp_path / "report.json"
+    assert main([str(volume), "-o", str(report), "--force", *options]) == 0
+    return json.loads(report.read_text())
+
+
+def save_ome(path: Path, **metadata: object) -> None:
+    values = (np.arange(6 * 5 * 7).reshape(6, 5, 7) % 2).astype(np.uint8)
+    tifffile.imwrite(path, values, ome=True, metadata={"axes": "ZYX"} | metadata)
+
+
+def save_nrrd(path: Path, **header: object) -> None:
+    named = {name.replace("_", " "): value for name, value in header.items()}
+    values = (np.arange(6 * 5 * 7).reshape(6, 5, 7) % 2).astype(np.uint8)
+    nrrd.write(str(path), values, named, index_order="F")
+
+
+SIZES = {"PhysicalSizeX": 2.0, "PhysicalSizeY": 2.0}
+DIRECTIONS = {"space": "RAS", "space_directions": np.diag([2, 2, 0.002])}
+
+
+@pytest.mark.parametrize(
+    ("save", "name", "metadata"),
+    [
+        (save_ome, "v.ome.tif", SIZES | {"PhysicalSizeZ": 2000.0, "PhysicalSizeZUnit": "nm"}),
+        (save_nrrd, "v.nrrd", {"spacings": [2, 0.002, 2], "units": ["um", "mm", "um"]}),
+        (save_nrrd, "v.nrrd", {**DIRECTIONS, "space_units": ["microns", "um", "mm"]}),
+    ],
+)
+def test_each_axis_of_a_file_has_its_own_unit(
+    tmp_path: Path, save: Callable[..., None], name: str, metadata: dict
+) -> None:
+    save(tmp_path / name, **metadata)
+    found = read_volume(tmp_path / name, 0, 0, 0).voxel
+    assert found is not None and found.unit == "um" and not found.is_z_assumed
+    assert found.cubic(name).value == pytest.approx(2)
+
+
+@pytest.mark.parametrize(
+    ("save", "name", "metadata"),
+    [
+        (save_ome, "v.ome.tif", SIZES | {"PhysicalSizeZ": 2.0, "PhysicalSizeZUnit": "nm"}),
+        (save_nrrd, "v.nrrd", {"spacings": [2, 2, 2], "units": ["um", "um", "nm"]}),
+        (save_nrrd, "v.nrrd", {"space": "RAS", "space_directions": np.eye(3) * 2,
+                               "space_units": ["um", "um", "nm"]}),
+    ],
+)  # fmt: skip
+def test_equal_numbers_of_different_units_are_no_cubes(
+    tmp_path: Path, capfd, save: Callable[..., None], name: str, metadata: dict
+) -> None:
+    save(tmp_path / name, **metadata)
+    assert main([str(tmp_path / name), "-o", str(tmp_path / "r.json"), *QUICK]) == 1
+    assert "found voxels of 2 x 2 x 0.002 um, expected cubes" in capfd.readouterr().err
+
+
+def save_imagej(path: Path, **metadata: object) -> None:
+    pages = np.arange(6 * 5 * 7).reshape(6, 5, 7).astype(np.uint8) % 2
+    more = {"axes": "ZYX", "spacing": 2.25} | metadata
+    tifffile.imwrite(path, pages, imagej=True, resolution=(4 / 9, 4 / 9), metadata=more)
+
+
+def save_plain(path: Path, **options: object) -> None:
+    tifffile.imwrite(path, np.arange(6 * 5 * 7).reshape(6, 5, 7).astype(np.uint8) % 2, **options)
+
+
+@pytest.mark.parametrize(
+    "unit", [r"\u00B5m", "um", "micron", "microns", "micrometer", "micrometers", "Micrometres"]
+)
+def test_spellings_of_a_micrometer(tmp_path: Path, unit: str) -> None:
+    save_imagej(tmp_path / "v.tif", unit=unit)
+    found = read_volume(tmp_path / "v.tif", 0, 0, 0).voxel
+    assert found is not None and str(found.cubic("v")) == "2.25 um"
+
+
+@pytest.mark.parametrize(
+    ("save", "name", "metadata", "message"),
+    [
+        (save_imagej, "v.tif", {}, "2.25 without a unit"),
+        (save_imagej, "v.tif", {"unit": "pixel"}, "2.25 in pixel"),
+        (save_imagej, "v.tif", {"unit": "inch"}, "2.25 in inch"),
+        (save_plain, "v.tif", {"resolution": (4000, 4000), "resolutionunit": "CENTIMETER"},
+         "0.00025 in centimeters by ResolutionUnit"),
+        (save_nrrd, "v.nrrd", {"spacings": [2.25, 2.25, 4]}, "2.25 x 2.25 x 4 without a unit"),
+        (save_nrrd, "v.nrrd", {"spacings": [2, 2, 2], "units": ["um", "um", "furlong"]},
+         "2 in um, um, furlong"),
+        (save_nrrd, "v.nrrd", {"space": "LPS", "space_directions": np.eye(3) * 2},
+         "2 without a unit"),
+        (save_ome, "v.ome.tif", SIZES | {"PhysicalSizeXUnit": "pixel"}, "2 in pixel, um, pixel"),
+    ],
+)  # fmt: skip
+def test_sizes_without_a_unit_of_length_are_named(
+    tmp_path: Path, capfd, save: Callable[..., None], name: str, metadata: dict, message: str
+) -> None:
+    path = tmp_path / name
+    save(path, **metadata)
+    assert main([str(path), "-o", str(tmp_path / "r.json"), *QUICK]) == 1
+    error = capfd.readouterr().err
+    assert f"{path}: found voxels of {message}, expected a unit of length" in error
+    assert f"such as --voxel-size {message.split()[0]}um" in error or "2.25um" in error
+    found = measure(tmp_path, path, *QUICK, "--voxel-size", "3um")
+    assert f"voxel size: 3 um as given, the file says {message}" in found["notes"]
+
+
+@pytest.mark.parametrize(
+    ("save", "name", "metadata"),
+    [
+        (save_plain, "v.tif", {}),
+        (save_plain, "v.tif", {"imagej": True, "metadata": {"axes": "ZYX", "unit": "pixel"}}),
+        (save_nrrd, "v.nrrd", {"space": "LPS", "space_directions": np.eye(3)}),
+        (save_nrrd, "v.nrrd", {}),
+    ],
+)
+def test_edges_that_programs_write_for_unknown_ones_are_no_size(
+    tmp_path: Path, capfd, save: Callable[..., None], name: str, metadata: dict
+) -> None:
+    save(tmp_path / name, **metadata)
+    assert main([str(tmp_path / name), "-o", str(tmp_path / "r.json"), *QUICK]) == 1
+    assert "found no voxel size in the file" in capfd.readouterr().err
+
+
+def test_a_report_says_that_z_is_taken_as_x(tmp_path: Path) -> None:
+    note = "voxel size: the file says nothing of z: taken as x"
+    save_ome(tmp_path / "v.ome.tif", **SIZES)
+    imagej = {"imagej": True, "resolution": (0.5, 0.5)}
+    pages = np.arange(6 * 5 * 7).reshape(6, 5, 7).astype(np.uint8) % 2
+    tifffile.imwrite(tmp_path / "v.tif", pages, metadata={"axes": "ZYX", "unit": "um"}, **imagej)
+    for name in ("v.ome.tif", "v.tif"):
+        found = measure(tmp_path, tmp_path / name, *QUICK)
+        assert found["voxel_size"] == {"value": 2, "unit": "um"}
+        assert note in found["notes"]
+        given = measure(tmp_path, tmp_path / name, *QUICK, "--voxel-size", "3um")
+        assert note not in given["notes"]
+    metadata = {"axes": "ZYX", "unit": "um", "zunit": "nm", "spacing": 2000}
+    tifffile.imwrite(tmp_path / "v.tif", pages, metadata=metadata, **imagej)
+    assert note not in measure(tmp_path, tmp_path / "v.tif", *QUICK)["notes"]
