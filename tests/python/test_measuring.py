@@ -260,6 +260,7 @@ def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
             "a.raw",
             "found .raw, expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; name the .nhdr",
         ),
+        ("a.npz", ".solidtex; save one array as .npy by numpy.save"),
         (
             "a.vti",
             "expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; solidtex-bake writes .nrrd",
@@ -277,10 +278,10 @@ def test_other_files_say_what_to_do(tmp_path: Path, capfd, name: str, message: s
         (lambda p: np.save(p, np.eye(8)[None] * np.ones((8, 1, 1))), [],
          "found no voxel size in the file, expected --voxel-size LENGTH"),
         (lambda p: np.save(p, np.eye(8)), ["--voxel-size", "1um"],
-         "found an array of shape (8, 8), expected a volume"),
+         "along three axes; stack slices to one array"),
         (lambda p: p.write_bytes(b"\x93NUMPY junk"), ["--voxel-size", "1um"],
          "found a file that cannot be read as .npy"),
-        (lambda p: None, ["--voxel-size", "1um"], "found no file, expected one"),
+        (lambda p: None, ["--voxel-size", "1um"], "found no such file, expected a volume (.tif"),
         (lambda p: np.save(p, np.full((4, 4, 4), np.nan)), ["--voxel-size", "1um"],
          "found values that are not finite"),
         (lambda p: np.save(p, ball(3, 9)), ["--voxel-size", "1um", "--phase", "7"],
@@ -315,6 +316,7 @@ def test_a_picture_that_is_missing_is_named(tmp_path: Path, capfd) -> None:
 @pytest.mark.parametrize("suffix", [".tif", ".nrrd", ".solidtex"])
 def test_files_of_junk_are_refused(tmp_path: Path, capfd, suffix: str) -> None:
     path = tmp_path / f"junk{suffix}"
-    path.write_bytes(b"no such thing" * 40)
-    assert main([str(path), "-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]) == 1
-    assert str(path) in capfd.readouterr().err
+    for junk in (b"no such thing" * 40, b"II*\0\0\0\0\0"):
+        path.write_bytes(junk)
+        assert main([str(path), "-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]) == 1
+        assert str(path) in capfd.readouterr().err

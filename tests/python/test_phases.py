@@ -77,16 +77,18 @@ def test_reduced_labels_keep_their_shares(tmp_path: Path) -> None:
     ("images", "names", "message"),
     [
         ([section([0, 1, 2])], ("pore", "grain"),
-         "--phase-names: found 2 (pore,grain) for {0} with 3 labels 0, 1, 2, expected one for"),
+         "--phase-names: found 2 (pore,grain) for {0} with 3 labels 0 (30 %), 1 (35 %), 2 (35 %),"
+         " expected one for each label; give 3 names, or merge stray labels"),
         ([section([0, 1, 2]), section([0, 2])], (),
          "{1}: found no pixel of the label 1, which {0} has, expected every phase in every"),
         ([section([0, 1]), section([0, 1, 2])], (),
          "{0}: found no pixel of the label 2, which {1} has"),
         ([np.arange(2304, dtype=np.uint8).reshape(48, 48)], (),
          "{0}: found 256 values, 0 ... 255, expected labels of 2 to 8 phases; segment"),
-        ([np.full((48, 48), 4, np.uint8)], (), "{0}: found the label 4 everywhere, expected two"),
+        ([np.full((48, 48), 4, np.uint8)], (), "{0}: found the label 4 everywhere, expected two"
+         " or more phases; check"),
         ([np.stack([section([0, 1]), section([0, 1], 1), section([0, 1], 2)], 2)], (),
-         "{0}: found color, expected labels of phases"),
+         "{0}: found color, expected labels of phases: one channel of integers; export them"),
         ([section([0, 1]), section([0, 255])], (),
          "{0}: found the labels 0, 1, while {1} has 0, 255, expected the same number for a phase"),
         ([section([0, 1])], ("pore", "pore"), "--phase-names: found a name twice in pore,pore"),

@@ -35,10 +35,7 @@ def load_labels(
     labels = _common_labels(pictures)
     names = list(names) or [str(label) for label in labels]
     if len(names) != len(labels):
-        raise ExemplarError(
-            f"--phase-names: found {len(names)} ({','.join(names)}) for"
-            f" {paths[0]} with {len(labels)} labels {_listed(labels)}, expected one for each label"
-        )
+        raise _refuse_count(names, pictures[0], labels)
     if len(set(names)) < len(names):
         raise ExemplarError(
             f"--phase-names: found a name twice in {','.join(names)}, expected a different one for"
@@ -65,6 +62,19 @@ def load_labels(
             Exemplar(picture.path.name, picture.sha256, image, channels, "data", notes=notes)
         )
     return exemplars
+
+
+def _refuse_count(names: Sequence[str], picture: Picture, labels: Sequence[int]) -> ExemplarError:
+    """Names for fewer or more labels than there are; the shares tell stray labels from phases."""
+    shares = ", ".join(
+        f"{label} ({100 * float((picture.pixels == label).mean()):.2g} %)" for label in labels
+    )
+    merge = ", or merge stray labels with others in the image" if len(names) < len(labels) else ""
+    return ExemplarError(
+        f"--phase-names: found {len(names)} ({','.join(names)}) for {picture.path} with"
+        f" {len(labels)} labels {shares}, expected one for each label; give {len(labels)}"
+        f" names{merge}"
+    )
 
 
 def _read_labels(path: Path) -> Picture:
@@ -108,10 +118,19 @@ def _common_labels(pictures: Sequence[Picture]) -> list[int]:
 def _labels_of(picture: Picture) -> list[int]:
     pixels = picture.pixels
     if _has_color(pixels):
-        raise refuse(picture.path, "color", "labels of phases: one channel of integers")
+        raise refuse(
+            picture.path,
+            "color",
+            "labels of phases: one channel of integers; export them as 8-bit labels or with a"
+            " palette of colors",
+        )
     values = np.unique(pixels)
     if (values != np.rint(values)).any():
-        raise refuse(picture.path, "values that are no integers", "labels of phases, such as 0, 1")
+        raise refuse(
+            picture.path,
+            "values that are no integers",
+            "labels of phases, such as 0, 1; segment the image first",
+        )
     labels = [int(value) for value in values]
     if len(labels) > MOST_PHASES:
         raise refuse(
@@ -123,7 +142,11 @@ def _labels_of(picture: Picture) -> list[int]:
     if labels[0] < 0:
         raise refuse(picture.path, f"the label {labels[0]}", "labels from 0 on; renumber them")
     if len(labels) < 2:
-        raise refuse(picture.path, f"the label {labels[0]} everywhere", "two or more phases")
+        raise refuse(
+            picture.path,
+            f"the label {labels[0]} everywhere",
+            "two or more phases; check the segmentation, or take a section that has all phases",
+        )
     return labels
 
 

@@ -43,7 +43,8 @@ def find_phases(
     if threshold is None and distinct is not None:
         if len(distinct) < 2:
             raise VolumeError(
-                f"{what}: found one label, {distinct[0]}, in every voxel, expected two or more"
+                f"{what}: found one label, {distinct[0]}, in every voxel, expected two or more;"
+                " check the segmentation, or take a part that has both phases"
             )
         found = Phases(values.astype(np.int64), distinct, "", words)
         titles = ", ".join(map(found.title, distinct))

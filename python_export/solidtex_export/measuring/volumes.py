@@ -18,7 +18,8 @@ from solidtex_export.measuring.voxels import VolumeError, Voxel, relative_length
 PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
 SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".solidtex")
 PRINT_UNITS = {2: "inches by ResolutionUnit", 3: "centimeters by ResolutionUnit"}
-FROM_BAKE = {
+HINTS = {
+    ".npz": "save one array as .npy by numpy.save",
     ".raw": "name the .nhdr of a .raw, which solidtex-bake -o NAME.nhdr writes",
     ".vti": "solidtex-bake writes .nrrd as well",
     ".zarr": "solidtex-bake writes .nrrd as well",
@@ -53,18 +54,22 @@ def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
     if suffix == ".solidtex-space":
         raise VolumeError(_space_message(path))
     if suffix not in SUFFIXES:
-        hint = f"; {FROM_BAKE[suffix]}" if suffix in FROM_BAKE else ""
+        hint = f"; {HINTS[suffix]}" if suffix in HINTS else ""
         raise VolumeError(
             f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}{hint}"
         )
     if not path.is_file():
-        raise VolumeError(f"{path}: found no file, expected one")
+        raise VolumeError(
+            f"{path}: found {'a folder' if path.is_dir() else 'no such file'}, expected a volume"
+            f" ({', '.join(SUFFIXES)}); check the path"
+        )
     readers = {".npy": _read_numpy, ".nrrd": _read_nrrd, ".nhdr": _read_nrrd}
     try:
         volume = readers.get(suffix, _read_tiff)(path)
-    except (OSError, ValueError, KeyError, EOFError, RuntimeError) as error:
+    except (OSError, ValueError, LookupError, EOFError, RuntimeError) as error:
         raise VolumeError(
-            f"{path}: found a file that cannot be read as {suffix}: {error or type(error).__name__}"
+            f"{path}: found a file that cannot be read as {suffix}:"
+            f" {error or type(error).__name__}; expected a whole one: write or copy it again"
         ) from error
     return _three_axes(path, volume)
 
@@ -77,9 +82,14 @@ def _three_axes(path: Path, volume: Volume) -> Volume:
         _merge_channels(path, volume)
     values = volume.values
     if values.ndim != 3 or min(values.shape) < 2:
+        remedy = (
+            "stack slices to one array by numpy.stack; a single section is a picture for --exemplar"
+            if values.ndim < 3 or 1 in values.shape
+            else "leave one value a voxel"
+        )
         raise VolumeError(
             f"{path}: found an array of shape {shape}, expected a volume of at least 2 voxels"
-            " along three axes"
+            f" along three axes; {remedy}"
         )
     return volume
 
@@ -87,9 +97,15 @@ def _three_axes(path: Path, volume: Volume) -> Volume:
 def check_numbers(values: NDArray[Any], what: str) -> None:
     """Refuse what cannot be compared with a threshold."""
     if values.dtype.kind not in "buif":
-        raise VolumeError(f"{what}: found values of type {values.dtype}, expected numbers")
+        raise VolumeError(
+            f"{what}: found values of type {values.dtype}, expected numbers: labels or grays;"
+            " convert them by astype"
+        )
     if values.dtype.kind == "f" and not np.isfinite(values).all():
-        raise VolumeError(f"{what}: found values that are not finite, expected numbers")
+        raise VolumeError(
+            f"{what}: found values that are not finite, expected numbers; crop the volume, or set"
+            " them by numpy.nan_to_num"
+        )
 
 
 def _merge_channels(path: Path, volume: Volume) -> None:
