@@ -74,7 +74,8 @@ class Voxel:
     def cubic(self, what: str) -> VoxelSize:
         """Its one edge."""
         if not self.is_length:
-            example = f"{self.edges[0]:g}um" if not self.unit and self._is_cubic else "2.25um"
+            edge = f"{self.edges[0]:g}"
+            example = f"{edge}um or {edge}mm" if not self.unit and self._is_cubic else "2.25um"
             raise VolumeError(
                 f"{what}: found voxels of {self}, expected a unit of length in the metadata of"
                 f" ImageJ, OME or NRRD; give {OPTION} LENGTH, such as {OPTION} {example}"
