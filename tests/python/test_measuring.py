@@ -38,6 +38,11 @@ def test_labels_are_told_from_grays() -> None:
     assert split.of(1).mean() == pytest.approx((grays >= 175).mean())
     with pytest.raises(VolumeError, match="found all values below the threshold 999"):
         find_phases(grays, 999, "d")
+    assert not labels.warnings
+    stray = np.zeros((20, 20, 20), np.uint8)
+    stray[:10], stray[3, 4, 5] = 1, 9
+    (warning,) = find_phases(stray, None, "s").warnings
+    assert warning.startswith("warning: s: found the label 9 in 0.013 % of all values; if it is a")
     with pytest.raises(VolumeError, match="found one label, 3, in every voxel"):
         find_phases(np.full((4, 4, 4), 3), None, "e")
 

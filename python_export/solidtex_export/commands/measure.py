@@ -124,7 +124,7 @@ def run(args: argparse.Namespace) -> cli.Document:
         args.refine,
         args.representative,
     )
-    notes = _notes(volume, voxel_size, given is not None, phases.note)
+    notes = _notes(volume, voxel_size, given is not None, phases.notes)
     document: dict[str, Any] = {"file": args.volume.name, "model": volume.model, "notes": notes}
     if args.exemplar:  # first: one that does not fit is refused before hours of flow
         pixels, note = read_exemplar(args.exemplar, args.volume, voxel_size)
@@ -153,8 +153,8 @@ def _own_voxel_size(path: Path, volume: Volume) -> VoxelSize:
     return volume.voxel.cubic(str(path))
 
 
-def _notes(volume: Volume, size: VoxelSize, is_given: bool, note: str) -> list[str]:
-    notes = [*volume.notes, note]
+def _notes(volume: Volume, size: VoxelSize, is_given: bool, more: list[str]) -> list[str]:
+    notes = [*volume.notes, *more]
     if is_given and volume.voxel and str(volume.voxel) != str(size):
         notes.append(f"voxel size: {size} as given, the file says {volume.voxel}")
     elif not is_given:

@@ -133,7 +133,7 @@ def measure_picture(
     mask, figures = masks[place], by_phase[place]
     return {
         "file": name,
-        "note": phases.note,
+        "note": "; ".join(phases.notes),
         "size": list(mask.shape),
         "fraction": figures["fraction"],
         "fraction_deviation": figures["fraction_deviation"],

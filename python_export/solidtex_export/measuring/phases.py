@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from solidtex_export.measuring.voxels import VolumeError
 
 MOST_LABELS = 8
+RARE = 1e-3  # fraction below which a label may be a stray one
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,11 @@ class Phases:
     note: str
     words: tuple[str, ...] = ()
     """Names of the labels 0, 1, 2 ... by the material; empty if they are unknown."""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def notes(self) -> list[str]:
+        return [self.note, *self.warnings]
 
     def of(self, label: int) -> NDArray[np.bool_]:
         return np.asarray(self.labels == label)
@@ -48,7 +54,7 @@ def find_phases(
             )
         found = Phases(values.astype(np.int64), distinct, "", words)
         titles = ", ".join(map(found.title, distinct))
-        return replace(found, note=f"{what}: labels {titles}")
+        return replace(found, note=f"{what}: labels {titles}", warnings=_rare_labels(found, what))
     chosen = _otsu(values, what) if threshold is None else threshold
     bright = values >= chosen
     if bright.all() or not bright.any():
@@ -59,6 +65,16 @@ def find_phases(
     by = "Otsu's method" if threshold is None else "--threshold"
     note = f"{what}: gray values; label 0 is below {chosen:g} (by {by}), label 1 the rest"
     return Phases(bright.astype(np.uint8), (0, 1), note)
+
+
+def _rare_labels(phases: Phases, what: str) -> tuple[str, ...]:
+    shares = {label: float(phases.of(label).mean()) for label in phases.names}
+    return tuple(
+        f"warning: {what}: found the label {phases.title(label)} in {100 * share:.2g} % of all"
+        " values; if it is a stray one, merge it with another label"
+        for label, share in shares.items()
+        if share < RARE
+    )
 
 
 def _few_values(values: NDArray[Any]) -> tuple[int, ...] | None:
