@@ -368,6 +368,32 @@ def test_pairs_of_raw_photographs_are_near_each_other() -> None:
     assert far > 40
 
 
+def test_notes_on_volumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    nrrd = pytest.importorskip("nrrd")
+    preset = save_preset(tmp_path / "preset.toml", 3)
+    gray = np.random.default_rng(0).random((20, 20, 20)).astype(np.float32)
+    labels = (gray > 0.5).astype(np.uint8)
+    volumes = {"a": (gray, [2, 2, 2]), "b": (labels, [3, 3, 3]), "flat": (gray, [2, 2, 4])}
+    for name, (values, sides) in volumes.items():
+        known = {"spacings": sides, "units": ["um"] * 3}
+        nrrd.write(str(tmp_path / f"{name}.nrrd"), values, known)
+
+    def train(*names: str) -> tuple[int, str]:
+        paths = [str(tmp_path / f"{name}.nrrd") for name in names]
+        options = ["--preset", str(preset), "--steps", "1", "--device", "cpu"]
+        code = train_space.main([*paths, *options, "-o", str(tmp_path / "-".join(names))])
+        return code, capsys.readouterr().err
+
+    code, said = train("a", "b")
+    assert code == 0
+    assert "a.nrrd: gray values; label 0 is below 0.498" in said and "Otsu" in said
+    assert "b.nrrd: labels 0, 1" in said
+    assert "volumes have voxels of different sizes: a.nrrd 2 um, b.nrrd 3 um; the model" in said
+    assert f"solidtex-export-space {tmp_path / 'a-b'} --material a -o a.solidtex" in said
+    code, said = train("a", "flat")
+    assert code == 1 and "flat.nrrd: found voxels of 2 x 2 x 4 um, expected cubes" in said
+
+
 def test_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     preset = tmp_path / "preset.toml"
     save_preset(preset, 3)
@@ -379,7 +405,7 @@ def test_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         "thin.npy": (np.arange(8000).reshape(20, 20, 20) % 2, None),
         "three.npy": (
             np.arange(8000).reshape(20, 20, 20) % 3,
-            "found 3 phases, expected 2",
+            "found 3 phases with the labels 0, 1, 2, expected 2; merge labels, for",
         ),
         "small.npy": (
             np.arange(3600).reshape(20, 18, 10) % 2,

@@ -15,7 +15,7 @@ from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.losses.descriptor.weights import WeightsError
 from solidtex_export.settings import SettingsError
-from solidtex_export.spaces.alanov.materials import Texture, load_textures
+from solidtex_export.spaces.alanov.materials import Texture, load_textures, notes_of
 from solidtex_export.spaces.alanov.settings import AlanovRecipe
 from solidtex_export.spaces.alanov.trainer import AlanovTrainer
 from solidtex_export.spaces.photographs import Material, find_sources, load_materials
@@ -47,7 +47,8 @@ none with a direction, whatever it is.
 
 The same command again resumes an interrupted training, and with more --minutes or --steps continues
 a finished one. Ctrl-C saves before it stops.
-Then: solidtex-export-space RESULT -o NAME.solidtex-space"""
+Then: solidtex-export-space RESULT -o NAME.solidtex-space
+With the presets alanov-*: solidtex-export-space RESULT --material NAME -o NAME.solidtex"""
 
 KINDS = {SpaceRecipe: "space", StartRecipe: "start", AlanovRecipe: "alanov"}
 Trainer = SpaceTrainer | StartTrainer | AlanovTrainer
@@ -144,6 +145,8 @@ def _make_alanov_trainer(args: argparse.Namespace, recipe: AlanovRecipe) -> Alan
     textures, held_out = load_textures(args.photos, *given), list[Texture]()
     if args.held_out:
         held_out = load_textures(args.held_out, *given, [t.source.path for t in textures])
+    for note in notes_of([*textures, *held_out]):
+        cli.say(note)
     folder, own_ranks, device = _open(args, recipe, [t.record() for t in textures])
     trainer = AlanovTrainer(recipe, textures, held_out, args.seed, device, folder, own_ranks)
     _begin(trainer, args)
@@ -217,9 +220,16 @@ def train(args: argparse.Namespace) -> Trainer:
     if trainer.progress < 1:
         cli.say(f"{args.result}: stopped at step {trainer.step}; the same command resumes")
     else:
-        suffix = "" if isinstance(trainer, AlanovTrainer) else "-space"
-        cli.say(f"next: solidtex-export-space {args.result} -o {args.result.name}.solidtex{suffix}")
+        cli.say(f"next: solidtex-export-space {args.result} {_export_options(trainer, args)}")
     return trainer
+
+
+def _export_options(trainer: Trainer, args: argparse.Namespace) -> str:
+    """A space is one file; each material of an Alanov training is a model."""
+    if isinstance(trainer, AlanovTrainer):
+        material = trainer.textures[0].name
+        return f"--material {material} -o {material}.solidtex"
+    return f"-o {args.result.name}.solidtex-space"
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from torch import Tensor
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.measuring.phases import find_phases
 from solidtex_export.measuring.volumes import SUFFIXES, read_volume
-from solidtex_export.measuring.voxels import VolumeError
+from solidtex_export.measuring.voxels import SIDES_ALIKE, VolumeError, Voxel
 from solidtex_export.spaces.alanov.settings import AlanovRecipe, Crops
 from solidtex_export.spaces.photographs import Source, find_sources, load_materials
 
@@ -33,6 +33,9 @@ class Texture:
     sha256: str
     source: Source
     values: Tensor
+    voxel: Voxel | None = None
+    notes: tuple[str, ...] = ()
+    """What was made of the values, to be said."""
 
     def record(self) -> dict[str, str]:
         return {
@@ -107,11 +110,18 @@ def _load_volume(source: Source, crop_size: int) -> Texture:
     if path.suffix.lower() == ".solidtex":
         raise ExemplarError(f"{path}: found a model, expected a volume: bake it first")
     try:
-        phases = find_phases(read_volume(path, 0, 0, 0).values, None, path.name)
+        volume = read_volume(path, 0, 0, 0)
+        if volume.voxel:
+            volume.voxel.check_cubic(str(path))
+        phases = find_phases(volume.values, None, path.name, volume.phases)
     except VolumeError as error:
         raise ExemplarError(str(error)) from error
     if len(phases.names) != 2:
-        raise ExemplarError(f"{path}: found {len(phases.names)} phases, expected 2")
+        labels = ", ".join(map(phases.title, phases.names))
+        raise ExemplarError(
+            f"{path}: found {len(phases.names)} phases with the labels {labels}, expected 2; merge"
+            f" labels, for instance numpy.where(labels == {phases.names[0]}, 0, 1)"
+        )
     upper = torch.from_numpy(phases.of(phases.names[1]))
     if min(upper.shape) < crop_size:
         sides = " x ".join(map(str, upper.shape))
@@ -120,4 +130,20 @@ def _load_volume(source: Source, crop_size: int) -> Texture:
             " size of a crop"
         )
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return Texture(path.stem, digest, source, 2 * upper[None].to(torch.int8) - 1)
+    values = 2 * upper[None].to(torch.int8) - 1
+    notes = (*volume.notes, *phases.notes)
+    return Texture(path.stem, digest, source, values, volume.voxel, notes)
+
+
+def notes_of(textures: Sequence[Texture]) -> list[str]:
+    """Those of each, and one where voxels have different sizes."""
+    notes = [note for texture in textures for note in texture.notes]
+    known = [(t, t.voxel.cubic(t.name)) for t in textures if t.voxel and t.voxel.is_length]
+    lengths = [size.meters for _, size in known]
+    if known and max(lengths) > (1 + SIDES_ALIKE) * min(lengths):
+        sizes = ", ".join(f"{texture.source.path.name} {size}" for texture, size in known)
+        notes.append(
+            f"volumes have voxels of different sizes: {sizes}; the model learns voxels, so give"
+            " solidtex-bake the --voxel-size of each material"
+        )
+    return notes
