@@ -69,7 +69,8 @@ def test_a_tube_measured_by_the_command(tmp_path: Path, capfd) -> None:
     assert z["tortuosity"] == pytest.approx(1) and z["conducting_fraction"] == 1
     x = found["axes"]["x"]
     assert x["permeability_m2"] == 0 and x["tortuosity"] is None
-    assert x["reason"].startswith("no path of the phase leads through the volume along x")
+    assert x["reason"].startswith("no path of phase 0 leads through the volume along x: perm")
+    assert x["reason"].endswith("by --phase, another axis by --axes, or a larger volume")
 
 
 def test_the_report_has_diagrams_and_the_reason(tmp_path: Path) -> None:
@@ -82,7 +83,7 @@ def test_the_report_has_diagrams_and_the_reason(tmp_path: Path) -> None:
     assert main([str(tmp_path / "ball.npy"), "-o", str(page), *options]) == 0
     text = page.read_text()
     assert text.count("data:image/png;base64,") == 3
-    assert "no path of the phase leads through the volume along y" in text
+    assert "no path of phase 1 leads through the volume along y" in text
     assert "Beside the picture" in text
     assert "voxels of 1.0 µm" in text
     assert "<li>ball.npy: labels 0, 1</li>" in text

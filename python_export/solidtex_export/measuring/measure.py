@@ -69,6 +69,7 @@ def measure_volume(phases: Phases, settings: Settings, say: Say) -> dict[str, An
             settings.voxel_size,
             settings.transport,
             settings.refinement,
+            phases.title(phase),
         )
         document["axes"][name] = figures
     if settings.pore_sizes:

@@ -19,16 +19,22 @@ def measure_transport(
     voxel_size: VoxelSize,
     parts: tuple[str, ...] = PARTS,
     refinement: int = 1,
+    title: str = "",
 ) -> dict[str, Any]:
-    """The figures of a phase along an axis; `reason` says why flow and diffusion are zero."""
+    """The figures of a phase along an axis; `reason` says why flow and diffusion are zero.
+
+    `title` names the phase there.
+    """
     from solidtex import transport
 
     fraction = transport.conducting_fraction(mask, axis, boundary)
     result: dict[str, Any] = {"conducting_fraction": fraction, "reason": None, "warnings": []}
     if fraction == 0:
+        phase = f"phase {title}" if title else "the phase"
         result["reason"] = (
-            f"no path of the phase leads through the volume along {'xyz'[axis]}:"
-            " permeability and diffusivity are 0"
+            f"no path of {phase} leads through the volume along {'xyz'[axis]}: permeability and"
+            " diffusivity are 0; measure another phase by --phase, another axis by --axes, or a"
+            " larger volume"
         )
     if "diffusivity" in parts:
         found = transport.diffusivity(mask, axis, boundary) if fraction else None
