@@ -129,7 +129,17 @@ def test_labels_of_a_picture_count_by_their_order(tmp_path: Path, capfd) -> None
     assert found["exemplar"]["fraction"] == pytest.approx(cut.mean())
     Image.fromarray((cut + np.eye(32)).astype(np.uint8)).save(tmp_path / "cut.png")
     report = ["-o", str(tmp_path / "three.json")]
-    capfd.readouterr()
+    out, error = capfd.readouterr()
+    assert f"picture  0: {1 - cut.mean():.2%} ± " in out and f", 1: {cut.mean():.2%} ± " in out
+    for title, key, unit, solid, picture in (
+        ("specific surface", "specific_surface_per_um", "1/um", found["phases"]["1"],
+         found["exemplar"]),
+        ("mean chord along x", "mean_chord_um", "um", found["axes"]["x"],
+         found["exemplar"]["axes"]["x"]),
+    ):  # fmt: skip
+        expected = f"{solid[key]:.4g} {unit}, picture {picture[key]:.4g} {unit}"
+        assert f"   {title} of phase 1: {expected}" in out
+    assert "cut.png: labels 9, 255" in error
     assert main([str(tmp_path / "ball.npy"), *report, *options, *QUICK]) == 1
     error = capfd.readouterr().err
     assert "cut.png: found 3 labels 0, 1, 2, expected 2 as in the volume" in error

@@ -135,6 +135,7 @@ def run(args: argparse.Namespace) -> cli.Document:
         document["exemplar"] = measure_picture(
             pixels, args.threshold, args.exemplar.name, settings, phases
         )
+        print(document["exemplar"]["note"], file=sys.stderr)
     document |= measure_volume(phases, settings, lambda text: print(text, file=sys.stderr))
     print(summary(document))
     middle = [np.take(phases.labels, n // 2, axis) for axis, n in enumerate(phases.labels.shape)]
@@ -173,17 +174,15 @@ def _text(path: Path, document: dict[str, Any], middle: list[Any]) -> str:
 
 
 def summary(document: dict[str, Any]) -> str:
-    """Fractions, and one line an axis."""
+    """Fractions, those of the picture, and one line an axis."""
     titles = document["phase_titles"]
-    fractions = (
-        f"{titles[label]}: {figures['fraction']:.2%} ± {figures['fraction_deviation']:.2%}"
-        for label, figures in document["phases"].items()
-    )
     phase = f"phase {titles[str(document['phase'])]}"
     lines = [
-        "phases  " + ", ".join(fractions),
+        f"phases  {_fractions(document['phases'], titles)}",
         "   ± is the deviation expected among volumes of this size (integral range)",
     ]
+    if "exemplar" in document:
+        lines += _beside_picture(document, phase)
     for name, axis in document["axes"].items():
         parts = [f"{axis['conducting_fraction']:.1%} of {phase} conducts"]
         if axis.get("formation_factor"):
@@ -194,6 +193,36 @@ def summary(document: dict[str, Any]) -> str:
         lines.append(f"{name}  " + ", ".join(parts))
         lines += [f"   {text}" for text in [axis["reason"], *axis["warnings"]] if text]
     return "\n".join(lines)
+
+
+def _fractions(phases: dict[str, Any], titles: dict[str, str]) -> str:
+    return ", ".join(
+        f"{titles[label]}: {figures['fraction']:.2%} ± {figures['fraction_deviation']:.2%}"
+        for label, figures in phases.items()
+    )
+
+
+def _beside_picture(document: dict[str, Any], phase: str) -> list[str]:
+    """The picture's fractions; surface and chords of the solid beside the picture's."""
+    picture, unit = document["exemplar"], document["voxel_size"]["unit"]
+    surface, chord = f"specific_surface_per_{unit}", f"mean_chord_{unit}"
+    solid = document["phases"][str(document["phase"])]
+    figures = [("specific surface", f"1/{unit}", solid[surface], picture[surface])]
+    for name, axis in picture["axes"].items():
+        if name in document["axes"]:
+            solid_chord = document["axes"][name][chord]
+            figures.append((f"mean chord along {name}", unit, solid_chord, axis[chord]))
+    return [
+        f"picture  {_fractions(picture['phases'], document['phase_titles'])}",
+        *(
+            f"   {title} of {phase}: {_number(ours)} {length}, picture {_number(theirs)} {length}"
+            for title, length, ours, theirs in figures
+        ),
+    ]
+
+
+def _number(value: float | None) -> str:
+    return "none" if value is None else f"{value:.4g}"
 
 
 def main(arguments: list[str] | None = None) -> int:
