@@ -173,7 +173,11 @@ def test_every_phase_of_a_picture_has_its_fraction_beside_the_solids(tmp_path: P
             f"<td>{f['fraction']:.4g} ± {f['fraction_deviation']:.4g}</td>"
             for f in (solid, figures)
         )
-        assert f"<tr><td>fraction of phase {label}</td>{cells}</tr>" in text
+        difference = f"<td>{100 * (solid['fraction'] / figures['fraction'] - 1):+.1f} %</td>"
+        assert f"<tr><td>fraction of phase {label}</td>{cells}{difference}</tr>" in text
+    density = f"{found['exemplar']['euler_density_per_um2']:.4g}"
+    name = "euler density (1/µm²) of phase 1"
+    assert f"<tr><td>{name}</td><td>-</td><td>{density}</td><td>-</td></tr>" in text
     assert "<td>specific surface (1/µm) of phase 1</td>" in text
 
 

@@ -28,7 +28,7 @@ def render(document: dict[str, Any], slices: list[NDArray[Any]]) -> str:
         undefined=jinja2.StrictUndefined,
     )
     environment.globals |= {
-        "number": number, "heading": heading, "written": written, "fraction": fraction,
+        "number": number, "heading": heading, "written": written,
     }  # fmt: skip
     skipped = ("two_point", "chord_counts", "reason", "warnings")
     return environment.get_template("report.html.j2").render(
@@ -36,6 +36,7 @@ def render(document: dict[str, Any], slices: list[NDArray[Any]]) -> str:
         version=__version__,
         phase_rows=rows(document["phases"], ()),
         axis_rows=rows(document["axes"], skipped),
+        picture_rows=picture_rows(document) if "exemplar" in document else [],
         cube_rows=cube_rows(document.get("representative", [])),
         slices=_figure(lambda figure: _draw_slices(figure, document, slices), (9, 3.4)),
         curves=_figure(lambda figure: _draw_curves(figure, document), (9, 3)),
@@ -47,6 +48,35 @@ def rows(columns: dict[str, dict[str, Any]], skipped: tuple[str, ...]) -> list[l
     """One row a figure: its name, and its value in each column."""
     names = [name for name in next(iter(columns.values()), {}) if name not in skipped]
     return [[name, *(column.get(name) for column in columns.values())] for name in names]
+
+
+def picture_rows(document: dict[str, Any]) -> list[list[str]]:
+    """One row a figure: its name, the solid's, the picture's, and their relative difference."""
+    picture, unit = document["exemplar"], document["voxel_size"]["unit"]
+    titles, phase = document["phase_titles"], str(document["phase"])
+    table = []
+    for label, figures in picture["phases"].items():
+        solid = document["phases"][label]
+        name = f"fraction of phase {titles[label]}"
+        table.append([name, *map(_fraction, (solid, figures)), _difference(solid, figures)])
+
+    def add(key: str, solid: dict[str, Any], figures: dict[str, Any], along: str = "") -> None:
+        name = f"{heading(key)} of phase {titles[phase]}{along}"
+        found = number(solid.get(key)), number(figures[key])
+        table.append([name, *found, _difference(solid, figures, key)])
+
+    add(f"specific_surface_per_{unit}", document["phases"][phase], picture)
+    for axis, figures in picture["axes"].items():
+        if axis in document["axes"]:
+            add(f"mean_chord_{unit}", document["axes"][axis], figures, f" along {axis}")
+    add(f"euler_density_per_{unit}2", {}, picture)
+    return table
+
+
+def _difference(solid: dict[str, Any], picture: dict[str, Any], key: str = "fraction") -> str:
+    """In percent of the picture's figure; "-" where one of them has none."""
+    ours, theirs = solid.get(key), picture[key]
+    return f"{100 * (ours / theirs - 1):+.1f} %" if ours is not None and theirs else "-"
 
 
 def cube_rows(found: list[dict[str, Any]]) -> list[list[str]]:
@@ -72,7 +102,7 @@ def _with_deviation(figure: dict[str, Any]) -> str:
     return mean if deviation is None else f"{mean} ± {number(deviation)}"
 
 
-def fraction(figures: dict[str, Any]) -> str:
+def _fraction(figures: dict[str, Any]) -> str:
     """The fraction of a phase with its deviation."""
     return _with_deviation(
         {"mean": figures["fraction"], "deviation": figures["fraction_deviation"]}
