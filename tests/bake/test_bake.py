@@ -62,6 +62,23 @@ def test_box_of_a_larger_bake(tmp_path: Path, expected: np.ndarray) -> None:
     assert same_bits(np.ascontiguousarray(large[3:43, 2:23, 1:38]), expected)
 
 
+def test_opposite_faces_of_a_periodic_box_meet(tmp_path: Path) -> None:
+    size = 64
+    values = baked(tmp_path / "a.npy", "--size", size, "--seed", SEED, "--periodic")
+    texture = solidtex.Texture(MODEL, SEED, period=size)
+    assert same_bits(values, texture.eval_box((0, 0, 0), (size,) * 3))
+    # The box moved by half its size has the old faces in its middle.
+    half = size // 2
+    moved = texture.eval_box((half,) * 3, (size,) * 3)
+    assert same_bits(np.ascontiguousarray(np.roll(values, -half, (0, 1, 2))), moved)
+    steps = [np.abs(np.diff(values, axis=axis)).mean() for axis in range(3)]
+    for axis, step in enumerate(steps):
+        joint = np.abs(values.take(0, axis) - values.take(-1, axis)).mean()
+        assert joint < 1.5 * step
+    plain = baked(tmp_path / "b.npy", "--size", size, "--seed", SEED)
+    assert np.abs(plain[0] - plain[-1]).mean() > 1.5 * steps[0]
+
+
 def test_model_and_size_have_defaults(tmp_path: Path) -> None:
     result = subprocess.run(
         [BAKE, "--size", "5", "-o", tmp_path / "a.npy"], capture_output=True, text=True
