@@ -23,32 +23,37 @@ from solidtex_export.images.value_range import Range, parse_range
 
 
 @pytest.mark.parametrize(
-    ("dtype", "bits", "is_refused"),
+    ("dtype", "bits", "what"),
     [
-        (np.uint16, 14, False),
-        (np.uint16, 12, False),
-        (np.uint16, 10, False),
-        (np.uint16, 8, True),
-        (np.int16, 12, False),
-        (np.uint32, 16, True),
-        (np.int32, 12, True),
-        (np.uint8, 4, False),
+        (np.uint16, 15, "learned as they are: dark"),
+        (np.uint16, 14, "nearly black"),
+        (np.uint16, 12, "nearly black"),
+        (np.uint16, 10, "nearly black"),
+        (np.uint16, 8, "all black"),
+        (np.int16, 14, "learned as they are: dark"),
+        (np.int16, 12, "nearly black"),
+        (np.uint32, 16, "all black"),
+        (np.int32, 12, "all black"),
+        (np.uint8, 6, "learned as they are: dark"),
+        (np.uint8, 4, "nearly black"),
     ],
 )
-def test_fewer_bits_than_the_type(dtype: type, bits: int, is_refused: bool, tmp_path: Path) -> None:
+def test_fewer_bits_than_the_type(dtype: type, bits: int, what: str, tmp_path: Path) -> None:
     white = 2**bits - 1
     values = np.rint(UNIT.astype(np.float64) * white).astype(dtype)
     values[0, 0], values[0, 1] = 0, white
     path = write_tiff(tmp_path / "a.TIF", values)
-    if is_refused:
+    scale = np.float32(1 / np.iinfo(dtype).max)
+    if what.endswith("black"):
         message = refusal(path)
-        assert f"found values 0 ... {white} of 0 ... {np.iinfo(dtype).max}, all black" in message
+        assert f"found values 0 ... {white} of 0 ... {np.iinfo(dtype).max}" in message
+        assert "--range full keeps them" in message or what == "all black"
     else:
         exemplar = load(path)
         (message,) = exemplar.notes
         assert message.startswith(f"{path}: warning: found values 0 ... {white} of 0 ...")
-        scale = np.float32(1 / np.iinfo(dtype).max)
         assert (gray(exemplar) == values.astype(np.float32) * scale).all()
+    assert what in message
     assert f"--range auto (0,{white})" in message
     for asked in ("auto", (0.0, float(white))):
         exemplar = load(path, asked)
@@ -56,7 +61,25 @@ def test_fewer_bits_than_the_type(dtype: type, bits: int, is_refused: bool, tmp_
         assert exemplar.notes == (
             f"{path}: scales 0 ... {white} to 0 ... 1 (found values 0 ... {white})",
         )
-    assert load(path, "full").notes == ()
+    exemplar = load(path, "full")
+    assert exemplar.notes == ()
+    assert (gray(exemplar) == values.astype(np.float32) * scale).all()
+
+
+def test_a_dark_image_of_the_whole_depth_is_learned_with_a_warning(tmp_path: Path) -> None:
+    path = write_tiff(tmp_path / "a.tif", TONES.astype(np.uint16) * 53)  # to 21 % of the range
+    assert "learned as they are: dark; --range LOW,HIGH or" in load(path).notes[0]
+
+
+def test_fewer_bits_in_a_map(tmp_path: Path) -> None:
+    photo = write_tiff(tmp_path / "photo.tif", TONES)
+    rough = write_tiff(tmp_path / "rough.tif", TONES.astype(np.uint16) * 16)
+    maps = {"roughness": rough}
+    with pytest.raises(ExemplarError, match=r"nearly black, expected tones; --range roughness=LOW"):
+        load_exemplar(photo, 1000, 8, maps=maps)
+    reading = Reading({"roughness": (0.0, 4080.0)})
+    exemplar = load_exemplar(photo, 1000, 8, maps=maps, reading=reading)
+    assert np.abs(exemplar.image[3].numpy() - UNIT).max() < 1e-6
 
 
 def test_the_whole_range_gives_no_note(tmp_path: Path) -> None:
@@ -105,7 +128,7 @@ def test_white_is_zero_at_any_depth(dtype: type, tmp_path: Path) -> None:
 def test_white_is_zero_of_12_bits(tmp_path: Path) -> None:
     values = np.rint((1 - UNIT.astype(np.float64)) * 4095).astype(np.uint16)
     path = write_tiff(tmp_path / "a.tif", values, photometric="miniswhite")
-    assert "learned as they are: bright" in load(path).notes[1]
+    assert "(12 bits), nearly white" in refusal(path)
     assert np.abs(gray(load(path, "auto")) - UNIT).max() < 1 / 4095
 
 

@@ -7,6 +7,7 @@ import hashlib
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -169,9 +170,7 @@ def load(
     trained = trained_record(path, training)
     crop = args.crop or (training.get("crop") if trained is not None else None)
     is_said = args.ranges or args.layer
-    reading = (
-        cli.reading_of(args) if is_said else Reading.of_record((trained or {}).get("reading", {}))
-    )
+    reading = cli.reading_of(args) if is_said else trained_reading(trained)
     needed = 2 * SMALLEST_PICTURE  # two crops side by side
     return load_exemplar(
         path, resolution, needed, tuple(crop) if crop else None, maps, reading=reading
@@ -182,6 +181,14 @@ def trained_record(path: Path, training: dict[str, Any]) -> dict[str, Any] | Non
     """Record of this very file in the model's training configuration, if any."""
     sha256 = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
     return next((e for e in training.get("exemplars", []) if e["sha256"] == sha256), None)
+
+
+def trained_reading(record: dict[str, Any] | None) -> Reading:
+    """How the training read a photograph; where it was given no range, that was the full one."""
+    if record is None:
+        return Reading()
+    reading = Reading.of_record(record.get("reading", {}))
+    return replace(reading, ranges={"": "full", **reading.ranges})
 
 
 def make_subject(args: argparse.Namespace, training: dict[str, Any], side: int) -> Subject:

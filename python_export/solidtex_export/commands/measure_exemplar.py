@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solidtex_export.commands.evaluate import trained_record
+from solidtex_export.commands.evaluate import trained_reading, trained_record
 from solidtex_export.export.file_format import model_file
 from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, load_exemplar
@@ -51,7 +51,7 @@ def _trained_pixels(path: Path, document: dict[str, Any], record: dict[str, Any]
         values = exemplar.image.numpy().argmax(axis=0).astype(np.uint8)
     else:
         space = "linear" if document["color_space"] == "linear" else "srgb"
-        reading = Reading.of_record(record.get("reading", {}))
+        reading = trained_reading(record)
         own = {n: limits for n, limits in reading.ranges.items() if n == ""}  # not those of maps
         exemplar = load_exemplar(
             path, *scale, color_space=space, reading=Reading(own, reading.layer)

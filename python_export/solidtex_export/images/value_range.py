@@ -23,6 +23,7 @@ KINDS = ("full", "auto", "labels")
 FEW = 8  # distinct values: more are tones, not labels
 MOST_LABELS = 64
 DARK = 1 / 4  # of the full range: an image that stays below is probably stored with fewer bits
+NEARLY_BLACK = 1 / 16  # of the full range: 12 bits in 16
 BLACK = 1.01 / 256  # of the full range: less than one step of an image of 8 bits
 OVERSHOOT = 0.05  # below 0, as resampling leaves it
 FLOAT_WHITES = (1.0, 255.0, 65535.0)
@@ -212,7 +213,15 @@ def _whole_warnings(found: FoundRange, option: str) -> list[str]:
         end = "white" if found.picture.white_is_zero else "black"
         raise refuse(found.picture.path, f"{of_full}, all {end}", f"tones; {remedy} scales them")
     fewer_bits = full > 255 and found.high in (2.0 ** (found.bits - 1), 2.0**found.bits - 1)
-    if found.high <= 1.001 * DARK * full or (fewer_bits and found.high < full):
+    is_dark = found.high <= 1.001 * DARK * full
+    if found.high <= 1.001 * NEARLY_BLACK * full or (fewer_bits and is_dark):
+        end = "white" if found.picture.white_is_zero else "black"
+        raise refuse(
+            found.picture.path,
+            f"{of_full} ({found.bits} bits), nearly {end}",
+            f"tones; {remedy} scales them, {option}full keeps them",
+        )
+    if is_dark or (fewer_bits and found.high < full):
         end = "bright" if found.picture.white_is_zero else "dark"
         return [
             f"warning: found {of_full} ({found.bits} bits), learned as they are: {end};"
