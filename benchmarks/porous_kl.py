@@ -24,7 +24,8 @@ from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification import engine
 from solidtex_export.measuring import geometry
 from solidtex_export.measuring.geometry import Mask
-from solidtex_export.measuring.volumes import VoxelSize, read_volume
+from solidtex_export.measuring.volumes import read_volume
+from solidtex_export.measuring.voxels import VoxelSize
 from solidtex_export.spaces.alanov.result import AlanovResult, read_alanov
 
 BINS, RESAMPLES = 50, 1000
