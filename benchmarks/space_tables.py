@@ -8,11 +8,12 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import torch
 from PIL import Image, ImageDraw
 from scipy.stats import rankdata, wilcoxon
 
@@ -28,6 +29,7 @@ from solidtex_export.export.verification import engine
 from solidtex_export.export.verification.model_output import OutputError
 from solidtex_export.images.exemplar import load_exemplar
 from solidtex_export.images.file_kinds import ExemplarError
+from solidtex_export.images.sheet import sheet_of_rows
 from solidtex_export.networks.squeezenet import WeightsError, load_squeezenet
 from solidtex_export.whole_file import write_whole
 
@@ -37,6 +39,7 @@ PATCHES = 22
 LEAST = 128  # pixels: side of the smallest exemplar
 KERNEL = 8  # pixels: side of the patches of the likelihood
 GAP, LABEL = 4, 26
+SHOWN = 6  # patches in a picture
 
 EXAMPLES = f"""  solidtex-fidelity benchmarks/space_table_1.toml --photos photographs \\
       -o results/variants
@@ -81,6 +84,9 @@ def make_parser() -> argparse.ArgumentParser:
     two = command("held-out", "table 2: patches beside the models in FOLDER/models/LABEL")
     two.add_argument("folder", type=Path, help="what patches and encode wrote")
     measuring(two)
+    two.add_argument("--picture", metavar="PNG", type=Path,
+                     help="also show patches, from nearest to farthest by the last method: patch,"
+                     " ground truth, a slice of each method")  # fmt: skip
     sheet = command("sheet", "figure 6: an exemplar beside a slice of each model, with SIFID")
     sheet.add_argument("exemplar", type=Path)
     sheet.add_argument("models", metavar="LABEL=MODEL", nargs="+", type=labeled)
@@ -203,9 +209,10 @@ def patches_of(folder: Path) -> list[Path]:
 
 @dataclass
 class Column:
-    """Figures of one method, by measure, in the order of the patches."""
+    """Figures of one method, by measure, and an image, in the order of the patches."""
 
     figures: dict[str, list[float]]
+    images: list[np.ndarray] = field(default_factory=list)
 
     def add(self, measure: str, value: float) -> None:
         self.figures.setdefault(measure, []).append(value)
@@ -232,6 +239,7 @@ def held_out(args: argparse.Namespace) -> None:
             else:
                 model = args.folder / "models" / label / f"{patch.stem}.solidtex"
                 crops = random_slices(model, args, side)
+            column.images.append(crops[0])
             for metric in metrics:
                 wanted = metric.features(reference[None])
                 found = [metric.distance(wanted, metric.features(crop[None])) for crop in crops]
@@ -247,10 +255,26 @@ def held_out(args: argparse.Namespace) -> None:
         for m, title in titles.items()
     }
     print_table(f"{len(patches_of(args.folder))} patches", list(columns), rows)
+    if args.picture:
+        show_patches(args, columns)
     for first, second in pairwise(labels):
         a, b = (columns[label].figures["feature_distance"] for label in (first, second))
         p = wilcoxon(np.log(a), np.log(b)).pvalue
         print(f"\n{first} and {second}, feature distance: Wilcoxon's p = {p:.2g}")
+
+
+def show_patches(args: argparse.Namespace, columns: dict[str, Column]) -> None:
+    """A column for each shown patch, a row for the patches and one for each method."""
+    names = patches_of(args.folder)
+    order = np.argsort(list(columns.values())[-1].figures["feature_distance"])
+    shown = order[np.linspace(0, len(order) - 1, min(SHOWN, len(order))).round().astype(int)]
+    rows = [[photograph(names[i], shorter_side(names[i])) for i in shown]]
+    rows += [[column.images[i] for i in shown] for column in columns.values()]
+    images = [torch.from_numpy(i).permute(2, 0, 1) for row in rows for i in row]
+    picture = sheet_of_rows(images, len(shown)).permute(1, 2, 0)
+    write_whole(args.picture, png(picture.numpy()))
+    print(f"\n{args.picture}: {', '.join(['patches', *columns])};"
+          f" {', '.join(names[i].stem for i in shown)}")  # fmt: skip
 
 
 def sheet(args: argparse.Namespace) -> None:

@@ -68,11 +68,15 @@ def test_table_2_ranks_models_and_ground_truth(
         model = folder / "models" / "ours" / f"{Path(name).stem}.solidtex"
         model.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(MODEL, model)
-    assert space_tables.main(["held-out", str(folder), features, "--slices=1"]) == 0
+    picture = tmp_path / "held-out.png"
+    arguments = ["held-out", str(folder), features, "--slices=1", f"--picture={picture}"]
+    assert space_tables.main(arguments) == 0
     table = capsys.readouterr().out
     assert "| 2 patches | ground truth | ours |" in table
     assert "| rank by feature distance | 1.000 ± 0.000 | 2.000 ± 0.000 |" in table
     assert "average log-likelihood" in table and "SIFID (SqueezeNet)" in table
+    with Image.open(picture) as shown:
+        assert shown.size == (2 * 48 + space_tables.GAP, 3 * 48 + 2 * space_tables.GAP)
 
 
 def test_figure_6_has_a_column_for_each_model(tmp_path: Path, features: str) -> None:
