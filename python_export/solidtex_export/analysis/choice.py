@@ -20,8 +20,8 @@ FINE_GRAIN = 1.5
 values between texels are interpolated.
 """
 LONG_GRAIN = 3.7
-"""Grain ratio from which structures are fibers. Barks of the validation photographs are at most 3.0,
-woods above 6; another wood, of 3.8, had no fibers by a lattice.
+"""Grain ratio from which structures are fibers. Barks of the validation photographs have at most
+3.0, woods more than 6; another wood, of 3.8, had no fibers by a lattice.
 """
 LONG_LAYERS = 5.0
 """Length of layers relative to their thickness from which a sampler draws them better. A lattice is
