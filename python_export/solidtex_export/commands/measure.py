@@ -204,25 +204,16 @@ def _fractions(phases: dict[str, Any], titles: dict[str, str]) -> str:
 
 def _beside_picture(document: dict[str, Any], phase: str) -> list[str]:
     """The picture's fractions; surface and chords of the solid beside the picture's."""
+    from solidtex_export.measuring.report import compared
+
     picture, unit = document["exemplar"], document["voxel_size"]["unit"]
-    surface, chord = f"specific_surface_per_{unit}", f"mean_chord_{unit}"
-    solid = document["phases"][str(document["phase"])]
-    figures = [("specific surface", f"1/{unit}", solid[surface], picture[surface])]
-    for name, axis in picture["axes"].items():
-        if name in document["axes"]:
-            solid_chord = document["axes"][name][chord]
-            figures.append((f"mean chord along {name}", unit, solid_chord, axis[chord]))
-    return [
-        f"picture  {_fractions(picture['phases'], document['phase_titles'])}",
-        *(
-            f"   {title} of {phase}: {_number(ours)} {length}, picture {_number(theirs)} {length}"
-            for title, length, ours, theirs in figures
-        ),
-    ]
-
-
-def _number(value: float | None) -> str:
-    return "none" if value is None else f"{value:.4g}"
+    lines = [f"picture  {_fractions(picture['phases'], document['phase_titles'])}"]
+    for _, axis, *figures in compared(document):
+        title = f"mean chord along {axis}" if axis else "specific surface"
+        ours, theirs = ("none" if value is None else f"{value:.4g}" for value in figures)
+        length = unit if axis else f"1/{unit}"
+        lines.append(f"   {title} of {phase}: {ours} {length}, picture {theirs} {length}")
+    return lines
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -50,32 +50,43 @@ def rows(columns: dict[str, dict[str, Any]], skipped: tuple[str, ...]) -> list[l
     return [[name, *(column.get(name) for column in columns.values())] for name in names]
 
 
+def compared(document: dict[str, Any]) -> list[tuple[str, str, float | None, float | None]]:
+    """Surface of the phase that conducts, and its chords along the axes that both have: key, axis,
+    the solid's figure, the picture's.
+    """
+    picture, unit = document["exemplar"], document["voxel_size"]["unit"]
+    surface, chord = f"specific_surface_per_{unit}", f"mean_chord_{unit}"
+    solid = document["phases"][str(document["phase"])]
+    return [
+        (surface, "", solid[surface], picture[surface]),
+        *(
+            (chord, axis, document["axes"][axis][chord], figures[chord])
+            for axis, figures in picture["axes"].items()
+            if axis in document["axes"]
+        ),
+    ]
+
+
 def picture_rows(document: dict[str, Any]) -> list[list[str]]:
     """One row a figure: its name, the solid's, the picture's, and their relative difference."""
     picture, unit = document["exemplar"], document["voxel_size"]["unit"]
-    titles, phase = document["phase_titles"], str(document["phase"])
+    titles = document["phase_titles"]
+    phase = titles[str(document["phase"])]
     table = []
     for label, figures in picture["phases"].items():
         solid = document["phases"][label]
+        difference = _difference(solid["fraction"], figures["fraction"])
         name = f"fraction of phase {titles[label]}"
-        table.append([name, *map(_fraction, (solid, figures)), _difference(solid, figures)])
-
-    def add(key: str, solid: dict[str, Any], figures: dict[str, Any], along: str = "") -> None:
-        name = f"{heading(key)} of phase {titles[phase]}{along}"
-        found = number(solid.get(key)), number(figures[key])
-        table.append([name, *found, _difference(solid, figures, key)])
-
-    add(f"specific_surface_per_{unit}", document["phases"][phase], picture)
-    for axis, figures in picture["axes"].items():
-        if axis in document["axes"]:
-            add(f"mean_chord_{unit}", document["axes"][axis], figures, f" along {axis}")
-    add(f"euler_density_per_{unit}2", {}, picture)
+        table.append([name, *map(_fraction, (solid, figures)), difference])
+    euler = f"euler_density_per_{unit}2"
+    for key, axis, ours, theirs in (*compared(document), (euler, "", None, picture[euler])):
+        name = f"{heading(key)} of phase {phase}" + (f" along {axis}" if axis else "")
+        table.append([name, number(ours), number(theirs), _difference(ours, theirs)])
     return table
 
 
-def _difference(solid: dict[str, Any], picture: dict[str, Any], key: str = "fraction") -> str:
+def _difference(ours: float | None, theirs: float | None) -> str:
     """In percent of the picture's figure; "-" where one of them has none."""
-    ours, theirs = solid.get(key), picture[key]
     return f"{100 * (ours / theirs - 1):+.1f} %" if ours is not None and theirs else "-"
 
 
