@@ -15,6 +15,7 @@ from solidtex_export.commands.measure import main  # noqa: E402
 from solidtex_export.measuring.volumes import read_volume  # noqa: E402
 from solidtex_export.measuring.voxels import VolumeError, parse_voxel_size  # noqa: E402
 
+VALUES = np.arange(6 * 5 * 7).reshape(6, 5, 7).astype(np.uint8) % 2
 QUICK = ["--without", "permeability", "--without", "diffusivity", "--representative", "none"]
 
 
@@ -63,15 +64,18 @@ def measure(tmp_path: Path, volume: Path, *options: str) -> dict:
     return json.loads(report.read_text())
 
 
+def refused(path: Path, capfd) -> str:
+    assert main([str(path), "-o", str(path.with_name("r.json")), *QUICK]) == 1
+    return capfd.readouterr().err
+
+
 def save_ome(path: Path, **metadata: object) -> None:
-    values = (np.arange(6 * 5 * 7).reshape(6, 5, 7) % 2).astype(np.uint8)
-    tifffile.imwrite(path, values, ome=True, metadata={"axes": "ZYX"} | metadata)
+    tifffile.imwrite(path, VALUES, ome=True, metadata={"axes": "ZYX"} | metadata)
 
 
 def save_nrrd(path: Path, **header: object) -> None:
     named = {name.replace("_", " "): value for name, value in header.items()}
-    values = (np.arange(6 * 5 * 7).reshape(6, 5, 7) % 2).astype(np.uint8)
-    nrrd.write(str(path), values, named, index_order="F")
+    nrrd.write(str(path), VALUES, named, index_order="F")
 
 
 SIZES = {"PhysicalSizeX": 2.0, "PhysicalSizeY": 2.0}
@@ -108,18 +112,17 @@ def test_equal_numbers_of_different_units_are_no_cubes(
     tmp_path: Path, capfd, save: Callable[..., None], name: str, metadata: dict
 ) -> None:
     save(tmp_path / name, **metadata)
-    assert main([str(tmp_path / name), "-o", str(tmp_path / "r.json"), *QUICK]) == 1
-    assert "found voxels of 2 x 2 x 0.002 um, expected cubes" in capfd.readouterr().err
+    error = refused(tmp_path / name, capfd)
+    assert "found voxels of 2 x 2 x 0.002 um, expected cubes" in error
 
 
 def save_imagej(path: Path, **metadata: object) -> None:
-    pages = np.arange(6 * 5 * 7).reshape(6, 5, 7).astype(np.uint8) % 2
     more = {"axes": "ZYX", "spacing": 2.25} | metadata
-    tifffile.imwrite(path, pages, imagej=True, resolution=(4 / 9, 4 / 9), metadata=more)
+    tifffile.imwrite(path, VALUES, imagej=True, resolution=(4 / 9, 4 / 9), metadata=more)
 
 
 def save_plain(path: Path, **options: object) -> None:
-    tifffile.imwrite(path, np.arange(6 * 5 * 7).reshape(6, 5, 7).astype(np.uint8) % 2, **options)
+    tifffile.imwrite(path, VALUES, **options)
 
 
 @pytest.mark.parametrize(
@@ -152,8 +155,7 @@ def test_sizes_without_a_unit_of_length_are_named(
 ) -> None:
     path = tmp_path / name
     save(path, **metadata)
-    assert main([str(path), "-o", str(tmp_path / "r.json"), *QUICK]) == 1
-    error = capfd.readouterr().err
+    error = refused(path, capfd)
     assert f"{path}: found voxels of {message}, expected a unit of length" in error
     assert "LENGTH, such as --voxel-size 2" in error
     found = measure(tmp_path, path, *QUICK, "--voxel-size", "3um")
@@ -173,16 +175,14 @@ def test_edges_that_programs_write_for_unknown_ones_are_no_size(
     tmp_path: Path, capfd, save: Callable[..., None], name: str, metadata: dict
 ) -> None:
     save(tmp_path / name, **metadata)
-    assert main([str(tmp_path / name), "-o", str(tmp_path / "r.json"), *QUICK]) == 1
-    assert "found no voxel size in the file" in capfd.readouterr().err
+    assert "found no voxel size in the file" in refused(tmp_path / name, capfd)
 
 
 def test_a_report_says_that_z_is_taken_as_x(tmp_path: Path) -> None:
     note = "voxel size: the file says nothing of z: taken as x"
     save_ome(tmp_path / "v.ome.tif", **SIZES)
     imagej = {"imagej": True, "resolution": (0.5, 0.5)}
-    pages = np.arange(6 * 5 * 7).reshape(6, 5, 7).astype(np.uint8) % 2
-    tifffile.imwrite(tmp_path / "v.tif", pages, metadata={"axes": "ZYX", "unit": "um"}, **imagej)
+    tifffile.imwrite(tmp_path / "v.tif", VALUES, metadata={"axes": "ZYX", "unit": "um"}, **imagej)
     for name in ("v.ome.tif", "v.tif"):
         found = measure(tmp_path, tmp_path / name, *QUICK)
         assert found["voxel_size"] == {"value": 2, "unit": "um"}
@@ -190,5 +190,5 @@ def test_a_report_says_that_z_is_taken_as_x(tmp_path: Path) -> None:
         given = measure(tmp_path, tmp_path / name, *QUICK, "--voxel-size", "3um")
         assert note not in given["notes"]
     metadata = {"axes": "ZYX", "unit": "um", "zunit": "nm", "spacing": 2000}
-    tifffile.imwrite(tmp_path / "v.tif", pages, metadata=metadata, **imagej)
+    tifffile.imwrite(tmp_path / "v.tif", VALUES, metadata=metadata, **imagej)
     assert note not in measure(tmp_path, tmp_path / "v.tif", *QUICK)["notes"]

@@ -77,20 +77,17 @@ def test_a_larger_patch_has_the_mean_code_of_its_windows(tmp_path: Path, photo: 
 
 def test_refusals(tmp_path: Path, photo: Path) -> None:
     path, heat = write(tmp_path, "linear"), tmp_path / "heat.png"
-    for patch, message in {
-        "0,0,31,32": "expected a width and a height of at least 32, the encoder's patch",
-        "70,0,32,32": "expected a part of the photograph of 100 x 50 pixels",
-        "0,40,32,32": "expected a part of the photograph of 100 x 50 pixels",
-    }.items():
-        assert message in run(path, photo, "--patch", patch, "-o", heat, code=1).stderr
+    for code, patch, words in (
+        (1, "0,0,31,32", "expected a width and a height of at least 32, the encoder's patch"),
+        (1, "70,0,32,32", "expected a part of the photograph of 100 x 50 pixels"),
+        (1, "0,40,32,32", "expected a part of the photograph of 100 x 50 pixels"),
+        (2, "0,0,32", "--patch: found 0,0,32, expected X,Y,W,H"),
+        (2, "-1,0,32,32", "--patch: found -1, expected a whole number from 0 to"),
+        (2, "a,0,32,32", "--patch: found a, expected a whole number from 0 to"),
+    ):
+        assert words in run(path, photo, "--patch", patch, "-o", heat, code=code).stderr
     good = ["--patch", "0,0,32,32"]
     assert ".png, .tif or .exr" in run(path, photo, *good, "-o", "heat.jpg", code=1).stderr
-    for patch, words in {
-        "0,0,32": "--patch: found 0,0,32, expected X,Y,W,H",
-        "-1,0,32,32": "--patch: found -1, expected a whole number from 0 to",
-        "a,0,32,32": "--patch: found a, expected a whole number from 0 to",
-    }.items():
-        assert words in run(path, photo, "--patch", patch, "-o", heat, code=2).stderr
     run(path, photo, *good, "-o", heat, "--step", 0, code=2)
     run(path, tmp_path / "none.png", *good, "-o", heat, code=1)
     assert not heat.exists()
