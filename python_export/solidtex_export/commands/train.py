@@ -104,7 +104,7 @@ def train(request: Request, args: argparse.Namespace) -> Trainer:
         return trainer
     if trainer.step:
         say(f"{args.result}: resuming at step {trainer.step}")
-    if gains_from_a_space(request):
+    elif gains_from_a_space(request):
         say(f"{args.result}: from so short a training --space stones makes better stones and soils")
     say(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops")
     if trainer.phases:

@@ -95,9 +95,8 @@ def find_sources(
         learned = set(learned)
         found = [source for source in found if source.path not in learned]
     if not found:
-        which = f"some (of a CSV, rows whose split is {split} or empty)"
-        if learned is not None:
-            which = "some that are not learned"
+        of_csv = f"some (of a CSV, rows whose split is {split} or empty)"
+        which = of_csv if learned is None else "some that are not learned"
         raise ExemplarError(f"PHOTO: found no photograph in the given folders, expected {which}")
     return found
 
