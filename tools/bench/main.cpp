@@ -64,10 +64,7 @@ void run(BenchOptions& options) {
   options.measure.quick = options.cases.quick;
   install_interrupt_handler();
   const bool is_piped = options.json == "-";
-  if (!options.json.empty() && !is_piped) {
-    refuse_overwrite(options.json, options.force);
-    check_writable(options.json);
-  }
+  if (!options.json.empty() && !is_piped) check_output(options.json, {}, options.force);
   const bool compare = options.compare_targets || options.targets.size() > 1;
   const Report report = compare ? compare_targets(options) : measure_here(options);
   if (is_piped) {

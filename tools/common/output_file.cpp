@@ -235,11 +235,14 @@ void refuse_overwrite(const fs::path& path, bool force) {
     throw std::runtime_error(path.string() + ": exists already (--force overwrites it)");
 }
 
-void refuse_input(const fs::path& output, const fs::path& input) {
+void check_output(const fs::path& output, const std::vector<fs::path>& inputs, bool force) {
   std::error_code ignored;  // a file that is not there
-  if (fs::equivalent(output, input, ignored))
-    throw std::runtime_error("-o " + output.string() + ": found the file of the input " +
-                             input.string() + ", which is never replaced, expected another name");
+  for (const fs::path& input : inputs)
+    if (fs::equivalent(output, input, ignored))
+      throw std::runtime_error("-o " + output.string() + ": found the file of the input " +
+                               input.string() + ", which is never replaced, expected another name");
+  refuse_overwrite(output, force);
+  check_writable(output);
 }
 
 bool has_number(const fs::path& path) {

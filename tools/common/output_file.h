@@ -6,6 +6,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace solidtex::tools {
 
@@ -83,8 +84,10 @@ void check_writable(const std::filesystem::path& path);
 // Throws if `path` exists, unless `force`.
 void refuse_overwrite(const std::filesystem::path& path, bool force);
 
-// Throws if `output` is the file of an input, not even with --force.
-void refuse_input(const std::filesystem::path& output, const std::filesystem::path& input);
+// Throws if `output` is the file of an input, even with `force`; if it exists, unless `force`; and if
+// it cannot be created.
+void check_output(const std::filesystem::path& output,
+                  const std::vector<std::filesystem::path>& inputs, bool force);
 
 // Whether the name of a sequence's files has a place for their number: a run of #.
 bool has_number(const std::filesystem::path& path);

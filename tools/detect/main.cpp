@@ -65,10 +65,7 @@ void check_target(const Options& options) {
   if (extension != ".png" && extension != ".tif" && extension != ".exr")
     throw std::runtime_error("-o " + options.output.string() +
                              ": expected a name that ends in .png, .tif or .exr");
-  for (const fs::path& input : {options.photograph, fs::path(options.space)})
-    refuse_input(options.output, input);
-  refuse_overwrite(options.output, options.force);
-  check_writable(options.output);
+  check_output(options.output, {options.photograph, options.space}, options.force);
 }
 
 Rectangle checked_patch(const Options& options, const Photograph& photograph, std::size_t side) {

@@ -55,10 +55,7 @@ void check_target(const Options& options) {
   if (lower_extension(options.output) != ".solidtex")
     throw std::runtime_error("-o " + options.output.string() +
                              ": expected a name that ends in .solidtex");
-  for (const fs::path& input : {options.photograph, fs::path(options.space)})
-    refuse_input(options.output, input);
-  refuse_overwrite(options.output, options.force);
-  check_writable(options.output);
+  check_output(options.output, {options.photograph, options.space}, options.force);
 }
 
 // The parts of the model's document that the space does not give.

@@ -18,10 +18,8 @@ void write(const spaces::Mixture& mixture, const Frame& frame) {
 void mix(MixOptions& options) {
   pipe_output(options.output, "mixture.solidtex");
   const std::vector<Frame> frames = frames_of(options);
-  for (const Frame& frame : frames) {
-    for (const std::string& input : options.inputs) refuse_input(frame.output, input);
-    refuse_overwrite(frame.output, options.force);
-  }
+  for (const Frame& frame : frames)
+    check_output(frame.output, {options.inputs.begin(), options.inputs.end()}, options.force);
   const spaces::Mixture mixture(options.inputs, options.space);
   for (const Frame& frame : frames) {
     throw_if_interrupted();

@@ -35,8 +35,7 @@ void check_output(const fs::path& output, const Options& options) {
         fmt::format("{}: found --aovs (--layers) for a PNG, expected an EXR, or --view for one AOV",
                     output.string()));
   }
-  check_writable(output);
-  refuse_overwrite(output, options.force);
+  check_output(output, {}, options.force);
 }
 
 void check_checkpoint(const Options& options) {
