@@ -18,7 +18,7 @@ from solidtex_export.spaces.trainer import SpaceTrainer
 
 SMALL = {
     "lattice": {"lattice": {"levels": 3, "step_channels": 2}},
-    "sampler": {"sampler": {"octaves": 4, "hidden_layers": 3, "width": 8}},
+    "sampler": {"sampler": {"octaves": 4, "round_octaves": 1, "hidden_layers": 3, "width": 8}},
     "gramgan-space": {
         "sampler": {"octaves": 4, "hidden_layers": 3, "width": 8},
         "critic": {"widths": [4, 6]},

@@ -19,6 +19,7 @@ from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.settings import SettingsError
 from solidtex_export.spaces import settings
 from solidtex_export.spaces.colors import color_axes
+from solidtex_export.spaces.generators import ConditionedSampler
 from solidtex_export.spaces.noise import TiledNoise
 from solidtex_export.spaces.photographs import find_sources, load_materials, patches
 from solidtex_export.training.divergence import TrainError
@@ -130,6 +131,16 @@ def test_horizontal_grain_is_turned_where_no_direction_is_given(photos: Path) ->
             find_sources([stripes]), 256, 128, "photograph", (1.0,), upright
         )
         assert (material.image.shape[1] == 136) == same
+
+
+def test_round_octaves_are_spread_over_the_ladder() -> None:
+    sizes = settings.SamplerSettings(octaves=6, hidden_layers=3, grain=8.0, round_octaves=2)
+    base = ConditionedSampler(sizes, code=4, style_width=8).base
+    assert base is not None
+    # Rotations have columns of length 1; that of z is shorter where an octave is longer.
+    assert base[:, :, 2].norm(dim=1).tolist() == pytest.approx([1 / 8, 1 / 8, 1] * 2)
+    with pytest.raises(ValueError, match="found 7, expected at most 6, all octaves"):
+        settings.SamplerSettings(octaves=6, round_octaves=7)
 
 
 def test_any_row_that_is_not_learned_can_be_held_out(photos: Path) -> None:

@@ -107,7 +107,10 @@ class ConditionedSampler(nn.Module):
             "scales", ladder(1 / settings.coarsest, 1 / settings.finest, n).flatten()
         )
         base = _rotations(n)
-        base[:, :, 2] /= settings.grain
+        stretch = torch.full((n, 1), settings.grain)
+        for i in range(1, settings.round_octaves + 1):
+            stretch[i * n // settings.round_octaves - 1] = 1
+        base[:, :, 2] /= stretch
         bounded = settings.transforms == "bounded"
         self.base = nn.Parameter(base) if bounded else None
         self.transforms = TwoLayers(code, style_width, n * (BOUNDED if bounded else LINEAR), 0.5)

@@ -6,7 +6,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from solidtex_export.discriminators.settings import CriticSettings
 from solidtex_export.settings import Settings, SettingsError, read_toml, validated, within
@@ -45,6 +45,17 @@ class SamplerSettings(Settings):
     """
     grain: Annotated[float, within(1, 1000)] = 1.0
     """Initial stretch of the octaves along z."""
+    round_octaves: Annotated[int, within(0, 256)] = 0
+    """Number of octaves, evenly over the ladder, that start without that stretch."""
+
+    @model_validator(mode="after")
+    def _check(self) -> SamplerSettings:
+        if self.round_octaves > self.octaves:
+            raise ValueError(
+                f"round_octaves: found {self.round_octaves}, expected at most {self.octaves},"
+                " all octaves"
+            )
+        return self
 
 
 class EncoderSettings(Settings):
