@@ -84,8 +84,8 @@ void check_writable(const std::filesystem::path& path);
 // Throws if `path` exists, unless `force`.
 void refuse_overwrite(const std::filesystem::path& path, bool force);
 
-// Throws if `output` is the file of an input, even with `force`; if it exists, unless `force`; and if
-// it cannot be created.
+// Throws if `output` is the file of an input, even with `force`; if it exists, unless `force`; and
+// if it cannot be created.
 void check_output(const std::filesystem::path& output,
                   const std::vector<std::filesystem::path>& inputs, bool force);
 
