@@ -190,13 +190,24 @@ TEST_CASE("An existing output is only overwritten by force") {
 
 TEST_CASE("An output is never the file of an input") {
   const Folder folder;
-  CHECK_NOTHROW(refuse_input(folder / "out", folder / "in"));
+  const std::vector<fs::path> inputs{folder / "first", folder / "in"};
+  CHECK_NOTHROW(check_output(folder / "out", inputs, false));
   write(folder / "in", "x");
-  CHECK_NOTHROW(refuse_input(folder / "out", folder / "in"));
+  CHECK_NOTHROW(check_output(folder / "out", inputs, false));
   fs::create_symlink(folder / "in", folder / "link");
   for (const char* name : {"in", "link"})
-    CHECK_THROWS_WITH(refuse_input(folder / name, folder / "in"),
+    CHECK_THROWS_WITH(check_output(folder / name, inputs, true),
                       ContainsSubstring("expected another name"));
+}
+
+TEST_CASE("An output is checked before there is anything to write") {
+  const Folder folder;
+  write(folder / "out", "x");
+  CHECK_THROWS_WITH(check_output(folder / "out", {}, false), ContainsSubstring("exists already"));
+  CHECK_NOTHROW(check_output(folder / "out", {}, true));
+  CHECK(read(folder / "out") == "x");
+  CHECK_THROWS_WITH(check_output(folder / "no" / "out", {}, false),
+                    ContainsSubstring("there is no folder"));
 }
 
 TEST_CASE("Error messages name the target, not the temporary file") {
