@@ -5,7 +5,8 @@ benchmarks/porous_kl.py --published POROUS/published
 
 VOLUMES is the folder of the training's volumes. Figures of every sample and every crop go to
 FOLDER/NAME.csv, divergences to FOLDER/divergences.csv, the model of each medium to
-FOLDER/NAME.solidtex. Label 0 is pore. Lengths are in voxels, permeability in voxels squared.
+FOLDER/NAME.solidtex, a slice of its data above one of its samples to FOLDER/NAME.png. Label 0 is
+pore. Lengths are in voxels, permeability in voxels squared.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from PIL import Image
 
 from solidtex_export.export.file_format import model_file
 from solidtex_export.export.verification import engine
@@ -31,7 +33,6 @@ from solidtex_export.spaces.alanov.result import AlanovResult, read_alanov
 BINS, RESAMPLES = 50, 1000
 PSEUDO_COUNT = 0.01  # in every bin: otherwise one empty bin makes a divergence infinite
 DISTANCE = 4096  # between samples, in texels: they share no noise
-COLUMNS = ("volume", "surface", "euler", "mean_breadth")
 Rows = list[dict[str, float]]
 
 
@@ -110,8 +111,11 @@ def measure_medium(
         tables[kind] = [figures(p, i < args.permeability) for i, p in enumerate(pores)]
         print(f"{name}: {kind} measured", flush=True)
     _write(args.folder / f"{name}.csv", tables)
+    middle = args.size // 2
+    slices = [sets[kind][0][:, :, middle].T for kind in ("data", "samples")]
+    Image.fromarray(~np.concatenate(slices)).save(args.folder / f"{name}.png")
     rows = []
-    for column in (*COLUMNS, *(["permeability"] if args.permeability else [])):
+    for column in tables["data"][0]:
         by_kind = {k: np.array([r[column] for r in t if column in r]) for k, t in tables.items()}
         row: list[Any] = [name, column]
         for kind in ("samples", "data again"):
