@@ -90,7 +90,8 @@ def _fill_sampler(
     conditions: Mapping[str, tuple[np.ndarray, np.ndarray]],
     transforms: np.ndarray,
 ) -> None:
-    scales = np.exp2(np.round(np.log2(np.abs(transforms).max((1, 2), keepdims=True) + 1e-30)))
+    # one scale for each axis of space: long grain along z stays long while it is trained
+    scales = np.exp2(np.round(np.log2(np.abs(transforms).max(1, keepdims=True) + 1e-30)))
     sampler.scales.copy_(_tensor(np.broadcast_to(scales, transforms.shape)))
     sampler.linear.copy_(_tensor(transforms / scales))  # exact: scales are powers of two
     sampler.constant.copy_(_tensor(arrays["constant"]))
