@@ -1,0 +1,31 @@
+"""benchmarks/stokes_differences.py: a known flow, and the same flow as solidtex.transport."""
+
+import math
+
+import numpy as np
+import pytest
+import stokes_differences
+from scipy import ndimage
+
+from solidtex import transport
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+def test_the_flow_through_a_tube_is_known(axis: int) -> None:
+    radius = 8
+    side = 2 * radius + 3
+    at = np.arange(side) - (side - 1) / 2
+    section = np.hypot(*np.meshgrid(at, at)) < radius
+    tube = np.moveaxis(np.repeat(section[None], 4, 0), 0, axis)
+    found, spread = stokes_differences.permeability(tube, axis)
+    exact = np.count_nonzero(section) ** 2 / (8 * math.pi) / side**2
+    assert found == pytest.approx(exact, rel=0.03)
+    assert spread < 1e-3
+
+
+def test_a_random_medium_is_as_permeable_by_both_methods() -> None:
+    noise = ndimage.gaussian_filter(np.random.default_rng(1).normal(size=(24, 20, 22)), 2)
+    pores = noise > np.quantile(noise, 0.55)
+    found, _ = stokes_differences.permeability(pores, 1)
+    expected = transport.permeability(pores, 1, tolerance=1e-3).value
+    assert found == pytest.approx(expected, rel=0.06)
