@@ -71,6 +71,16 @@ def test_a_result_of_another_space_is_refused_by_the_space(folder: Path, tmp_pat
             begin(photo, *other, *options, "48")
 
 
+def test_transforms_have_a_scale_for_each_axis(folder: Path, tmp_path: Path) -> None:
+    """One learning rate suits the short frequencies across long grain and the low ones along it."""
+    generator = start(folder, "sampler.solidtex-space", tmp_path / "result").generator
+    assert isinstance(generator, OctaveSampler)
+    largest = generator.linear.detach().abs().amax(1)  # [octave, axis]
+    assert ((largest > 0.7) & (largest < 1.42)).all()
+    across, along = generator.scales[:, 0, 0], generator.scales[:, 0, 2]
+    assert (across / along).max() >= 4
+
+
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("suffix", ["", ".solidtex-space"])
 def test_a_training_starts_with_the_encoded_solid(
