@@ -236,6 +236,16 @@ def test_refusals(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "use a larger photograph, or solidtex-train without --space" in found
 
 
+def test_a_folder_of_photographs_hides_no_shipped_space(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "stones").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert open_space(Path("stones")).document.name == "stones"
+    with pytest.raises(ResultError, match="found no readable JSON"):
+        open_space(tmp_path / "stones")
+
+
 def test_a_space_with_other_values_is_refused(folder: Path, tmp_path: Path) -> None:
     from safetensors.numpy import load, save
 

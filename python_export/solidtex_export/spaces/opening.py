@@ -26,8 +26,11 @@ from solidtex_export.spaces.start_file import LearnedStart, read_start_file
 
 
 def open_space(path: Path) -> OpenSpace:
-    """Open a space file, a shipped space by its bare name, or a result of solidtex-train-space."""
-    if path.is_dir():
+    """Open a space file, a shipped space by its bare name, or a result of solidtex-train-space.
+
+    A folder that is no result, such as photographs in `stones`, hides no shipped space.
+    """
+    if path.is_dir() and ((path / "config.json").exists() or not is_bare_name(path)):
         return _open_result(path)
     return read_space_file(_shipped(path.name) if is_bare_name(path) else path)
 
