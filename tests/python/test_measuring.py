@@ -292,6 +292,14 @@ def test_other_files_say_what_to_do(tmp_path: Path, capfd, name: str, message: s
     assert message in capfd.readouterr().err
 
 
+def test_a_result_of_a_training_says_how_its_model_is_written(tmp_path: Path, capfd) -> None:
+    (tmp_path / "rocks").mkdir()
+    (tmp_path / "rocks" / "config.json").touch()
+    arguments = [str(tmp_path / "rocks"), "-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]
+    assert main(arguments) == 1
+    assert "rocks --material NAME -o MODEL.solidtex" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("make", "options", "message"),
     [

@@ -53,6 +53,8 @@ def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
     suffix = path.suffix.lower()
     if suffix == ".solidtex-space":
         raise VolumeError(_space_message(path))
+    if (path / "config.json").is_file():
+        raise VolumeError(_result_message(path))
     if suffix not in SUFFIXES:
         hint = f"; {HINTS[suffix]}" if suffix in HINTS else ""
         raise VolumeError(
@@ -286,4 +288,12 @@ def _space_message(path: Path) -> str:
     return (
         f"{path}: found a texture space, expected a model or a volume: a space has many materials;"
         f" write the model of one with solidtex-encode PHOTOGRAPH --space {path} -o MODEL.solidtex"
+    )
+
+
+def _result_message(path: Path) -> str:
+    return (
+        f"{path}: found the result of a training, expected a model or a volume; write its model"
+        f" with solidtex-export {path} -o MODEL.solidtex, or of several materials one with"
+        f" solidtex-export-space {path} --material NAME -o MODEL.solidtex"
     )
