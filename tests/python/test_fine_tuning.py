@@ -14,7 +14,7 @@ from small_spaces import begin as begin_space
 from small_spaces import run, save_photos, save_preset
 from small_trainings import assert_equal, begin, train
 
-from solidtex_export.commands import export, export_space
+from solidtex_export.commands import export, export_space, train_space
 from solidtex_export.commands import train as cli_train
 from solidtex_export.export.file_format import model_file
 from solidtex_export.generators.regions import Box
@@ -189,6 +189,22 @@ def test_a_start_resumes_to_the_same_bits(folder: Path, tmp_path: Path) -> None:
     run(begin_space(folder / "photos", preset, tmp_path / "parts", 2), 2)
     assert_equal(dict(whole.state), dict(open_start(tmp_path / "parts").state))
     assert_equal(dict(whole.state), dict(open_start(folder / "start-lattice").state))
+
+
+@pytest.mark.parametrize("name", ["lattice", "start-lattice"])
+def test_what_a_training_names_next_is_there(
+    folder: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The command that exports the result, and the preview."""
+    result = tmp_path / "result"
+    options = ["--preset", str(folder / f"{name}.toml"), "--steps", "1", "-o", str(result)]
+    assert train_space.main([str(folder / "photos" / "list.csv"), *options]) == 0
+    said = capsys.readouterr()
+    named = said.err.split("next: solidtex-export-space ")[1].splitlines()[0]
+    arguments = named.split()
+    arguments[-1] = str(tmp_path / arguments[-1])
+    assert export_space.main(arguments) == 0
+    assert Path(said.out.split("look at ")[1].strip()).is_file()
 
 
 def test_refusals(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

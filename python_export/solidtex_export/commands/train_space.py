@@ -27,6 +27,8 @@ from solidtex_export.spaces.settings import (
     load_space_recipe,
     shipped_presets,
 )
+from solidtex_export.spaces.space_file import SUFFIX
+from solidtex_export.spaces.start_file import SUFFIX as START_SUFFIX
 from solidtex_export.spaces.trainer import PATCH, SpaceTrainer
 from solidtex_export.training import ranks
 from solidtex_export.training.divergence import TrainError
@@ -225,11 +227,12 @@ def train(args: argparse.Namespace) -> Trainer:
 
 
 def _export_options(trainer: Trainer, args: argparse.Namespace) -> str:
-    """A space is one file; each material of an Alanov training is a model."""
+    """A space or a start is one file; each material of an Alanov training is a model."""
     if isinstance(trainer, AlanovTrainer):
         material = trainer.textures[0].name
         return f"--material {material} -o {material}.solidtex"
-    return f"-o {args.result.name}.solidtex-space"
+    suffix = START_SUFFIX if isinstance(trainer, StartTrainer) else SUFFIX
+    return f"-o {args.result.name}{suffix}"
 
 
 if __name__ == "__main__":

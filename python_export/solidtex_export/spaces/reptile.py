@@ -33,7 +33,7 @@ from solidtex_export.training.ranks import Ranks
 from solidtex_export.training.reproducible import make_reproducible
 from solidtex_export.training.result import ResultFolder
 
-SHOWN = 6  # held-out photographs in the preview
+SHOWN = 6  # photographs in the preview, held-out ones if there are any
 PREVIEW_SIDE = 128
 
 
@@ -132,15 +132,14 @@ class StartTrainer(ResumableTraining):
         before = {k: v.clone() for k, v in self.generator.state_dict().items()}
         images = []
         with torch.random.fork_rng(devices=[self.device] if self.device.type == "cuda" else []):
-            for material in self.held_out[:SHOWN]:
+            for material in (self.held_out or self.materials)[:SHOWN]:
                 torch.manual_seed(0)
                 images.append(material.restored(material.image)[:, :PREVIEW_SIDE, :PREVIEW_SIDE])
                 images.append(self._slice(material))
                 self.adapt(material)
                 images.append(self._slice(material))
                 self.generator.load_state_dict(before)
-        if images:
-            self.folder.save_preview(sheet_of_rows(images, 6))
+        self.folder.save_preview(sheet_of_rows(images, 6))
 
     @torch.no_grad()
     def _slice(self, material: Material) -> Tensor:
