@@ -217,9 +217,7 @@ def talk(args: argparse.Namespace) -> Callable[[str], None]:
 
 
 def write(args: argparse.Namespace, result: Evaluation, exemplars: list[str]) -> None:
-    if args.json and args.json != STANDARD_OUTPUT:
-        write_whole(args.json, (json.dumps(result.document, indent=1) + "\n").encode())
-        print(args.json)
+    """The JSON comes last: solidtex-fidelity takes it for a sign that all is there."""
     say = talk(args)
     if args.output:
         from solidtex_export.evaluation.report import render
@@ -233,6 +231,9 @@ def write(args: argparse.Namespace, result: Evaluation, exemplars: list[str]) ->
         for name, picture in result.pictures.items():
             write_whole(args.pictures / f"{name.replace(' ', '-')}.png", png(picture))
         say(str(args.pictures))
+    if args.json and args.json != STANDARD_OUTPUT:
+        write_whole(args.json, (json.dumps(result.document, indent=1) + "\n").encode())
+        print(args.json)
 
 
 def main(arguments: list[str] | None = None) -> int:
