@@ -60,7 +60,7 @@ def neighbors(values: np.ndarray, axis: int, step: int, outside: int) -> np.ndar
     return np.take(padded, range(first, first + values.shape[axis]), axis)
 
 
-def component(pores: np.ndarray, axis: int) -> Component:
+def component(pores: np.ndarray, axis: int, stair: float) -> Component:
     """Velocities along `axis` of a flow along axis 0."""
     sides = tuple((int(a == axis), int(a == axis)) for a in range(3))
     padded = np.pad(pores, sides, mode="edge") if axis == 0 else np.pad(pores, sides)
@@ -73,11 +73,11 @@ def component(pores: np.ndarray, axis: int) -> Component:
     signs = np.repeat([-1.0, 1.0], [enters.sum(), leaves.sum()])
     where = (np.r_[cells[enters], cells[leaves]], np.r_[first[enters], last[leaves]])
     divergence = sparse.csr_matrix((signs, where), (len(cells), faces.max() + 1))
-    return Component(faces, friction(faces, (before, after), axis), divergence)
+    return Component(faces, friction(faces, (before, after), axis, stair), divergence)
 
 
 def friction(
-    faces: np.ndarray, sides: tuple[np.ndarray, np.ndarray], axis: int
+    faces: np.ndarray, sides: tuple[np.ndarray, np.ndarray], axis: int, stair: float
 ) -> sparse.csr_matrix:
     """`sides`: whether there is a pore before and after each face."""
     free = faces >= 0
@@ -95,7 +95,7 @@ def friction(
                 weight = np.where(other == OUTSIDE, 0.0, 1.0)
             else:
                 pores = sum(neighbors(side.astype(int), along, step, 0)[free] for side in sides)
-                weight = np.where(found, 1.0, np.where(pores == 0, WALL, STAIR)) * share
+                weight = np.where(found, 1.0, np.where(pores == 0, WALL, stair)) * share
             diagonal += weight
             rows.append(at[found])
             columns.append(other[found])
@@ -104,10 +104,10 @@ def friction(
     return sparse.csr_matrix(triples, (len(at), len(at)))
 
 
-def permeability(pores: np.ndarray, axis: int) -> tuple[float, float]:
+def permeability(pores: np.ndarray, axis: int, stair: float = STAIR) -> tuple[float, float]:
     """Permeability in voxels squared, and the relative range of the flow through three layers."""
     pores = np.moveaxis(connected(pores, axis), axis, 0)
-    parts = [component(pores, a) for a in range(3)]
+    parts = [component(pores, a, stair) for a in range(3)]
     flow = parts[0]
     force = np.zeros(flow.friction.shape[0])
     force[flow.faces[0][flow.faces[0] >= 0]] = 1  # the pressure on the first face
@@ -140,6 +140,8 @@ def main() -> None:
     p.add_argument("--axes", default="xyz", help="default: xyz")
     p.add_argument("--voxel-size", type=float, default=5.345, metavar="UM",
                    help="in micrometers (default: 5.345)")  # fmt: skip
+    p.add_argument("--stair", type=float, default=STAIR, metavar="F",
+                   help="friction at the rise of a stair, from 1 to 2 (default: 1.5)")  # fmt: skip
     args = p.parse_args()
     corner = np.ascontiguousarray(read_pores(args.volume)[(slice(args.size),) * 3])
     millidarcy = (args.voxel_size * 1e-6) ** 2 / SQUARE_METERS_PER_DARCY * 1e3
@@ -149,7 +151,7 @@ def main() -> None:
         axis = "xyz".index(name)
         ours = transport.permeability(corner, axis, tolerance=1e-3).value
         begin = time.process_time()
-        theirs, spread = permeability(corner, axis)
+        theirs, spread = permeability(corner, axis, args.stair)
         seconds = f"{time.process_time() - begin:.0f}"
         row(name, ours * millidarcy, theirs * millidarcy, ours / theirs, spread, seconds)
 
