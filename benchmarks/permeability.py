@@ -54,11 +54,16 @@ def analytic_rows() -> None:
         exact = a**3 * b / 12 * (1 - 192 * a / math.pi**5 / b * terms)
         flow(f"duct, {a} x {b}", np.pad(np.ones((a, b), bool), 1), exact / (a + 2) / (b + 2))
     for radius in (4, 8, 12, 16, 24):
-        side = 2 * radius + 3
-        at = np.arange(side) - (side - 1) / 2
-        section = np.hypot(*np.meshgrid(at, at)) < radius
-        area = np.count_nonzero(section)
-        flow(f"tube, radius {radius}", section, area**2 / (8 * math.pi) / side**2)
+        section, exact = tube(radius)
+        flow(f"tube, radius {radius}", section, exact)
+
+
+def tube(radius: int) -> tuple[np.ndarray, float]:
+    """Section of a tube, and its permeability by Poiseuille's law at the area it has in voxels."""
+    side = 2 * radius + 3
+    at = np.arange(side) - (side - 1) / 2
+    section = np.hypot(*np.meshgrid(at, at)) < radius
+    return section, np.count_nonzero(section) ** 2 / (8 * math.pi) / side**2
 
 
 def flow(name: str, section: np.ndarray, exact: float) -> None:
@@ -80,12 +85,17 @@ def read_pores(path: Path) -> np.ndarray:
             return np.ascontiguousarray(tifffile.imread(file).T == 0)
 
 
+def millidarcy_per_square(voxel: float) -> float:
+    """Millidarcy of a voxel squared; the edge of a voxel is in micrometers."""
+    return (voxel * 1e-6) ** 2 / SQUARE_METERS_PER_DARCY * 1e3
+
+
 def volume_rows(path: Path, voxel: float, axes: str, threads: int, refinement: int) -> None:
     pores = read_pores(path)
     print(f"\n{path.name}: {pores.shape}, porosity {pores.mean():.4f}")
     row("figure", "solver", "whole Berea", "difference", "steps", "CPU seconds")
     row(*["---"] * 6)
-    per_square = (voxel * 1e-6) ** 2 / SQUARE_METERS_PER_DARCY * 1e3
+    per_square = millidarcy_per_square(voxel)
     for name in axes:
         axis = "xyz".index(name)
         begin = time.process_time()

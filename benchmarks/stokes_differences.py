@@ -11,15 +11,15 @@ faces across the axis, the other faces sealed. The volume is a file as for perme
 import argparse
 import time
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from permeability import read_pores, row
+from permeability import millidarcy_per_square, read_pores, row
 from scipy import ndimage, sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
 from solidtex import transport
-from solidtex_export.measuring.transport import SQUARE_METERS_PER_DARCY
 
 WALL = 2.0  # a wall is half a voxel from a velocity along it
 STAIR = 1.5  # half of a control volume's side is wall, half a face that nothing flows through
@@ -38,10 +38,13 @@ class Component:
     friction: sparse.csr_matrix
     divergence: sparse.csr_matrix
 
+    @cached_property
+    def _preconditioner(self) -> sparse.dia_matrix:
+        return sparse.diags(1 / self.friction.diagonal())
+
     def solve(self, force: np.ndarray) -> np.ndarray:
         """The velocities by which friction is equal to the force."""
-        diagonal = sparse.diags(1 / self.friction.diagonal())
-        found, failed = cg(self.friction, force, rtol=1e-7, M=diagonal)
+        found, failed = cg(self.friction, force, rtol=1e-7, M=self._preconditioner)
         assert not failed
         return found
 
@@ -62,24 +65,23 @@ def neighbors(values: np.ndarray, axis: int, step: int, outside: int) -> np.ndar
 
 def component(pores: np.ndarray, axis: int, stair: float) -> Component:
     """Velocities along `axis` of a flow along axis 0."""
-    sides = tuple((int(a == axis), int(a == axis)) for a in range(3))
-    padded = np.pad(pores, sides, mode="edge") if axis == 0 else np.pad(pores, sides)
+    ends = tuple((int(a == axis), int(a == axis)) for a in range(3))
+    padded = np.pad(pores, ends, mode="edge") if axis == 0 else np.pad(pores, ends)
     size = pores.shape[axis]
-    before, after = (np.take(padded, range(i, i + size + 1), axis) for i in (0, 1))
-    faces = numbered(before & after)
+    before, after = (np.take(padded, range(i, i + size + 1), axis).astype(int) for i in (0, 1))
+    sides = before + after
+    faces = numbered(sides == 2)
     first, last = (np.take(faces, range(i, i + size), axis)[pores] for i in (0, 1))
     cells = np.arange(len(first))
     enters, leaves = first >= 0, last >= 0
     signs = np.repeat([-1.0, 1.0], [enters.sum(), leaves.sum()])
     where = (np.r_[cells[enters], cells[leaves]], np.r_[first[enters], last[leaves]])
     divergence = sparse.csr_matrix((signs, where), (len(cells), faces.max() + 1))
-    return Component(faces, friction(faces, (before, after), axis, stair), divergence)
+    return Component(faces, friction(faces, sides, axis, stair), divergence)
 
 
-def friction(
-    faces: np.ndarray, sides: tuple[np.ndarray, np.ndarray], axis: int, stair: float
-) -> sparse.csr_matrix:
-    """`sides`: whether there is a pore before and after each face."""
+def friction(faces: np.ndarray, sides: np.ndarray, axis: int, stair: float) -> sparse.csr_matrix:
+    """`sides`: the number of pores beside each face, 0 to 2."""
     free = faces >= 0
     volume = np.ones(faces.shape)
     if axis == 0:
@@ -94,8 +96,8 @@ def friction(
             if along == axis:
                 weight = np.where(other == OUTSIDE, 0.0, 1.0)
             else:
-                pores = sum(neighbors(side.astype(int), along, step, 0)[free] for side in sides)
-                weight = np.where(found, 1.0, np.where(pores == 0, WALL, stair)) * share
+                beside = neighbors(sides, along, step, 0)[free]
+                weight = np.where(found, 1.0, np.where(beside == 0, WALL, stair)) * share
             diagonal += weight
             rows.append(at[found])
             columns.append(other[found])
@@ -144,7 +146,7 @@ def main() -> None:
                    help="friction at the rise of a stair, from 1 to 2 (default: 1.5)")  # fmt: skip
     args = p.parse_args()
     corner = np.ascontiguousarray(read_pores(args.volume)[(slice(args.size),) * 3])
-    millidarcy = (args.voxel_size * 1e-6) ** 2 / SQUARE_METERS_PER_DARCY * 1e3
+    millidarcy = millidarcy_per_square(args.voxel_size)
     row("axis", "lattice-Boltzmann, mD", "differences, mD", "ratio", "range", "CPU seconds")
     row(*["---"] * 6)
     for name in args.axes:

@@ -1,8 +1,7 @@
 """benchmarks/stokes_differences.py: a known flow, and the same flow as solidtex.transport."""
 
-import math
-
 import numpy as np
+import permeability
 import pytest
 import stokes_differences
 from scipy import ndimage
@@ -12,13 +11,9 @@ from solidtex import transport
 
 @pytest.mark.parametrize("axis", [0, 2])
 def test_the_flow_through_a_tube_is_known(axis: int) -> None:
-    radius = 8
-    side = 2 * radius + 3
-    at = np.arange(side) - (side - 1) / 2
-    section = np.hypot(*np.meshgrid(at, at)) < radius
-    tube = np.moveaxis(np.repeat(section[None], 4, 0), 0, axis)
-    found, spread = stokes_differences.permeability(tube, axis)
-    exact = np.count_nonzero(section) ** 2 / (8 * math.pi) / side**2
+    section, exact = permeability.tube(8)
+    pores = np.moveaxis(np.repeat(section[None], 4, 0), 0, axis)
+    found, spread = stokes_differences.permeability(pores, axis)
     assert found == pytest.approx(exact, rel=0.03)
     assert spread < 1e-3
 
