@@ -90,6 +90,31 @@ def test_pore_sizes_of_slabs_and_of_two_balls() -> None:
     assert covered[radii > 8.5] == pytest.approx(share, abs=0.05)
 
 
+def test_disks_in_slices_have_the_radii_of_the_slices() -> None:
+    tube = np.moveaxis(cylinder(12), 2, 0)
+    radii, covered = geometry.pore_sizes(tube[0])
+    assert radii[-1] == pytest.approx(12, abs=0.8)
+    assert 10 < geometry.mean_radius(radii, covered) < radii[-1]
+    assert geometry.disk_sizes(tube, radii) == pytest.approx(covered)
+    mixed = np.stack([tube[0], np.zeros_like(tube[0]), np.ones_like(tube[0])])
+    share = tube[0].mean() / (1 + tube[0].mean())  # of the tube, in all of the phase
+    found = np.array(geometry.disk_sizes(mixed, [*radii, 40.0]))
+    assert found[:-1] == pytest.approx(1 - share * (1 - np.array(covered)), abs=1e-4)
+    assert found[-1] == pytest.approx(1 - share, abs=1e-4)  # no disk of 40 fits into the tube
+    assert geometry.mean_radius([1.0, 2.0, 4.0], [0.9, 0.5, 0.25]) == pytest.approx(1.9)
+
+
+def test_squares_of_a_section_have_the_surface_of_the_solid() -> None:
+    section = np.random.default_rng(0).random((64, 96)) < 0.3
+    rows = representative.analyze(section, 2.0, "um", {})
+    assert [(row["edge_voxels"], row["squares"]) for row in rows] == [(16, 24), (32, 6), (64, 1)]
+    whole = 4 / math.pi * geometry.specific_surface(section[:, :64]) / 2
+    assert rows[-1]["specific_surface_per_um"]["mean"] == pytest.approx(whole)
+    assert rows[-1]["euler_density_per_um2"]["mean"] == pytest.approx(
+        geometry.euler_characteristic(section[:, :64]) / 128**2
+    )
+
+
 def test_cubes_of_a_uniform_solid_are_representative() -> None:
     rows = representative.analyze(slabs(64), 2.0, "um", {})
     assert [row["edge_voxels"] for row in rows] == [16, 32, 64]

@@ -82,12 +82,14 @@ def test_the_report_has_diagrams_and_the_reason(tmp_path: Path) -> None:
     options = ["--phase", "1", "--voxel-size", "1um", "--exemplar", str(tmp_path / "cut.png")]
     assert main([str(tmp_path / "ball.npy"), "-o", str(page), *options]) == 0
     text = page.read_text()
-    assert text.count("data:image/png;base64,") == 3
+    assert text.count("data:image/png;base64,") == 4
     assert "no path of phase 1 leads through the volume along y" in text
     assert "Beside the picture" in text
     assert "voxels of 1.0 µm" in text
     assert "<li>ball.npy: labels 0, 1</li>" in text
     assert "<tr><td>32</td><td>32</td><td>1</td><td>0.1" in text  # the largest cube
+    assert "Representative areas of the picture" in text
+    assert "<tr><td>32</td><td>32</td><td>1</td><td>0.3" in text  # the largest square
 
 
 def test_a_report_needs_no_picture_beside_it(tmp_path: Path) -> None:
@@ -131,13 +133,15 @@ def test_labels_of_a_picture_count_by_their_order(tmp_path: Path, capfd) -> None
     report = ["-o", str(tmp_path / "three.json")]
     out, error = capfd.readouterr()
     assert f"picture  0: {1 - cut.mean():.2%} ± " in out and f", 1: {cut.mean():.2%} ± " in out
-    for title, key, unit, solid, picture in (
-        ("specific surface", "specific_surface_per_um", "1/um", found["phases"]["1"],
+    for title, key, solid, picture in (
+        ("specific surface (1/µm)", "specific_surface_per_um", found["phases"]["1"],
          found["exemplar"]),
-        ("mean chord along x", "mean_chord_um", "um", found["axes"]["x"],
+        ("mean chord (µm) along x", "mean_chord_um", found["axes"]["x"],
          found["exemplar"]["axes"]["x"]),
+        ("mean pore radius (µm) in slices across z", "mean_pore_radius_um",
+         found["exemplar"]["slices"], found["exemplar"]),
     ):  # fmt: skip
-        expected = f"{solid[key]:.4g} {unit}, picture {picture[key]:.4g} {unit}"
+        expected = f"{solid[key]:.4g}, picture {picture[key]:.4g}"
         assert f"   {title} of phase 1: {expected}" in out
     assert "cut.png: labels 9, 255" in error
     assert main([str(tmp_path / "ball.npy"), *report, *options, *QUICK]) == 1
@@ -175,9 +179,10 @@ def test_every_phase_of_a_picture_has_its_fraction_beside_the_solids(tmp_path: P
         )
         difference = f"<td>{100 * (solid['fraction'] / figures['fraction'] - 1):+.1f} %</td>"
         assert f"<tr><td>fraction of phase {label}</td>{cells}{difference}</tr>" in text
-    density = f"{found['exemplar']['euler_density_per_um2']:.4g}"
-    name = "euler density (1/µm²) of phase 1"
-    assert f"<tr><td>{name}</td><td>-</td><td>{density}</td><td>-</td></tr>" in text
+    key = "euler_density_per_um2"
+    solid, figures = found["exemplar"]["slices"], found["exemplar"]
+    cells = f"<td>{solid[key]:.4g}</td><td>{figures[key]:.4g}</td>"
+    assert f"<tr><td>euler density (1/µm²) in slices across z of phase 1</td>{cells}" in text
     assert "<td>specific surface (1/µm) of phase 1</td>" in text
 
 
@@ -204,6 +209,51 @@ def test_a_picture_has_the_scale_of_the_solid(channels: str, tmp_path: Path, cap
         chord = found["axes"]["x"]["mean_chord_um"]
         assert chord == pytest.approx(8 * size[0] / 64 * 2)  # bands of 8 pixels
         assert f"bands.png: {note}" in capfd.readouterr().err
+
+
+def test_slices_of_the_solid_are_compared_across_the_axis_of_the_picture(
+    tmp_path: Path, capfd
+) -> None:
+    from PIL import Image
+
+    tube = cylinder(9, 30)  # along z
+    np.save(tmp_path / "tube.npy", tube.astype(np.uint8))
+    command = [str(tmp_path / "tube.npy"), "--phase", "1", "--voxel-size", "2um", *QUICK]
+    for across, cut, radius in (("z", tube[:, :, 7], 18), ("y", tube[:, 15, :], 18)):
+        Image.fromarray(cut.T.astype(np.uint8)).save(tmp_path / "cut.png")
+        found = measure(
+            tmp_path, Path(command[0]), *command[1:],
+            "--exemplar", str(tmp_path / "cut.png"), "--across", across,
+        )["exemplar"]  # fmt: skip
+        assert found["across"] == across and list(found["axes"]) == list("xyz".replace(across, ""))
+        assert found["mean_pore_radius_um"] == pytest.approx(radius, rel=0.1)
+    assert found["axes"]["x"]["mean_chord_um"] == 36 and found["axes"]["z"]["mean_chord_um"] is None
+    disks = found["slices"]
+    assert disks["euler_density_per_um2"] == pytest.approx(18 / 30 / 60**2)  # 18 of 30 slices
+    assert 9 < disks["mean_pore_radius_um"] < 18  # most slices miss the middle of the tube
+    with pytest.raises(SystemExit):
+        main([*command, "-o", str(tmp_path / "r.json"), "--across", "x"])
+    assert "--across: found no --exemplar" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(("directions", "across"), [("xyz", "z"), ("xy", "y"), ("x", "x")])
+def test_a_model_knows_what_its_picture_is_a_section_across(
+    directions: str, across: str, tmp_path: Path
+) -> None:
+    from solidtex_export.commands.measure_exemplar import read_exemplar
+    from solidtex_export.measuring.voxels import parse_voxel_size
+
+    picture, model = tmp_path / "dots.tif", random_models.sampler_model(4, 3, 7)
+    tifffile.imwrite(picture, (np.indices((40, 40)).sum(0) // 4 % 2 * 255).astype(np.uint8))
+    record = {"file": "dots.tif", "sha256": hashlib.sha256(picture.read_bytes()).hexdigest()}
+    model.document["training"] = {
+        "resolution": 40, "directions": directions, "exemplars": [record],
+    }  # fmt: skip
+    model_file.write(tmp_path / "m.solidtex", model)
+    size = parse_voxel_size("1um")
+    for said, expected in ((None, across), ("z", "z")):
+        found, _ = read_exemplar(picture, tmp_path / "m.solidtex", size, said)
+        assert found.across == expected and "".join(found.axes) == "xyz".replace(expected, "")
 
 
 def test_sizes_and_axes_of_files(tmp_path: Path, capfd) -> None:

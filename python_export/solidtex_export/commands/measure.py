@@ -73,6 +73,9 @@ def make_parser() -> argparse.ArgumentParser:
                    help="picture of the material whose figures stand beside: with a model that was"
                    " trained on it, cropped and reduced as for the training, else with pixels as"
                    " large as the voxels")  # fmt: skip
+    p.add_argument("--across", choices=("x", "y", "z"),
+                   help="the axis that --exemplar is a section across (default: as in the training"
+                   " of the model, else z)")  # fmt: skip
     p.add_argument("--size", type=int, default=128, metavar="N",
                    help="edge of a model's cube in voxels (default: 128)")  # fmt: skip
     p.add_argument("--seed", type=int, default=0, metavar="S", help="random seed of a model")
@@ -89,6 +92,8 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error(f"--size: found {args.size}, expected at least 2")
     if args.periodic and not is_model(args.volume):
         p.error("--periodic: found a volume, expected a model; --boundary periodic repeats volumes")
+    if args.across and not args.exemplar:
+        p.error("--across: found no --exemplar, expected the picture that is a section")
     if args.periodic:
         args.boundary = "periodic"
     if not args.outputs and not args.json:
@@ -105,8 +110,9 @@ def run(args: argparse.Namespace) -> cli.Document:
         import nrrd  # noqa: F401
         import tifffile  # noqa: F401
     from solidtex_export.commands.measure_exemplar import read_exemplar
-    from solidtex_export.measuring.measure import Settings, measure_picture, measure_volume
+    from solidtex_export.measuring.measure import Settings, measure_volume
     from solidtex_export.measuring.phases import find_phases
+    from solidtex_export.measuring.section import measure_section
 
     for path in args.outputs:
         check_output(path, args.force, path.suffix)
@@ -127,14 +133,12 @@ def run(args: argparse.Namespace) -> cli.Document:
     notes = _notes(volume, voxel_size, given is not None, phases.notes)
     document: dict[str, Any] = {"file": args.volume.name, "model": volume.model, "notes": notes}
     if args.exemplar:  # first: one that does not fit is refused before hours of flow
-        pixels, note = read_exemplar(args.exemplar, args.volume, voxel_size)
+        section, note = read_exemplar(args.exemplar, args.volume, voxel_size, args.across)
         notes.append(note)
     for text in notes:
         print(text, file=sys.stderr)
     if args.exemplar:
-        document["exemplar"] = measure_picture(
-            pixels, args.threshold, args.exemplar.name, settings, phases
-        )
+        document["exemplar"] = measure_section(section, args.threshold, settings, phases)
         print(document["exemplar"]["note"], file=sys.stderr)
     document |= measure_volume(phases, settings, lambda text: print(text, file=sys.stderr))
     print(summary(document))
@@ -203,16 +207,14 @@ def _fractions(phases: dict[str, Any], titles: dict[str, str]) -> str:
 
 
 def _beside_picture(document: dict[str, Any], phase: str) -> list[str]:
-    """The picture's fractions; surface and chords of the solid beside the picture's."""
+    """The picture's fractions; further figures of the solid beside the picture's."""
     from solidtex_export.measuring.report import compared
 
-    picture, unit = document["exemplar"], document["voxel_size"]["unit"]
+    picture = document["exemplar"]
     lines = [f"picture  {_fractions(picture['phases'], document['phase_titles'])}"]
-    for _, axis, *figures in compared(document):
-        title = f"mean chord along {axis}" if axis else "specific surface"
+    for name, *figures in compared(document):
         ours, theirs = ("none" if value is None else f"{value:.4g}" for value in figures)
-        length = unit if axis else f"1/{unit}"
-        lines.append(f"   {title} of {phase}: {ours} {length}, picture {theirs} {length}")
+        lines.append(f"   {name} of {phase}: {ours}, picture {theirs}")
     return lines
 
 

@@ -9,37 +9,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidtex_export.commands.evaluate import trained_reading, trained_record
+from solidtex_export.evaluation.subjects import compared_views
 from solidtex_export.export.file_format import model_file
 from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, load_exemplar
 from solidtex_export.images.labels import load_labels
-from solidtex_export.measuring.measure import read_picture
+from solidtex_export.measuring.section import Section, read_section
 from solidtex_export.measuring.volumes import PHASE_PREFIX, is_model
 from solidtex_export.measuring.voxels import VoxelSize
 
 SMALLEST = 2  # pixels
 
 
-def read_exemplar(path: Path, volume: Path, voxel_size: VoxelSize) -> tuple[NDArray[Any], str]:
-    """Pixels [x, y], each as large as a voxel, and a note that says so.
+def read_exemplar(
+    path: Path, volume: Path, voxel_size: VoxelSize, across: str | None
+) -> tuple[Section, str]:
+    """The picture, each pixel as large as a voxel, and a note that says so.
 
-    A model knows how the picture of its training was cropped and reduced. Of other pictures only
-    the user knows the scale.
+    A model knows how the picture of its training was cropped and reduced, and which directions it
+    served. Of other pictures only the user knows the scale, and the axis `across`.
     """
     document = model_file.read(volume).document if is_model(volume) else {}
     training = document.get("training", {})
     record = trained_record(path, training)
     if record is None or "resolution" not in training:
-        return read_picture(path), (
+        return Section(path.name, read_section(path), across or "z"), (
             f"{path.name}: a pixel is taken to be as large as a voxel, {voxel_size}; if the"
             " training reduced its photograph, reduce this picture alike first"
         )
     pixels = _trained_pixels(path, document, record)
     columns, rows = pixels.shape
-    return pixels, (
+    return Section(path.name, pixels, across or _trained_axis(training, record)), (
         f"{path.name}: as in the training of {volume.name}, {columns} x {rows} pixels, each as"
         f" large as a voxel, {voxel_size}"
     )
+
+
+def _trained_axis(training: dict[str, Any], record: dict[str, Any]) -> str:
+    """The last of the axes whose slices were trained on the picture."""
+    views = compared_views(training, len(training["exemplars"]))
+    own = training["exemplars"].index(record)
+    return max(name for name, index in views.items() if index == own and name in "xyz")
 
 
 def _trained_pixels(path: Path, document: dict[str, Any], record: dict[str, Any]) -> NDArray[Any]:

@@ -15,6 +15,7 @@ Mask = NDArray[np.bool_]
 SHARES_3D = {1: 0.0915558, 2: 0.0739613, 3: 0.0703914}
 # Directions of the neighbors of a pixel: the four have equal shares of the circle.
 SHARE_2D = 0.25
+SURFACE_OF_SECTIONS = 4 / np.pi  # surface by volume, by boundary length by area; isotropic solids
 LONGEST_WAVES = 2  # along the longest edge, in the integral range
 PORE_RADII = 25  # opened sizes in the distribution of pore sizes
 
@@ -57,10 +58,10 @@ def mean_breadth(mask: Mask) -> float:
 
     The mean breadth of a ball is its diameter.
     """
-    return sum(_section_euler(np.moveaxis(mask, axis, 0)) for axis in range(3)) / 3
+    return sum(section_euler(np.moveaxis(mask, axis, 0)) for axis in range(3)) / 3
 
 
-def _section_euler(mask: Mask) -> int:
+def section_euler(mask: Mask) -> int:
     """Sum of the Euler characteristics of the sections along axis 0, connected through edges."""
     rows = np.count_nonzero(mask[:, 1:] & mask[:, :-1])
     columns = np.count_nonzero(mask[:, :, 1:] & mask[:, :, :-1])
@@ -110,21 +111,48 @@ def integral_range(mask: Mask) -> float:
 
 
 def pore_sizes(mask: Mask) -> tuple[list[float], list[float]]:
-    """Radii, and the volume fraction of the phase that balls of each radius or more cover.
+    """Radii, and the fraction of the phase that balls (disks in 2D) of each radius or more cover.
 
     The same openings as PoreSpy's local_thickness.
     """
-    depth = ndimage.distance_transform_edt(mask)
+    depth = _depth(mask)
     largest = float(depth.max())
     radii = np.unique(np.geomspace(1, largest, PORE_RADII).round(3)) if largest >= 1 else np.ones(1)
-    total = max(1, int(np.count_nonzero(mask)))
-    reached, covered = np.zeros_like(mask), []
+    covered = _reached(mask, depth, radii) / max(1, int(np.count_nonzero(mask)))
+    return radii.tolist(), covered.tolist()
+
+
+def disk_sizes(slices: Mask, radii: list[float]) -> list[float]:
+    """The fraction of the phase in slices along axis 0 that disks of each radius or more cover."""
+    reached = np.zeros(len(radii), np.int64)
+    for piece in slices:
+        reached += _reached(piece, _depth(piece), np.array(radii))
+    return list(reached / max(1, int(np.count_nonzero(slices))))
+
+
+def _depth(mask: Mask) -> NDArray[np.float64]:
+    """Distance from each voxel of the phase to its border; without a border it is infinite."""
+    if mask.all():
+        return np.full(mask.shape, np.inf)
+    return np.asarray(ndimage.distance_transform_edt(mask))
+
+
+def _reached(
+    mask: Mask, depth: NDArray[np.float64], radii: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Number of voxels of the phase that openings of each radius or more cover."""
+    reached, counts = np.zeros_like(mask), []
     for radius in radii[::-1]:
         centers = depth >= radius
         if centers.any():
             reached |= ndimage.distance_transform_edt(~centers) < radius
-        covered.append(float(np.count_nonzero(reached & mask) / total))
-    return radii.tolist(), covered[::-1]
+        counts.append(np.count_nonzero(reached & mask))
+    return np.array(counts[::-1])
+
+
+def mean_radius(radii: list[float], covered: list[float]) -> float:
+    """Mean over the phase of the largest radius that covers a place; none covers: 0."""
+    return float(np.dot(radii, -np.diff(covered, append=0)))
 
 
 def measure_phase(mask: Mask, voxel: float, unit: str) -> dict[str, Any]:

@@ -1,19 +1,14 @@
-"""All figures of a volume, and those of the picture it was made from."""
+"""All figures of a volume."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from solidtex_export.measuring import geometry, representative, transport
 from solidtex_export.measuring.geometry import Mask
-from solidtex_export.measuring.phases import Phases, find_phases
-from solidtex_export.measuring.volumes import check_numbers
+from solidtex_export.measuring.phases import Phases
 from solidtex_export.measuring.voxels import VolumeError, VoxelSize
 
 Say = Callable[[str], None]
@@ -107,63 +102,3 @@ def _transport_figures(settings: Settings) -> dict[str, Callable[[Mask], float]]
 
     keys = {"diffusivity": "relative_diffusivity", "permeability": "permeability_mD"}
     return {keys[part]: figure(part, keys[part]) for part in settings.transport}
-
-
-def measure_picture(
-    pixels: NDArray[Any], threshold: float | None, name: str, settings: Settings, solid: Phases
-) -> dict[str, Any]:
-    """The same figures of a picture, where 2D has them: `phases` has the fraction of every phase.
-
-    Its labels may have other numbers than those of the solid: their order counts. Keys of `phases`
-    are labels of the solid.
-
-    For an isotropic solid the surface by volume is 4 / pi times the boundary length by area.
-    """
-    phases = find_phases(pixels, threshold, name)
-    if len(phases.names) != len(solid.names):
-        raise VolumeError(
-            f"{name}: found {len(phases.names)} labels {', '.join(map(str, phases.names))},"
-            f" expected {len(solid.names)} as in the volume:"
-            f" {', '.join(map(str, solid.names))}"
-        )
-    chosen = choose_phase(solid, settings.phase, "the volume")
-    voxel, unit = settings.voxel_size.value, settings.voxel_size.unit
-    masks = [phases.of(label) for label in phases.names]
-    by_phase = [geometry.measure_phase(mask, voxel, unit) for mask in masks]
-    place = solid.names.index(chosen)
-    mask, figures = masks[place], by_phase[place]
-    return {
-        "file": name,
-        "note": "; ".join(phases.notes),
-        "size": list(mask.shape),
-        "fraction": figures["fraction"],
-        "fraction_deviation": figures["fraction_deviation"],
-        "phases": {
-            str(label): {key: found[key] for key in ("fraction", "fraction_deviation")}
-            for label, found in zip(solid.names, by_phase, strict=True)
-        },
-        f"specific_surface_per_{unit}": figures[f"specific_surface_per_{unit}"] * 4 / np.pi,
-        f"euler_density_per_{unit}2": figures[f"euler_density_per_{unit}2"],
-        "axes": {axis: geometry.measure_axis(mask, i, voxel, unit) for i, axis in enumerate("xy")},
-    }
-
-
-def read_picture(path: Path) -> NDArray[Any]:
-    """Pixels [x, y] of an image, the mean of its colors."""
-    from PIL import Image, UnidentifiedImageError
-
-    try:
-        with Image.open(path) as image:
-            pixels = np.asarray(image)
-    except FileNotFoundError as error:
-        raise VolumeError(f"{path}: found no such file, expected an image") from error
-    except (OSError, UnidentifiedImageError) as error:
-        raise VolumeError(f"{path}: found a file that is no image: {error}") from error
-    if pixels.ndim == 3:
-        colors = pixels[..., :3]
-        gray = (colors == colors[..., :1]).all()
-        pixels = colors[..., 0] if gray else colors.mean(axis=2)
-    check_numbers(pixels, str(path))
-    if min(pixels.shape) < 2:
-        raise VolumeError(f"{path}: found {pixels.shape} pixels, expected at least 2 x 2")
-    return np.asarray(pixels.T)

@@ -37,10 +37,9 @@ def render(document: dict[str, Any], slices: list[NDArray[Any]]) -> str:
         phase_rows=rows(document["phases"], ()),
         axis_rows=rows(document["axes"], skipped),
         picture_rows=picture_rows(document) if "exemplar" in document else [],
-        cube_rows=cube_rows(document.get("representative", [])),
+        representative=_representative(document),
         slices=_figure(lambda figure: _draw_slices(figure, document, slices), (9, 3.4)),
         curves=_figure(lambda figure: _draw_curves(figure, document), (9, 3)),
-        sizes=_cubes_figure(document) if document.get("representative") else None,
     )
 
 
@@ -50,38 +49,42 @@ def rows(columns: dict[str, dict[str, Any]], skipped: tuple[str, ...]) -> list[l
     return [[name, *(column.get(name) for column in columns.values())] for name in names]
 
 
-def compared(document: dict[str, Any]) -> list[tuple[str, str, float | None, float | None]]:
-    """Surface of the phase that conducts, and its chords along the axes that both have: key, axis,
-    the solid's figure, the picture's.
+def compared(document: dict[str, Any]) -> list[tuple[str, float | None, float | None]]:
+    """Figures of the phase that conducts: the name, the solid's figure, the picture's.
+
+    Chords are those along the axes that both have.
     """
     picture, unit = document["exemplar"], document["voxel_size"]["unit"]
     surface, chord = f"specific_surface_per_{unit}", f"mean_chord_{unit}"
-    solid = document["phases"][str(document["phase"])]
+    solid, slices = document["phases"][str(document["phase"])], picture["slices"]
     return [
-        (surface, "", solid[surface], picture[surface]),
+        (heading(surface), solid[surface], picture[surface]),
         *(
-            (chord, axis, document["axes"][axis][chord], figures[chord])
+            (f"{heading(chord)} along {axis}", document["axes"][axis][chord], figures[chord])
             for axis, figures in picture["axes"].items()
             if axis in document["axes"]
+        ),
+        *(
+            (f"{heading(key)} in slices across {picture['across']}", slices[key], picture[key])
+            for key in (f"euler_density_per_{unit}2", f"mean_pore_radius_{unit}")
+            if key in slices
         ),
     ]
 
 
 def picture_rows(document: dict[str, Any]) -> list[list[str]]:
     """One row a figure: its name, the solid's, the picture's, and their relative difference."""
-    picture, unit = document["exemplar"], document["voxel_size"]["unit"]
     titles = document["phase_titles"]
     phase = titles[str(document["phase"])]
     table = []
-    for label, figures in picture["phases"].items():
+    for label, figures in document["exemplar"]["phases"].items():
         solid = document["phases"][label]
         difference = _difference(solid["fraction"], figures["fraction"])
         name = f"fraction of phase {titles[label]}"
         table.append([name, *map(_fraction, (solid, figures)), difference])
-    euler = f"euler_density_per_{unit}2"
-    for key, axis, ours, theirs in (*compared(document), (euler, "", None, picture[euler])):
-        name = f"{heading(key)} of phase {phase}" + (f" along {axis}" if axis else "")
-        table.append([name, number(ours), number(theirs), _difference(ours, theirs)])
+    for name, ours, theirs in compared(document):
+        cells = number(ours), number(theirs), _difference(ours, theirs)
+        table.append([f"{name} of phase {phase}", *cells])
     return table
 
 
@@ -90,16 +93,29 @@ def _difference(ours: float | None, theirs: float | None) -> str:
     return f"{100 * (ours / theirs - 1):+.1f} %" if ours is not None and theirs else "-"
 
 
+def _representative(document: dict[str, Any]) -> list[tuple[str, str, str, list[list[str]]]]:
+    """One of the volume and of the picture each: title, name of a piece, diagram, table."""
+    unit = document["voxel_size"]["unit"]
+    parts = (
+        ("Representative volumes", "cube", document),
+        ("Representative areas of the picture", "square", document.get("exemplar", {})),
+    )
+    return [
+        (title, piece, _cubes_figure(found, unit), cube_rows(found))
+        for title, piece, figures in parts
+        if (found := figures.get("representative"))
+    ]
+
+
 def cube_rows(found: list[dict[str, Any]]) -> list[list[str]]:
     """One row an edge: the edge, the number of cubes, and mean and deviation of each figure."""
-    if not found:
-        return []
     edge = next(name for name in found[0] if name.startswith("edge_") and name != "edge_voxels")
     names = cube_figures(found)
-    table = [[heading(edge), "edge (voxels)", "cubes", *map(heading, names)]]
+    counted = next(name for name in ("cubes", "squares") if name in found[0])
+    table = [[heading(edge), "edge (voxels)", counted, *map(heading, names)]]
     for row in found:
         figures = [_with_deviation(row[name]) for name in names]
-        table.append([number(row[edge]), str(row["edge_voxels"]), str(row["cubes"]), *figures])
+        table.append([number(row[edge]), str(row["edge_voxels"]), str(row[counted]), *figures])
     return table
 
 
@@ -187,15 +203,23 @@ def _draw_curves(figure: Any, document: dict[str, Any]) -> None:
     correlation.set(xlabel=f"distance ({unit})", ylabel="S2")
     correlation.legend(fontsize=7)
     chords.set(xlabel=f"chord ({unit})", ylabel=f"density (1/{unit})")
-    if found := document.get("pore_sizes"):
-        radii = found[f"radius_{document['voxel_size']['unit']}"]
-        sizes.plot(radii, found["fraction_covered"], color="black", linewidth=1)
-    sizes.set(xlabel=f"pore radius ({unit})", ylabel="covered by balls this large")
+    openings = [("balls", document, "-")]
+    if picture:
+        openings += [
+            (f"disks across {picture['across']}", picture["slices"], "-."),
+            ("picture, disks", picture, "--"),
+        ]
+    for label, figures, style in openings:
+        if found := figures.get("pore_sizes"):
+            radii = found[f"radius_{document['voxel_size']['unit']}"]
+            line = {"label": label, "color": "black", "linestyle": style, "linewidth": 1}
+            sizes.plot(radii, found["fraction_covered"], **line)
+            sizes.legend(fontsize=7)
+    sizes.set(xlabel=f"pore radius ({unit})", ylabel="covered by openings this large")
 
 
-def _cubes_figure(document: dict[str, Any]) -> str:
+def _cubes_figure(found: list[dict[str, Any]], unit: str) -> str:
     """A diagram a figure, three beside each other."""
-    found, unit = document["representative"], document["voxel_size"]["unit"]
     names = cube_figures(found)
     lines = -(-len(names) // 3)
 
@@ -227,4 +251,4 @@ def draw_cubes(axes: Any, found: list[dict[str, Any]], name: str, edge: str) -> 
     axes.set_xticks(edges, [f"{value:.4g}" for value in edges], fontsize=8)
     axes.set_xticks([], minor=True)
     axes.margins(x=0.1)
-    axes.set(xlabel=heading(edge).replace("edge", "edge of the cube"), ylabel=heading(name))
+    axes.set(xlabel=heading(edge), ylabel=heading(name))

@@ -1,4 +1,4 @@
-"""Representative volumes: figures of smaller and smaller cubes of a volume."""
+"""Representative volumes and areas: figures of smaller and smaller cubes or squares."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from solidtex_export.measuring.geometry import Mask, euler_characteristic, specific_surface
+from solidtex_export.measuring import geometry
+from solidtex_export.measuring.geometry import Mask
 
 SMALLEST_EDGE = 16
 MOST_CUBES = 27
@@ -35,12 +36,20 @@ def edges(mask: Mask) -> list[int]:
 def analyze(
     mask: Mask, voxel: float, unit: str, further: dict[str, Callable[[Mask], float]]
 ) -> list[dict[str, Any]]:
-    """Mean and standard deviation of each figure over the cubes of each edge."""
+    """Mean and standard deviation of each figure over the cubes of each edge.
+
+    Of a section, squares take the place of cubes, and the surface is that of an isotropic solid.
+    """
+    ndim = mask.ndim
+    scale = geometry.SURFACE_OF_SECTIONS if ndim == 2 else 1.0
+    counted = "squares" if ndim == 2 else "cubes"
     figures: dict[str, Callable[[Mask], float]] = {
         "fraction": lambda cube: float(cube.mean()),
-        f"specific_surface_per_{unit}": lambda cube: specific_surface(cube) / voxel,
-        f"euler_density_per_{unit}3": lambda cube: (
-            euler_characteristic(cube) / (cube.size * voxel**3)
+        f"specific_surface_per_{unit}": lambda cube: (
+            scale * geometry.specific_surface(cube) / voxel
+        ),
+        f"euler_density_per_{unit}{ndim}": lambda cube: (
+            geometry.euler_characteristic(cube) / (cube.size * voxel**ndim)
         ),
         **further,
     }
@@ -48,7 +57,7 @@ def analyze(
     for edge in edges(mask):
         row: dict[str, Any] = {"edge_voxels": edge, f"edge_{unit}": edge * voxel}
         values = [[figure(cube) for figure in figures.values()] for cube in cubes(mask, edge)]
-        row["cubes"] = len(values)
+        row[counted] = len(values)
         for name, column in zip(figures, np.array(values).T, strict=True):
             row[name] = {
                 "mean": float(column.mean()),
