@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from small_spaces import begin as begin_space
 from small_spaces import run, save_photos, save_preset
 from small_trainings import assert_equal, begin, train
 
-from solidtex_export.commands import export, export_space, train_space
+from solidtex_export.commands import export, export_space, train_options, train_space
 from solidtex_export.commands import train as cli_train
 from solidtex_export.export.file_format import model_file
 from solidtex_export.generators.regions import Box
@@ -24,6 +25,7 @@ from solidtex_export.spaces.opening import open_space, open_start
 from solidtex_export.spaces.result import read_space
 from solidtex_export.spaces.space_reader import SpaceError
 from solidtex_export.training.presets import PresetError
+from solidtex_export.training.resolve import Request, resolve
 from solidtex_export.training.result import ResultError
 from solidtex_export.training.trainer import Trainer
 
@@ -291,3 +293,66 @@ def test_a_space_with_other_values_is_refused(folder: Path, tmp_path: Path) -> N
         opened(load(data), text.replace('"version":1', '"version":2'))
     with pytest.raises(SpaceError, match="family"):
         opened(load(data), text.replace('"family":"lattice"', '"family":"cubes"'))
+
+
+def requested(photo: Path, *options: str) -> Request:
+    """The request of a training in the folder `r` beside the photograph."""
+    parser = train_options.parser()
+    result = str(photo.parent / "r")
+    return train_options.request_of(parser, parser.parse_args([str(photo), "-o", result, *options]))
+
+
+def test_a_training_of_a_minute_starts_from_the_space_of_stones(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(0).integers(0, 255, (140, 150, 3)).astype(np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "color.png")
+    Image.fromarray(pixels[:, :, 0]).save(tmp_path / "gray.png")
+    Image.fromarray(pixels[:120]).save(tmp_path / "low.png")
+    why = ["--minutes at most 1, so --space stones", "start from stones, so --preset space-lattice"]
+    for name in ("color.png", "gray.png"):
+        config = resolve(requested(tmp_path / name, "--minutes", "1")).config
+        assert config.space is not None and config.space.name == "stones"
+        assert list(config.reasons) == why
+    photo = tmp_path / "color.png"
+    for options in (
+        "--minutes 2", "--steps 9", "--minutes 1 --preset lattice", "--minutes 1 --space none",
+        "--minutes 1 --directions xy", "--minutes 1 --crop 0,0,150,127",
+        "--minutes 1 --resolution 100", "--minutes 1 --set optimizer.learning_rate=0.01",
+    ):  # fmt: skip
+        assert requested(photo, *options.split()).start is None, options
+    assert requested(tmp_path / "low.png", "--minutes", "1").start is None
+
+
+def test_without_the_space_a_short_training_starts_from_random_weights(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    photo = tmp_path / "color.png"
+    pixels = np.random.default_rng(0).integers(0, 255, (140, 150, 3)).astype(np.uint8)
+    Image.fromarray(pixels).save(photo)
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    assert requested(photo, "--minutes", "1").start is None
+    told = capsys.readouterr().err
+    assert "starting from random weights, not from the space stones: " in told
+    assert "found no Python package 'onnxruntime'" in told
+    assert requested(photo, "--minutes", "1", "--space", "none").start is None
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("begin_with", "start"), [("", "stones"), ("--space none", "nothing")])
+def test_a_training_that_goes_on_keeps_its_start(
+    begin_with: str, start: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    photo, result = tmp_path / "color.png", tmp_path / "r"
+    pixels = np.random.default_rng(0).integers(0, 255, (140, 150, 3)).astype(np.uint8)
+    Image.fromarray(pixels).save(photo)
+    command = [str(photo), "-o", str(result), "--resolution", "128", "--size", "64"]
+    assert cli_train.main([*command, "--minutes", "0.001", *begin_with.split()]) == 0
+    for minutes in ("0.002", "1.5"):
+        found = requested(photo, "--minutes", minutes).start
+        assert (found is None) == (start == "nothing")
+    capsys.readouterr()
+    assert cli_train.main([*command, "--minutes", "0.002"]) == 0
+    assert "continues a training of 0.001 minutes" in capsys.readouterr().err
+    (result / "config.json").write_text("[]")
+    assert requested(photo, "--minutes", "1").start is None
+    assert cli_train.main([*command, "--minutes", "1"]) == 1
+    assert "config.json: found no JSON object" in capsys.readouterr().err

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from solidtex_export.commands.terminal import run_in_terminal
 from solidtex_export.images.exemplar import load_exemplar
 from solidtex_export.training.optimizer import half_cosine, learning_rate
 from solidtex_export.training.recipe import Optimizer
-from solidtex_export.training.resolve import Request, resolve, scale
+from solidtex_export.training.resolve import resolve, scale
 from solidtex_export.training.trainer import Trainer
 
 torch.set_num_threads(1)
@@ -227,19 +226,6 @@ def test_without_a_terminal_lines_report_the_progress(
     late.seconds = 0.05
     run_in_terminal(late)
     assert late.progress > 1 and "step 1, 0.0 min left, 100%" in capsys.readouterr().err
-
-
-def test_a_short_training_from_nothing_is_told_of_the_space(photo: Path) -> None:
-    short = Request(photos=(photo,), directions="xyz", maps=({},), minutes=1.0)
-    assert cli_train.gains_from_a_space(short)
-    others = (
-        replace(short, minutes=2.0),
-        replace(short, minutes=None, steps=100),
-        replace(short, preset="lattice"),
-        replace(short, directions="xy"),
-        replace(short, maps=({"height": photo},)),
-    )
-    assert not any(cli_train.gains_from_a_space(other) for other in others)
 
 
 def test_results_are_on_standard_output_and_talk_is_not(

@@ -31,10 +31,6 @@ from solidtex_export.training.result import ResultError, ResultFolder
 from solidtex_export.training.trainer import Trainer
 
 INTERRUPTED = 130
-SHORT_MINUTES = 1.0
-"""Length of a training up to which the space `stones` is nearer to stones and soils than random
-weights: docs/experiments/spaces-curves.md.
-"""
 FAILURES = (
     ExemplarError,
     LayerError,
@@ -104,8 +100,6 @@ def train(request: Request, args: argparse.Namespace) -> Trainer:
         return trainer
     if trainer.step:
         say(f"{args.result}: resuming at step {trainer.step}")
-    elif gains_from_a_space(request):
-        say(f"{args.result}: from so short a training --space stones makes better stones and soils")
     say(f"{args.result}: training on {trainer.device}; Ctrl-C saves and stops")
     if trainer.phases:
         say(
@@ -121,13 +115,6 @@ def train(request: Request, args: argparse.Namespace) -> Trainer:
         before = ", before its fractions were held" if trainer.progress >= 1 else ""
         say(f"{args.result}: stopped at step {trainer.step}{before}; the same command resumes")
     return trainer
-
-
-def gains_from_a_space(request: Request) -> bool:
-    """Whether the training could start from `stones`, and is short enough to gain by it."""
-    short = request.minutes is not None and request.minutes <= SHORT_MINUTES
-    plain = request.is_open and request.directions == "xyz" and not any(request.maps)
-    return short and plain and request.color_space == "srgb"
 
 
 if __name__ == "__main__":

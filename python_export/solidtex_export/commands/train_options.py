@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import torch
 
 from solidtex_export.analysis.choice import LATTICE, SAMPLER
 from solidtex_export.commands import cli
+from solidtex_export.commands.default_start import NO_SPACE, SHORT_MINUTES, SPACE, default_start
 from solidtex_export.images.channels import check_map_name
 from solidtex_export.images.estimates import METHODS, write_estimates
 from solidtex_export.images.file_kinds import ExemplarError
@@ -73,7 +75,9 @@ def parser() -> argparse.ArgumentParser:
     start = p.add_mutually_exclusive_group()
     start.add_argument("--space", type=Path, metavar="SPACE",
                        help="start from the photograph's code in a texture space: a shipped"
-                       " name, a .solidtex-space file, or a result of solidtex-train-space"
+                       " name, a .solidtex-space file, or a result of solidtex-train-space;"
+                       f" none: random weights (default: {SPACE}, if --minutes is at most"
+                       f" {SHORT_MINUTES:g} and all else is left to solidtex, otherwise none)"
                        )  # fmt: skip
     start.add_argument("--start", type=Path, metavar="START",
                        help="start from learned weights: a .solidtex-start file, or a result"
@@ -220,6 +224,8 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
         phases=args.phases,
         phase_names=tuple(args.phase_names.split(",")) if args.phase_names else (),
     )
+    if args.space is args.start is None:
+        request = replace(request, start=default_start(request, args.result))
     try:
         check_preset(p, request)
     except PresetError as error:
@@ -229,7 +235,7 @@ def request_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> Request:
 
 def start_of(p: argparse.ArgumentParser, args: argparse.Namespace) -> StartSource | None:
     """Open the texture space or the learned start."""
-    if args.space is args.start is None:
+    if args.start is None and (args.space is None or args.space == NO_SPACE):
         return None
     option = "--space" if args.space else "--start"
     if len(args.photos) != 1:

@@ -30,6 +30,7 @@ class SpaceStart:
     """Start from the code of the photograph in a texture space."""
 
     space: OpenSpace
+    reason: str = ""
 
     @property
     def label(self) -> str:
@@ -92,6 +93,7 @@ class ReptileStart:
     """Start from weights that were learned for being adapted."""
 
     learned: LearnedStart
+    reason = ""
 
     @property
     def label(self) -> str:

@@ -124,6 +124,8 @@ def resolve(request: Request) -> Resolved:
             check_critic(preset, recipe, request.start)
         recipe = starting_recipe(preset, recipe, request)
         start = request.start.start(exemplars[0], recipe.has_frozen_critic)
+        if request.start.reason:
+            choices += (Choice("space", start.record.name, request.start.reason),)
         if request.preset is None:
             choices += (Choice("preset", preset, f"start from {start.record.name}"),)
     descriptor = request.descriptor

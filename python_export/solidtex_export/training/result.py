@@ -59,6 +59,20 @@ class ResultFolder:
         self._config = path / "config.json"
         self._log = path / "log.csv"
 
+    @property
+    def begun(self) -> dict[str, Any] | None:
+        """The configuration of a training that has saved a checkpoint, None without one.
+
+        It is empty where `open` would refuse the folder.
+        """
+        if not self.checkpoint.exists():
+            return None
+        try:
+            found = json.loads(self._config.read_text())
+        except (OSError, ValueError):
+            return {}
+        return found if isinstance(found, dict) else {}
+
     def open(self, config: Documented, exemplars: list[Exemplar]) -> None:
         """Create the folder, or check that it holds the same training."""
         if self.path.exists() and not self.path.is_dir():

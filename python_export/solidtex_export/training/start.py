@@ -46,6 +46,10 @@ class StartSource(Protocol):
         """Option and file, for messages."""
 
     @property
+    def reason(self) -> str:
+        """Why solidtex chose this start; empty if the user did."""
+
+    @property
     def preset(self) -> str:
         """Default preset."""
 
