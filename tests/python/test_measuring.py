@@ -236,9 +236,19 @@ def test_slices_of_the_solid_are_compared_across_the_axis_of_the_picture(
     assert "--across: found no --exemplar" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize(("directions", "across"), [("xyz", "z"), ("xy", "y"), ("x", "x")])
+@pytest.mark.parametrize(
+    ("directions", "before", "across"),
+    [
+        ("xyz", 0, "z"),
+        ("xy", 0, "y"),
+        ("x", 0, "x"),
+        ("xyz", 1, "y"),
+        ("xz", 1, "z"),
+        ("x", 2, "z"),
+    ],
+)
 def test_a_model_knows_what_its_picture_is_a_section_across(
-    directions: str, across: str, tmp_path: Path
+    directions: str, before: int, across: str, tmp_path: Path
 ) -> None:
     from solidtex_export.commands.measure_exemplar import read_exemplar
     from solidtex_export.measuring.voxels import parse_voxel_size
@@ -247,7 +257,8 @@ def test_a_model_knows_what_its_picture_is_a_section_across(
     tifffile.imwrite(picture, (np.indices((40, 40)).sum(0) // 4 % 2 * 255).astype(np.uint8))
     record = {"file": "dots.tif", "sha256": hashlib.sha256(picture.read_bytes()).hexdigest()}
     model.document["training"] = {
-        "resolution": 40, "directions": directions, "exemplars": [record],
+        "resolution": 40, "directions": directions,
+        "exemplars": [{"file": "other.tif", "sha256": "0"}] * before + [record],
     }  # fmt: skip
     model_file.write(tmp_path / "m.solidtex", model)
     size = parse_voxel_size("1um")

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidtex_export.commands.evaluate import trained_reading, trained_record
-from solidtex_export.evaluation.subjects import compared_views
 from solidtex_export.export.file_format import model_file
 from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, load_exemplar
@@ -47,9 +46,11 @@ def read_exemplar(
 
 def _trained_axis(training: dict[str, Any], record: dict[str, Any]) -> str:
     """The last of the axes whose slices were trained on the picture."""
-    views = compared_views(training, len(training["exemplars"]))
-    own = training["exemplars"].index(record)
-    return max(name for name, index in views.items() if index == own and name in "xyz")
+    exemplars = training["exemplars"]
+    served = str(training.get("directions", "xyz"))
+    if len(exemplars) > 1:  # one for each direction
+        served = served[exemplars.index(record) :][:1]
+    return max((axis for axis in served if axis in "xyz"), default="z")
 
 
 def _trained_pixels(path: Path, document: dict[str, Any], record: dict[str, Any]) -> NDArray[Any]:
