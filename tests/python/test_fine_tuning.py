@@ -302,7 +302,9 @@ def requested(photo: Path, *options: str) -> Request:
     return train_options.request_of(parser, parser.parse_args([str(photo), "-o", result, *options]))
 
 
-def test_a_training_of_a_minute_starts_from_the_space_of_stones(tmp_path: Path) -> None:
+def test_a_training_of_a_minute_starts_from_the_space_of_stones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     pixels = np.random.default_rng(0).integers(0, 255, (140, 150, 3)).astype(np.uint8)
     Image.fromarray(pixels).save(tmp_path / "color.png")
     Image.fromarray(pixels[:, :, 0]).save(tmp_path / "gray.png")
@@ -319,6 +321,7 @@ def test_a_training_of_a_minute_starts_from_the_space_of_stones(tmp_path: Path) 
         "--minutes 1 --resolution 100", "--minutes 1 --set optimizer.learning_rate=0.01",
     ):  # fmt: skip
         assert requested(photo, *options.split()).start is None, options
+        assert ("--space woods" in capsys.readouterr().err) == ("xy" in options)
     assert requested(tmp_path / "low.png", "--minutes", "1").start is None
 
 

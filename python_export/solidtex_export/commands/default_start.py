@@ -35,6 +35,9 @@ def default_start(request: Request, result: Path) -> SpaceStart | None:
         reason = "as it began"
     if not (wanted and _is_plain(request)):
         return None
+    if request.directions == "xy":
+        say("in so short a time --space woods comes nearer to wood with vertical grain")
+        return None
     try:
         start = space_start(SPACE)
     except SpaceError as error:
@@ -49,7 +52,7 @@ def _is_short(request: Request) -> bool:
 
 def _is_plain(request: Request) -> bool:
     """Whether the user chose length and scale only."""
-    plain = request.is_open and request.directions == "xyz" and not any(request.maps)
+    plain = request.is_open and not any(request.maps)
     return plain and request.color_space == "srgb" and not request.features
 
 

@@ -75,9 +75,8 @@ def main(arguments: list[str] | None = None) -> int:
     if args.threads:
         torch.set_num_threads(args.threads)
     try:
-        request = request_of(p, args)
         with without_remarks(args.quiet):
-            trainer = train(request, args)
+            trainer = train(request_of(p, args), args)
     except FAILURES as error:
         print(f"{p.prog}: {reason(error)}", file=sys.stderr)
         return 1
