@@ -302,23 +302,30 @@ def requested(photo: Path, *options: str) -> Request:
     return train_options.request_of(parser, parser.parse_args([str(photo), "-o", result, *options]))
 
 
+def noise_photo(folder: Path) -> Path:
+    """A photograph of 150 x 140 pixels, more than a patch of the shipped space."""
+    pixels = np.random.default_rng(0).integers(0, 255, (140, 150, 3)).astype(np.uint8)
+    Image.fromarray(pixels).save(folder / "color.png")
+    return folder / "color.png"
+
+
 def test_a_training_of_a_minute_starts_from_the_space_of_stones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pixels = np.random.default_rng(0).integers(0, 255, (140, 150, 3)).astype(np.uint8)
-    Image.fromarray(pixels).save(tmp_path / "color.png")
-    Image.fromarray(pixels[:, :, 0]).save(tmp_path / "gray.png")
-    Image.fromarray(pixels[:120]).save(tmp_path / "low.png")
+    photo = noise_photo(tmp_path)
+    with Image.open(photo) as color:
+        color.convert("L").save(tmp_path / "gray.png")
+        color.crop((0, 0, 150, 120)).save(tmp_path / "low.png")
     why = ["--minutes at most 1, so --space stones", "start from stones, so --preset space-lattice"]
     for name in ("color.png", "gray.png"):
         config = resolve(requested(tmp_path / name, "--minutes", "1")).config
         assert config.space is not None and config.space.name == "stones"
         assert list(config.reasons) == why
-    photo = tmp_path / "color.png"
     for options in (
         "--minutes 2", "--steps 9", "--minutes 1 --preset lattice", "--minutes 1 --space none",
         "--minutes 1 --directions xy", "--minutes 1 --crop 0,0,150,127",
         "--minutes 1 --resolution 100", "--minutes 1 --set optimizer.learning_rate=0.01",
+        f"--minutes 1 --map height={tmp_path / 'gray.png'}",
     ):  # fmt: skip
         assert requested(photo, *options.split()).start is None, options
         assert ("--space woods" in capsys.readouterr().err) == ("xy" in options)
@@ -328,9 +335,7 @@ def test_a_training_of_a_minute_starts_from_the_space_of_stones(
 def test_without_the_space_a_short_training_starts_from_random_weights(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    photo = tmp_path / "color.png"
-    pixels = np.random.default_rng(0).integers(0, 255, (140, 150, 3)).astype(np.uint8)
-    Image.fromarray(pixels).save(photo)
+    photo = noise_photo(tmp_path)
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     assert requested(photo, "--minutes", "1").start is None
     told = capsys.readouterr().err
@@ -344,9 +349,7 @@ def test_without_the_space_a_short_training_starts_from_random_weights(
 def test_a_training_that_goes_on_keeps_its_start(
     begin_with: str, start: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    photo, result = tmp_path / "color.png", tmp_path / "r"
-    pixels = np.random.default_rng(0).integers(0, 255, (140, 150, 3)).astype(np.uint8)
-    Image.fromarray(pixels).save(photo)
+    photo, result = noise_photo(tmp_path), tmp_path / "r"
     command = [str(photo), "-o", str(result), "--resolution", "128", "--size", "64"]
     assert cli_train.main([*command, "--minutes", "0.001", *begin_with.split()]) == 0
     for minutes in ("0.002", "1.5"):
