@@ -8,13 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from analytic_volumes import ball, cylinder
+from scipy import ndimage
 
 pytest.importorskip("matplotlib")
 nrrd = pytest.importorskip("nrrd")
 tifffile = pytest.importorskip("tifffile")
 
 from solidtex_export.commands.measure import main  # noqa: E402
+from solidtex_export.commands.measure_exemplar import labels_of  # noqa: E402
 from solidtex_export.export import random_models  # noqa: E402
 from solidtex_export.export.file_format import model_file  # noqa: E402
 from solidtex_export.measuring import geometry  # noqa: E402
@@ -209,6 +212,18 @@ def test_a_picture_has_the_scale_of_the_solid(channels: str, tmp_path: Path, cap
         chord = found["axes"]["x"]["mean_chord_um"]
         assert chord == pytest.approx(8 * size[0] / 64 * 2)  # bands of 8 pixels
         assert f"bands.png: {note}" in capfd.readouterr().err
+
+
+def test_a_reduced_section_keeps_its_fractions() -> None:
+    noise = ndimage.gaussian_filter(np.random.default_rng(2).normal(size=(128, 160)), 1.5)
+    phases = np.digitize(noise, np.quantile(noise, [0.1, 0.4]))
+    whole = torch.stack([torch.from_numpy(phases == label).float() for label in range(3)])
+    assert np.array_equal(labels_of(whole), phases)
+    half = torch.nn.functional.avg_pool2d(whole[None], 2)[0]  # shares of quarters: many are equal
+    found = np.bincount(labels_of(half).reshape(-1)) / half[0].numel()
+    assert found == pytest.approx([0.1, 0.3, 0.6], abs=2e-3)
+    largest = np.bincount(half.argmax(0).flatten()) / half[0].numel()
+    assert found != pytest.approx(largest, abs=5e-3)
 
 
 def test_slices_of_the_solid_are_compared_across_the_axis_of_the_picture(

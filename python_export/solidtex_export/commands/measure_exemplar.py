@@ -6,7 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn import functional
 
 from solidtex_export.commands.evaluate import trained_reading, trained_record
 from solidtex_export.export.file_format import model_file
@@ -16,8 +19,10 @@ from solidtex_export.images.labels import load_labels
 from solidtex_export.measuring.section import Section, read_section
 from solidtex_export.measuring.volumes import PHASE_PREFIX, is_model
 from solidtex_export.measuring.voxels import VoxelSize
+from solidtex_export.training.phases import fitting_shift
 
 SMALLEST = 2  # pixels
+BY_NEIGHBORS = 0.01  # of the shares of the pixels around, between equal shares
 
 
 def read_exemplar(
@@ -58,8 +63,7 @@ def _trained_pixels(path: Path, document: dict[str, Any], record: dict[str, Any]
     crop = training.get("crop")
     scale = training["resolution"], SMALLEST, tuple(crop) if crop else None
     if document["channels"][0].startswith(PHASE_PREFIX):
-        exemplar = load_labels([path], *scale, ())[0]
-        values = exemplar.image.numpy().argmax(axis=0).astype(np.uint8)
+        values = labels_of(load_labels([path], *scale, ())[0].image)
     else:
         space = "linear" if document["color_space"] == "linear" else "srgb"
         reading = trained_reading(record)
@@ -69,6 +73,26 @@ def _trained_pixels(path: Path, document: dict[str, Any], record: dict[str, Any]
         )
         values = _grays(exemplar)
     return np.ascontiguousarray(values.T)
+
+
+def labels_of(shares: Tensor) -> NDArray[np.uint8]:
+    """The label of each pixel of `shares` [phase, row, column], as many of each as its shares are.
+
+    A pixel of a reduced picture has a share of several phases. Were its label that of the largest
+    share, a phase of small pieces would grow or shrink. So shares are shifted as the logits of a
+    training are, where that comes nearer to the fractions of the picture.
+    """
+    fractions = shares.mean((1, 2))
+    around = functional.avg_pool2d(shares[None], 7, stride=1, padding=3, count_include_pad=False)
+    ranked = shares + BY_NEIGHBORS * around[0]
+    shift = fitting_shift(ranked.flatten(1), fractions)
+    choices = [shares.argmax(0), (ranked + shift[:, None, None]).argmax(0)]
+
+    def error(labels: Tensor) -> float:
+        found = torch.bincount(labels.flatten(), minlength=len(shares)) / labels.numel()
+        return float((found - fractions).abs().max())
+
+    return np.asarray(min(choices, key=error).numpy().astype(np.uint8))
 
 
 def _grays(exemplar: Exemplar) -> NDArray[Any]:
