@@ -3,8 +3,8 @@
 
 For the pairs of a fidelity page that has both families: what `solidtex-train` would choose for each
 photograph, how far the sampler is relative to the lattice (geometric mean of the five distances),
-how much each limit of the choice gains, and how rules compare. From the repository, built, with
-`python_export` on PYTHONPATH:
+how much each limit of the choice gains, how rules compare, and how long the choice takes. From the
+repository, built, with `python_export` on PYTHONPATH:
 
     .venv/bin/python benchmarks/family_choice.py docs/fidelity.toml --photos photographs
 """
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -38,6 +39,8 @@ class Case:
     choice: Choice
     ratios: list[float]
     """Distances of the sampler relative to the lattice, by measure."""
+    seconds: float
+    """Processor time of the choice; the photograph has been read."""
 
     @property
     def ratio(self) -> float:
@@ -115,15 +118,19 @@ def main() -> None:
             continue
         ratios = [sampler[entry.name] / lattice[entry.name] for sampler, lattice in pairs]
         measured = measurements(entry, given.photos)
-        case = Case(measured, choose_preset(measured), ratios)
+        begin = time.process_time()
+        choice = choose_preset(measured)
+        case = Case(measured, choice, ratios, time.process_time() - begin)
         cases.append(case)
         figures = " | ".join(f"{ratio:.2f}" for ratio in (*ratios, case.ratio))
         print(f"| {entry.name} | {figures} | `{case.choice.value}` |", flush=True)
     print_limits(cases)
     print("\n| rule | nearer | mean |\n|---|---|---|")
     for name, chooses_sampler in RULES.items():
-        beyond = np.array([case.beyond(chooses_sampler(case)) for case in cases])
-        print(f"| {name} | {(beyond == 1).sum()} | {np.exp(np.log(beyond).mean()):.3f} |")
+        beyond = [case.beyond(chooses_sampler(case)) for case in cases]
+        print(f"| {name} | {beyond.count(1)} | {estimate(beyond)} |")
+    seconds = [case.seconds for case in cases]
+    print(f"\nprocessor seconds of a choice: {np.median(seconds):.2f}, at most {max(seconds):.2f}")
 
 
 if __name__ == "__main__":
