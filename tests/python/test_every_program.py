@@ -158,6 +158,19 @@ def lacks_onnxruntime(result: Result) -> bool:
     return result.code == 1 and b"ONNX Runtime" in result.err
 
 
+def test_commands_load_without_the_packages_of_extras() -> None:
+    commands = sorted((REPOSITORY / "python_export/solidtex_export/commands").glob("*.py"))
+    code = f"""
+import sys
+from importlib import import_module
+for name in ("jinja2", "matplotlib", "nrrd", "onnx", "onnxruntime", "tifffile", "wgpu"):
+    sys.modules[name] = None
+for command in {[path.stem for path in commands]}:
+    import_module(f"solidtex_export.commands.{{command}}")
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_every_program_is_in_the_list() -> None:
     built = {path.name for path in BIN.glob("solidtex-*")}
     assert set(RUNS) == built | set(SCRIPTS)

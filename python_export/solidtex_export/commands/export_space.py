@@ -75,7 +75,8 @@ def export(args: argparse.Namespace) -> cli.Document:
     then_name = args.output.name if args.is_piped else args.output
     if kind == "space":
         space = read_space(args.result, name, args.license)
-        write_space(args.output, space)
+        with cli.optional_packages("solidtex-export-space", "onnx"):
+            write_space(args.output, space)
         count = len(space.photographs)
         then = f"solidtex-encode photo.jpg --space {then_name} -o mine.solidtex"
     else:

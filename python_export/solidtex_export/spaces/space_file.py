@@ -16,7 +16,6 @@ from torch import Tensor
 
 from solidtex_export.images.channels import COLOR
 from solidtex_export.spaces.encoder import ConvolutionEncoder, DescriptorEncoder
-from solidtex_export.spaces.encoder_onnx import encoder_onnx
 from solidtex_export.spaces.generators import ConditionedLattice, ConditionedSampler
 from solidtex_export.spaces.photographs import NETWORK_MEAN, NETWORK_SCALE
 from solidtex_export.spaces.settings import SpaceRecipe
@@ -74,6 +73,8 @@ class Space:
 
     def tensors(self) -> dict[str, np.ndarray]:
         """Tensors of the file: those of the network, and the encoder's ONNX file."""
+        from solidtex_export.spaces.encoder_onnx import encoder_onnx  # of the extra onnx
+
         encoder = encoder_onnx(self.encoder, self.patch, self.recipe.colors == "network")
         return self.network() | {"encoder": np.frombuffer(encoder, np.uint8)}
 
