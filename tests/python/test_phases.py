@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from solidtex_export.generators.slices import LatticeSlices
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.labels import load_labels
 from solidtex_export.training.phases import PhaseTraining, fitting_shift, holding
+from solidtex_export.training.resolve import Request, load_exemplars
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BAKE = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin" / "solidtex-bake"
@@ -150,6 +152,21 @@ def test_shifted_logits_have_the_fractions(fractions: list[float], scale: float)
     phases = (logits + shift[:, None]).argmax(0)
     found = torch.bincount(phases, minlength=len(fractions)) / len(phases)
     assert found.tolist() == pytest.approx(fractions, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("blur", "direction"), [((2.0, 2.0), None), ((2.0, 2.8), "rows"), ((3.0, 2.0), "columns")]
+)
+def test_a_section_with_a_direction_is_told(blur, direction: str | None, tmp_path: Path) -> None:
+    ndimage = pytest.importorskip("scipy.ndimage")
+    noise = ndimage.gaussian_filter(np.random.default_rng(5).normal(size=(192, 192)), blur)
+    path = save(tmp_path / "a.png", (noise > 0.05).astype(np.uint8))
+    request = Request(photos=(path,), directions="xyz", maps=({},), phases=True)
+    (exemplar,) = load_exemplars(request, 192, 64)
+    told = [note for note in exemplar.notes if "times as long along" in note]
+    assert [f"as long along {direction} " in note for note in told] == [True] * bool(direction)
+    (exemplar,) = load_exemplars(replace(request, directions="xy"), 192, 64)
+    assert not any("times as long" in note for note in exemplar.notes)
 
 
 def test_slices_are_drawn_until_the_fractions_are_sure(tmp_path: Path, monkeypatch) -> None:

@@ -11,6 +11,7 @@ import torch
 
 from solidtex_export.analysis.choice import LATTICE, Choice, choose_preset
 from solidtex_export.analysis.measurements import Measurements
+from solidtex_export.analysis.section_direction import with_direction_note
 from solidtex_export.discriminators.critic import Critic
 from solidtex_export.generators.build import build_generator
 from solidtex_export.generators.sampler import OctaveSampler
@@ -182,7 +183,9 @@ def shipped_descriptor(recipe: Recipe) -> Path:
 
 def load_exemplars(request: Request, resolution: int, size: int) -> list[Exemplar]:
     if request.phases:
-        return load_labels(request.photos, resolution, size, request.crop, request.phase_names)
+        sections = load_labels(request.photos, resolution, size, request.crop, request.phase_names)
+        serves_all = len(sections) == 1 and request.directions == "xyz"
+        return [with_direction_note(sections[0])] if serves_all else sections
     return [
         load_exemplar(
             path, resolution, size, request.crop, maps, request.color_space, request.reading
