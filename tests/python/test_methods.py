@@ -250,6 +250,7 @@ def test_two_processes_train_one_network(photo: Path, tmp_path: Path) -> None:
         ("[[losses]]\nkind = 'gram'", "losses: found an array, expected named tables"),
         ("[losses.spectrum]\nline_length = 3", "losses.spectrum.line_length: found a key of"),
         ("[losses.patches]\nend = 0.4", "losses.patches: found a key of an older version"),
+        ("[optimizer]\nbeta_with_critic = 0.5", "beta_with_critic: found a key of an older"),
         ("[early]\nsteps = 9", "early: found a key of an older version, expected none: it made"),
         ("[initial_phase]\nsteps = 9", "initial_phase: found a key of an older version"),
         ("[init]\nsmoothing = 0.5", "init: found a key of an older version"),

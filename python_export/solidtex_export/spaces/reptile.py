@@ -87,7 +87,7 @@ class StartTrainer(ResumableTraining):
         slicing = self.recipe.slicing
         losses = []
         for step in range(steps):
-            optimizer.prepare(step, 0.0, False)
+            optimizer.prepare(step, 0.0)
             with fast_autocast(self.device):
                 drawn = self.slices.draw(
                     directions[step % len(directions)], slicing.size, slicing.batch

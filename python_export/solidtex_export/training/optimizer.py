@@ -21,16 +21,11 @@ class GeneratorOptimizer:
         fused = on_cpu or None  # elsewhere torch chooses
         self._adam = Adam(groups, settings.learning_rate, settings.betas, fused=fused)
 
-    def prepare(self, step: int, progress: float, critic_on: bool) -> float:
+    def prepare(self, step: int, progress: float) -> float:
         """Clears gradients and sets the learning rate, which it returns."""
-        settings = self._settings
-        rate = learning_rate(step, progress, settings)
-        first, second = settings.betas
-        if critic_on and settings.beta_with_critic is not None:
-            first = settings.beta_with_critic
+        rate = learning_rate(step, progress, self._settings)
         for group in self._adam.param_groups:
             group["lr"] = rate * group["scale"]
-            group["betas"] = (first, second)
         self._adam.zero_grad(set_to_none=True)
         return rate
 

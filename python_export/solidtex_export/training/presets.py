@@ -34,7 +34,14 @@ RENAMED_PRESETS = {
 """Accepted names of older presets."""
 MEASURED = ("line_length", "line_length_below", "with_maps")
 """Refused older keys that made a table depend on the photographs."""
-REMOVED = ("initial_phase", "early", "init", "start", "losses.patches")
+REMOVED = (
+    "initial_phase",
+    "early",
+    "init",
+    "start",
+    "losses.patches",
+    "optimizer.beta_with_critic",
+)
 """Refused older keys of what the benchmark did not justify."""
 
 

@@ -160,8 +160,6 @@ class Optimizer(Settings):
     """Final learning rate after half a cosine, as a fraction of the first; 1 keeps it constant."""
     warmup_steps: Annotated[int, within(0, 1_000_000)] = 0
     betas: Pair[Beta] = (0.9, 0.999)
-    beta_with_critic: Beta | None = None
-    """Replacement of the first beta after a discriminator's loss has started."""
     per_layer_scaling: bool = False
     """Scale the learning rate of each convolution by the size of its initial weights."""
 

@@ -145,9 +145,8 @@ class Trainer(ResumableTraining):
 
     def _train_step(self) -> dict[str, float]:
         progress = self.progress
-        used = self.recipe.discriminators_at(progress)
-        active = [] if self._critic_is_frozen else used
-        rate = self.optimizer.prepare(self.step, progress, bool(used))
+        active = [] if self._critic_is_frozen else self.recipe.discriminators_at(progress)
+        rate = self.optimizer.prepare(self.step, progress)
         passes = self._passes()
         compared = set()
         sums: dict[str, float] = {}
