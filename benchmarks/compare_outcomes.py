@@ -12,20 +12,12 @@ with intervals. `mean` is over the five, `without features` over the other four.
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 
 from solidtex_export.research.fidelity.outcome import Outcome, read_outcomes
-from solidtex_export.research.fidelity.summary import FEATURE_DISTANCE, MEASURES, estimate
+from solidtex_export.research.fidelity.summary import MEASURES, distance, estimate
 
-
-def figures(outcome: Outcome) -> list[float] | None:
-    values = [(getattr(outcome, slices) or {}).get(metric) for slices, metric in MEASURES.values()]
-    return None if None in values else [float(value) for value in values if value is not None]
-
-
-def mean(ratios: list[float]) -> float:
-    return math.exp(sum(map(math.log, ratios)) / len(ratios))
+FEATURES = "feature distance"
 
 
 def line(name: str, cells: list[object]) -> None:
@@ -41,7 +33,6 @@ def main() -> None:
     p.add_argument("others", nargs="+", metavar="other", help="methods of that page")
     args = p.parse_args()
     first, second = read_outcomes(args.first).pairs, read_outcomes(args.second).pairs
-    features = [metric for _, metric in MEASURES.values()].index(FEATURE_DISTANCE)
     line("photograph", [*MEASURES, "mean", "without features"])
     line("---", ["---"] * (len(MEASURES) + 2))
     rows = []
@@ -49,11 +40,15 @@ def main() -> None:
         ours = first[name].get(args.method, Outcome())
         found = (second[name].get(other, Outcome()) for other in args.others)
         theirs = next((o for o in found if o.preset == ours.preset), Outcome())
-        upper, lower = figures(ours), figures(theirs)
-        if upper is None or lower is None:
+        ratios = {}
+        for measure in MEASURES:
+            above, below = distance(ours, measure), distance(theirs, measure)
+            if above is not None and below is not None:
+                ratios[measure] = above / below
+        if len(ratios) < len(MEASURES):
             continue
-        ratios = [a / b for a, b in zip(upper, lower, strict=True)]
-        row = [*ratios, mean(ratios), mean(ratios[:features] + ratios[features + 1 :])]
+        others = [ratio for measure, ratio in ratios.items() if measure != FEATURES]
+        row = [*ratios.values(), estimate([*ratios.values()]).value, estimate(others).value]
         rows.append(row)
         line(name, [*row])
     line(f"all {len(rows)}", [estimate(list(column)) for column in zip(*rows, strict=True)])

@@ -44,7 +44,7 @@ class Case:
 
     @property
     def ratio(self) -> float:
-        return float(np.exp(np.mean(np.log(self.ratios))))
+        return estimate(self.ratios).value
 
     @property
     def limit(self) -> str:

@@ -52,7 +52,7 @@ def geometry_rows(pores: np.ndarray, axis: int) -> None:
     radii, covered = geometry.pore_sizes(pores)
     whole = list(range(1, int(max(radii)) + 1))  # the radii that PoreSpy takes
     sizes = porespy.filters.local_thickness(pores, sizes=whole)
-    ours = geometry.mean_radius([*whole], list(np.interp(whole, radii, covered)))
+    ours = geometry.mean_radius(whole, list(np.interp(whole, radii, covered)))
     compare("mean pore radius, whole voxels", ours, sizes[pores].mean(), "PoreSpy")
 
 

@@ -60,14 +60,19 @@ class Paired:
 
 def distances(plan: Plan, outcomes: Outcomes, measure: str, method: str) -> dict[str, float]:
     """Relative distance by exemplar of the plan, where there is one."""
-    slices, metric = MEASURES[measure]
     found = {}
     for entry in plan.exemplars:
         outcome = outcomes.pairs.get(entry.name, {}).get(method, Outcome())
-        value = (getattr(outcome, slices) or {}).get(metric)
+        value = distance(outcome, measure)
         if value is not None:
-            found[entry.name] = max(value, 1e-6)
+            found[entry.name] = value
     return found
+
+
+def distance(outcome: Outcome, measure: str) -> float | None:
+    slices, metric = MEASURES[measure]
+    value = (getattr(outcome, slices) or {}).get(metric)
+    return None if value is None else max(float(value), 1e-6)
 
 
 def mean_of_logarithms(values: np.ndarray, axis: int = -1) -> np.ndarray:
