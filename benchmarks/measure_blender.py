@@ -3,7 +3,7 @@
 Lookups go through OSL and the OpenImageIO plugin; direct calls of the library are the reference.
 Run it on one core by a Python with bpy 4.5:
 
-    taskset -c 1 bpy/bin/python benchmarks/measure_blender.py granite-grey granite-grey-sampler
+    taskset -c 1 bpy/bin/python benchmarks/measure_blender.py granite-grey granite-speckled
 
 An unlit plane fills the image, so a render with a constant color differs in the material alone. Set
 OIIO_LIBRARY_PATH as in docs/hosts/blender-osl.md and PYTHONPATH to build/python, the folder of the

@@ -4,7 +4,7 @@
 Points a texel apart on a tilted plane, whose bricks are there: millions a second of processor time,
 the best of several rounds, on one thread. "direct" is one call for all of them into memory that is
 there, of which Python's part is some microseconds. From the repository, built:
-taskset -c 1 .venv/bin/python benchmarks/measure_hosts.py granite-grey granite-grey-sampler
+taskset -c 1 .venv/bin/python benchmarks/measure_hosts.py granite-grey granite-speckled
 """
 
 from __future__ import annotations

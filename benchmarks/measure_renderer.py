@@ -29,7 +29,7 @@ PROGRAM = "measure_renderer.py"
 CONSTANT = [0.42, 0.4, 0.38]
 EXAMPLES = f"""  {PROGRAM}
   {PROGRAM} frame --size 512 --spp 16 --threads 2
-  {PROGRAM} points --sampler-model granite-grey-sampler"""
+  {PROGRAM} points --sampler-model granite-speckled"""
 
 
 @dataclass

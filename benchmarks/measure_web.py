@@ -19,7 +19,7 @@ from solidtex_export.commands import cli
 REPOSITORY = Path(__file__).resolve().parents[1]
 PROGRAM = "measure_web.py"
 POINTS, EDGE = 1024, 16
-MODELS = ("granite-grey", "granite-grey-sampler")
+MODELS = ("granite-grey", "granite-speckled")
 EXAMPLES = f"""  {PROGRAM}
   {PROGRAM} marble --rounds 5"""
 # Reads [package, model, precision, points, edge, rounds]; prints the seconds of both queries.

@@ -20,7 +20,7 @@ CUBE = 2.0  # units along an edge
 
 PICTURES: dict[str, list[tuple[dict[str, Any], list[str]]]] = {
     "scale": [
-        ({"solid": "granite-beige-sampler", "texels_per_unit": texels / CUBE}, [])
+        ({"solid": "granite-speckled", "texels_per_unit": texels / CUBE}, [])
         for texels in (128, 256, 512)
     ],
     "seed": [
@@ -36,7 +36,7 @@ PICTURES: dict[str, list[tuple[dict[str, Any], list[str]]]] = {
     ],
     "footprint": [
         (
-            {"solid": "granite-grey-sampler", "texels_per_unit": 4096 / CUBE},
+            {"solid": "granite-speckled", "texels_per_unit": 4096 / CUBE},
             ["--texture-filter", texture_filter, "--spp", spp, "--view", "albedo"],
         )
         for texture_filter, spp in (("none", "4"), ("footprint", "4"), ("none", "256"))

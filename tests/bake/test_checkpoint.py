@@ -17,7 +17,7 @@ BAKE = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bake"
 VASE = REPOSITORY / "scenes" / "meshes" / "vase.ply"
 SIZE, ROWS = 512, 128
 """Of an atlas, and how many it is baked in at a time."""
-ATLAS = ["granite-grey-sampler", "--mesh", "cube.obj", "--to", "uv", "--size", SIZE, "-o", "a.exr"]
+ATLAS = ["granite-speckled", "--mesh", "cube.obj", "--to", "uv", "--size", SIZE, "-o", "a.exr"]
 VERTICES = ["granite-grey", "--mesh", VASE, "--to", "vertex-color", "--texels-per-unit", 60]
 VERTICES += ["-o", "a.ply"]
 

@@ -163,7 +163,7 @@ def test_a_tiff_of_more_than_four_gigabytes_is_a_bigtiff(tmp_path: Path) -> None
     """The directories of a bake that is interrupted when it has written them."""
     command = [
         BAKE,
-        "brick",
+        "granite-grey",
         "--size",
         "1024,1024,900",
         "--depth",

@@ -89,7 +89,7 @@ def test_a_signal_of_a_file_too_large_is_a_message(tmp_path: Path, output: list)
         corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
         cube.write_text(corners + "f 1/1 2/2 3/3\n")
         output = ["--mesh", cube, *output[2:]]
-    message = refusal(tmp_path, "granite-grey-sampler", *output, FSIZE=1000)
+    message = refusal(tmp_path, "granite-speckled", *output, FSIZE=1000)
     assert re.search(r"a\.(png|exr): cannot write: File too large", message)
 
 
@@ -202,12 +202,12 @@ def test_extensions_in_capitals(tmp_path: Path, name: str, arguments: list) -> N
     corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
     (tmp_path / "flat.obj").write_text(corners + "f 1/1 2/2 3/3\n")
     option = "--preview" if name == "A.PNG" else "-o"
-    result = bake(tmp_path, "granite-grey-sampler", *arguments, option, name)
+    result = bake(tmp_path, "granite-speckled", *arguments, option, name)
     assert result.returncode == 0, result.stderr
     assert sorted(os.listdir(tmp_path)) == sorted([name, "flat.obj"])
 
 
 def test_a_model_in_capitals(tmp_path: Path) -> None:
-    (tmp_path / "A.SOLIDTEX").write_bytes((REPOSITORY / "models" / "brick.solidtex").read_bytes())
+    (tmp_path / "A.SOLIDTEX").write_bytes((REPOSITORY / "models" / "granite-grey.solidtex").read_bytes())
     result = bake(tmp_path, "A.SOLIDTEX", "--size", 4, "-o", "a.npy")
     assert result.returncode == 0, result.stderr

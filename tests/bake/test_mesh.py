@@ -17,7 +17,7 @@ import solidtex
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BAKE = Path(os.environ["SOLIDTEX_BUILD"]) / "bin" / "solidtex-bake"
-MODEL = "granite-grey-sampler"
+MODEL = "granite-speckled"
 VASE = REPOSITORY / "scenes" / "meshes" / "vase.ply"
 SCALE, ORIGIN = 20.0, (7, -3, 1000)
 PLACED = ("--texels-per-unit", SCALE, "--origin", ",".join(map(str, ORIGIN)), "--seed", "4")

@@ -203,7 +203,7 @@ print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 @pytest.mark.parametrize("name", ["a.nrrd", "a.tif", "a.raw"])
 def test_memory_stays_that_of_a_piece(tmp_path: Path, name: str) -> None:
     """A volume of 768 MiB; the program and a piece take 160 MiB."""
-    command = [BAKE, "brick", "--size", "2048,256,128", "-o", tmp_path / name, "--depth"]
+    command = [BAKE, "granite-grey", "--size", "2048,256,128", "-o", tmp_path / name, "--depth"]
     command.append("16" if name == "a.tif" else "float")
     measured = [sys.executable, "-c", PEAK_MEMORY, *map(str, command)]
     done = subprocess.run(measured, capture_output=True, text=True, check=True)

@@ -233,7 +233,7 @@ found = {"tiled": tiled, "rendered": rendered,
 def test_models_of_ones_own_get_thumbnails(folder: Path) -> None:
     own = folder / "mine"
     own.mkdir()
-    shutil.copy(REPOSITORY / "models" / "granite-grey-sampler.solidtex", own / "my-stone.solidtex")
+    shutil.copy(REPOSITORY / "models" / "granite-speckled.solidtex", own / "my-stone.solidtex")
     (own / "broken.solidtex").write_text("nothing")  # looked at before my-stone
     (own / "gone.solidtex").symlink_to(own / "nowhere.solidtex")
     found = blender(

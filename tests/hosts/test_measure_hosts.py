@@ -7,7 +7,7 @@ import pytest
 def test_every_host_has_a_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measure_hosts, "EDGE", 32)
     monkeypatch.setattr(measure_hosts, "FEW", 16)
-    model = "granite-grey-sampler"
+    model = "granite-speckled"
     rows = [*measure_hosts.python_rates(model), *measure_hosts.mitsuba_rates(model)]
     names = [name for name, _ in rows]
     assert names[:3] == ["direct", "Python, 4096 a call", "Python, one a call"]

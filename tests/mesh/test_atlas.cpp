@@ -40,7 +40,7 @@ std::vector<float> values_of(const Atlas& atlas, const solidtex::texture& textur
 }  // namespace
 
 TEST_CASE("an atlas is the same in any region") {
-  const solidtex::texture texture("granite-grey-sampler");
+  const solidtex::texture texture("granite-speckled");
   for (const int margin : {0, 3, 20}) {
     const Atlas atlas(scattered(5), {{1, -2, 1e6}, 30}, kSize, margin);
     const auto whole = values_of(atlas, texture, {{0, 0}, {kSize, kSize}});
@@ -73,7 +73,7 @@ TEST_CASE("neighboring triangles leave no gap, and do not count as overlapping")
     mesh->positions.emplace_back(corner, 0);
   }
   mesh->triangles = {{0, 1, 2}, {0, 2, 3}};
-  const solidtex::texture texture("granite-grey-sampler");
+  const solidtex::texture texture("granite-speckled");
   const Atlas atlas(mesh, {}, kSize, 0);
   const AtlasRegion whole{{0, 0}, {kSize, kSize}};
   const auto values = values_of(atlas, texture, whole);

@@ -16,7 +16,7 @@ import numpy as np
 import solidtex
 points = np.random.default_rng(1).uniform(-20, 20, (50, 3)).astype(np.float32)
 digest = hashlib.sha256()
-for model in ("granite-grey", "granite-grey-sampler"):
+for model in ("granite-grey", "granite-speckled"):
     digest.update(solidtex.Texture(model, seed=3).eval_points(points).tobytes())
 opened = solidtex.Space(space)
 material = opened.blend([opened.photograph(0), opened.photograph(1)], [0.25, 0.75])

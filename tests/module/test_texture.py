@@ -19,7 +19,7 @@ from solidtex import Texture
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ["SOLIDTEX_BUILD"])
-FIELD, SAMPLER, MAPS = "granite-grey", "granite-grey-sampler", "paint-rusted"
+FIELD, SAMPLER, MAPS = "granite-grey", "granite-speckled", "paint-rusted"
 ORIGIN, SIZE = (-9, (1 << 30) - 40, 5), (6, 5, 4)
 
 

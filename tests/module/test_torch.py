@@ -11,7 +11,7 @@ from solidtex_export.export import random_models
 from solidtex_export.export.file_format import model_file
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-SHIPPED = ["granite-grey", "granite-grey-sampler"]
+SHIPPED = ["granite-grey", "granite-speckled"]
 RANDOM = {
     "operations": random_models.every_operation_model(),
     "lattice": random_models.lattice_model(levels=3, noise=2, step=3),

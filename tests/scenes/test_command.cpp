@@ -341,7 +341,7 @@ TEST_CASE("solidtex-render --denoise needs Open Image Denoise and says where it 
     "version": 1,
     "camera": {"position": [2, 3, 6], "look_at": [0, 0, 0], "fov": 40},
     "materials": {"stone": {"type": "diffuse", "color": {
-      "solid": ")" SOLIDTEX_SOURCE R"(/models/granite-grey-sampler.solidtex",
+      "solid": ")" SOLIDTEX_SOURCE R"(/models/granite-speckled.solidtex",
       "texels_per_unit": 40}}},
     "objects": [
       {"mesh": "cube.ply", "material": "stone"},

@@ -15,7 +15,7 @@ from solidtex_export.export.verification import noise
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 STONE = model_file.read(REPOSITORY / "models" / "stone-grey.solidtex")
-GRANITE = model_file.read(REPOSITORY / "models" / "granite-grey-sampler.solidtex")
+GRANITE = model_file.read(REPOSITORY / "models" / "granite-speckled.solidtex")
 SMALL = random_models.sampler_model(octaves=6, hidden=3, width=10)
 NAME = "solidtex_test"
 FLOAT_BOUND = 1 / 1024
