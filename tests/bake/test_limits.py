@@ -3,6 +3,7 @@
 import os
 import re
 import resource
+import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -208,6 +209,6 @@ def test_extensions_in_capitals(tmp_path: Path, name: str, arguments: list) -> N
 
 
 def test_a_model_in_capitals(tmp_path: Path) -> None:
-    (tmp_path / "A.SOLIDTEX").write_bytes((REPOSITORY / "models" / "granite-grey.solidtex").read_bytes())
+    shutil.copy(REPOSITORY / "models" / "granite-grey.solidtex", tmp_path / "A.SOLIDTEX")
     result = bake(tmp_path, "A.SOLIDTEX", "--size", 4, "-o", "a.npy")
     assert result.returncode == 0, result.stderr
