@@ -110,7 +110,7 @@ def test_gradients_are_differences_of_values(name: str) -> None:
     points.requires_grad_()
     texture.eval_points(points).sum().backward()
     assert points.grad is not None
-    step, corners = 1 / 128, points.detach().numpy()
+    step, corners = 1 / 512, points.detach().numpy()
     for axis in range(3):
         move = step * np.eye(3, dtype=np.float32)[axis]
         ahead, behind = texture.eval_points(corners + move), texture.eval_points(corners - move)
