@@ -25,7 +25,7 @@ from solidtex_export.evaluation.comparison import Reference, Settings
 from solidtex_export.evaluation.subjects import values
 from solidtex_export.research.fidelity.outcome import read_outcomes
 from solidtex_export.research.fidelity.plan import read_plan
-from solidtex_export.research.fidelity.summary import estimate
+from solidtex_export.research.fidelity.summary import distance, estimate
 
 METRIC = "binary_patterns"
 
@@ -72,8 +72,9 @@ def main() -> None:
         row = [*found, found[1] / found[0]]
         photographs.append(row[-1])
         for outcome in pairs[entry.name].values():
-            if outcome.preset == "lattice" and outcome.axes and outcome.oblique:
-                lattices.append(outcome.oblique[METRIC] / outcome.axes[METRIC])
+            axes, oblique = distance(outcome, "LBP, axes"), distance(outcome, "LBP, oblique")
+            if outcome.preset == "lattice" and axes and oblique:
+                lattices.append(oblique / axes)
                 row.append(lattices[-1])
         figures = [f"{value:.2f}" for value in row] + [""] * (4 - len(row))
         print(f"| {entry.name} | {' | '.join(figures)} |", flush=True)
