@@ -99,7 +99,7 @@ def measure_medium(
     code = result.codes[result.index_of(name)]
     model = args.folder / f"{name}.solidtex"
     model_file.write(model, result.model(name, "", code, []))
-    values = read_volume(volumes / f"{name}.tif", 0, 0, 0).values
+    values = read_volume(volumes / f"{name}.tif").values
     data = np.asarray(values == values.min())
     sets = {
         "data": random_crops(data, args.size, args.count, 1),

@@ -337,6 +337,10 @@ def test_a_porous_medium_is_baked_and_measured_as_labels(tmp_path: Path) -> None
     assert "labels are the most probable phase" in found["notes"][0]
     assert 0 < labels.mean() < 1
     assert found["phases"]["1"]["fraction"] == labels.mean()
+    source = [str(tmp_path / "result"), "--material", trainer.textures[0].name]
+    assert measure.main([*source, *options, "--force"]) == 0
+    assert json.loads(report.read_text())["phases"] == found["phases"]
+    assert measure.main([source[0], *options, "--force"]) == 1
 
 
 def evaluate(path: Path, origin: tuple[int, ...], size: tuple[int, ...]) -> np.ndarray:

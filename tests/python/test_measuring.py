@@ -12,6 +12,8 @@ import torch
 from analytic_volumes import ball, cylinder
 from scipy import ndimage
 
+import solidtex
+
 pytest.importorskip("matplotlib")
 nrrd = pytest.importorskip("nrrd")
 tifffile = pytest.importorskip("tifffile")
@@ -295,7 +297,7 @@ def test_sizes_and_axes_of_files(tmp_path: Path, capfd) -> None:
                {"space directions": np.eye(3) * 0.5, "space units": ["um"] * 3, "space": "RAS"},
                index_order="F")  # fmt: skip
     for name in ("a.tif", "b.ome.tif", "c.nrrd"):
-        found = read_volume(tmp_path / name, 0, 0, 0)
+        found = read_volume(tmp_path / name)
         assert (found.values == volume).all(), name
         assert found.voxel is not None, name
         assert found.voxel.cubic(name).meters == pytest.approx(5e-7), name
@@ -306,6 +308,29 @@ def test_sizes_and_axes_of_files(tmp_path: Path, capfd) -> None:
     assert "found voxels of 0.5 x 0.5 x 2 um, expected cubes" in capfd.readouterr().err
     assert main([str(tmp_path / "flat.tif"), "--voxel-size", "1um", *options]) == 0
     assert "1 um as given, the file says 0.5 x 0.5 x 2 um" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("place", ["point_data", "cell_data"])
+def test_vtk_images(tmp_path: Path, capfd, place: str) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    volume = np.arange(5 * 6 * 7, dtype=np.uint8).reshape(5, 6, 7) % 3
+    sides = np.array(volume.shape) + (place == "cell_data")
+    image = pyvista.ImageData(dimensions=sides, spacing=(0.5, 0.5, 0.5))
+    getattr(image, place)["first"] = volume.ravel(order="F")
+    image.save(tmp_path / "v.vti")
+    found = read_volume(tmp_path / "v.vti")
+    assert (found.values == volume).all() and found.voxel is not None
+    assert found.voxel.edges == (0.5, 0.5, 0.5)
+    getattr(image, place)["second"] = volume.ravel(order="F")
+    image.set_active_scalars(None)
+    image.save(tmp_path / "two.vti")
+    options = ["-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]
+    assert main([str(tmp_path / "two.vti"), *options]) == 1
+    assert "found arrays first, second, expected one" in capfd.readouterr().err
+    pyvista.Sphere().save(tmp_path / "s.vtp")
+    (tmp_path / "s.vtp").rename(tmp_path / "s.vti")
+    assert main([str(tmp_path / "s.vti"), *options]) == 1
+    assert "cannot be read as .vti" in capfd.readouterr().err
 
 
 def test_channels_without_names_are_no_gray_values(tmp_path: Path, capfd) -> None:
@@ -344,23 +369,37 @@ def test_a_model_is_baked_and_split(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+def test_a_material_of_a_space_is_measured(tmp_path: Path, capfd) -> None:
+    space = Path(__file__).parents[2] / "models" / "stones.solidtex-space"
+    name = solidtex.Space(space).photographs[3]
+    options = ["--size", "32", "--voxel-size", "5um", *QUICK]
+    found = measure(tmp_path, Path("stones"), "--material", name, *options)
+    assert found["file"] == "stones" and found["model"]["name"] == name
+    other = measure(tmp_path, space, "--material", name, *options)
+    assert other["phases"] == found["phases"] and other["model"] == found["model"]
+    ball_file = tmp_path / "v.npy"
+    np.save(ball_file, ball(3, 9).astype(np.uint8))
+    report = ["-o", str(tmp_path / "r.json"), "--force", *options]
+    assert main([str(ball_file), "--material", "x", *report]) == 1
+    assert "--material: found x of" in capfd.readouterr().err
+    assert main(["stones", "--material", "x", *report]) == 1
+    assert "stones: found no photograph x, expected --material NAME" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("stones", "stones: found a texture space, expected a model or a volume"),
+        ("stones", "stones: found a texture space, expected --material NAME, one of its 375"),
         (
-            "a.solidtex-space",
-            "with solidtex-encode PHOTOGRAPH --space a.solidtex-space -o MODEL.solidtex",
+            "stones",
+            "for another material: solidtex-encode PHOTOGRAPH --space stones -o MODEL.sol",
         ),
         (
             "a.raw",
-            "found .raw, expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; name the .nhdr",
+            "found .raw, expected .tif, .tiff, .npy, .nrrd, .nhdr, .vti or .solidtex; name",
         ),
         ("a.npz", ".solidtex; save one array as .npy by numpy.save"),
-        (
-            "a.vti",
-            "expected .tif, .tiff, .npy, .nrrd, .nhdr, .solidtex; solidtex-bake writes .nrrd",
-        ),
+        ("a.zarr", "or .solidtex; solidtex-bake writes .nrrd as well"),
     ],
 )
 def test_other_files_say_what_to_do(tmp_path: Path, capfd, name: str, message: str) -> None:
@@ -373,7 +412,7 @@ def test_a_result_of_a_training_says_how_its_model_is_written(tmp_path: Path, ca
     (tmp_path / "rocks" / "config.json").touch()
     arguments = [str(tmp_path / "rocks"), "-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]
     assert main(arguments) == 1
-    assert "rocks --material NAME -o MODEL.solidtex" in capfd.readouterr().err
+    assert "rocks -o MODEL.solidtex" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

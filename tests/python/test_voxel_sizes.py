@@ -94,7 +94,7 @@ def test_each_axis_of_a_file_has_its_own_unit(
     tmp_path: Path, save: Callable[..., None], name: str, metadata: dict
 ) -> None:
     save(tmp_path / name, **metadata)
-    found = read_volume(tmp_path / name, 0, 0, 0).voxel
+    found = read_volume(tmp_path / name).voxel
     assert found is not None and found.unit == "um" and not found.is_z_assumed
     assert found.cubic(name).value == pytest.approx(2)
 
@@ -130,7 +130,7 @@ def save_plain(path: Path, **options: object) -> None:
 )
 def test_spellings_of_a_micrometer(tmp_path: Path, unit: str) -> None:
     save_imagej(tmp_path / "v.tif", unit=unit)
-    found = read_volume(tmp_path / "v.tif", 0, 0, 0).voxel
+    found = read_volume(tmp_path / "v.tif").voxel
     assert found is not None and str(found.cubic("v")) == "2.25 um"
 
 

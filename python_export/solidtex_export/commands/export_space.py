@@ -95,7 +95,6 @@ def _export_model(args: argparse.Namespace, name: str) -> None:
     import torch
 
     from solidtex_export.export.verification.model_output import summary, write_verified
-    from solidtex_export.spaces.alanov.export import generator_network, random_phases, waves_of
     from solidtex_export.spaces.alanov.result import read_alanov
 
     result = read_alanov(args.result)
@@ -105,11 +104,7 @@ def _export_model(args: argparse.Namespace, name: str) -> None:
             raise ResultError(f"--code: found {len(code)} numbers, expected {result.recipe.code}")
     else:
         code = result.codes[result.index_of(args.material)]
-    result.measure()
-    phases = random_phases(result.recipe.noise.periodic, args.phases)
-    waves = waves_of(result.generator, code, phases)
-    model = result.model(name, args.license, code, waves)
-    network = generator_network(result.generator, code, waves)
+    model, network = result.verifiable_model(name, args.license, code, args.phases)
     found = write_verified(args.output, model, network)
     print(f"{cli.output_name(args)}: {summary(args.output, model, found)}")
 

@@ -13,7 +13,8 @@ import numpy as np
 from solidtex_export.commands import cli
 from solidtex_export.export.verification.model_output import OutputError, check_output
 from solidtex_export.images.file_kinds import ExemplarError
-from solidtex_export.measuring.volumes import Volume, is_model, read_volume
+from solidtex_export.measuring.models import is_model, read_model
+from solidtex_export.measuring.volumes import Volume, read_volume
 from solidtex_export.measuring.voxels import METERS, VolumeError, VoxelSize, parse_voxel_size
 from solidtex_export.whole_file import write_whole
 
@@ -23,6 +24,7 @@ TRANSPORT = ("diffusivity", "permeability")
 EXAMPLES = f"""  {PROGRAM} rock.tif --voxel-size 2.25um -o report.html
   {PROGRAM} rock.npy --voxel-size 5.345um --axes x -o report.json
   {PROGRAM} rock.solidtex --size 200 --voxel-size 2.25um --exemplar section.png -o report.html
+  {PROGRAM} results/rocks --material berea --size 200 --voxel-size 5.345um -o report.html
   {PROGRAM} gray.tif --voxel-size 2.25um --threshold 112 --phase 0 -o report.html
 
 Conventions, units and accuracy: docs/porous-media.md."""
@@ -37,8 +39,12 @@ def make_parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     p.add_argument("volume", metavar="VOLUME", type=Path,
-                   help="TIFF stack, .npy [x, y, z], .nrrd, .nhdr, a .solidtex file or a shipped"
-                   " model's name")  # fmt: skip
+                   help="TIFF stack, .npy [x, y, z], .nrrd, .nhdr, .vti, a .solidtex file or a"
+                   " shipped model's name; with --material a texture space or the result of an"
+                   " Alanov preset")  # fmt: skip
+    p.add_argument("--material", metavar="NAME",
+                   help="the training photograph of a texture space, or the material of a result,"
+                   " whose solid is measured")  # fmt: skip
     p.add_argument("--voxel-size", metavar="LENGTH", type=str,
                    help=f"edge of a voxel with its unit ({', '.join(METERS)}), such as 2.25um;"
                    " voxels are cubes (default: the file's)")  # fmt: skip
@@ -90,7 +96,7 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error(f"--axes: found {args.axes!r}, expected letters of xyz, each once")
     if args.size < 2:
         p.error(f"--size: found {args.size}, expected at least 2")
-    if args.periodic and not is_model(args.volume):
+    if args.periodic and not args.material and not is_model(args.volume):
         p.error("--periodic: found a volume, expected a model; --boundary periodic repeats volumes")
     if args.across and not args.exemplar:
         p.error("--across: found no --exemplar, expected the picture that is a section")
@@ -109,15 +115,23 @@ def run(args: argparse.Namespace) -> cli.Document:
         import matplotlib  # noqa: F401
         import nrrd  # noqa: F401
         import tifffile  # noqa: F401
+    from solidtex_export.commands.measure_material import model_of
+
+    for path in args.outputs:
+        check_output(path, args.force, path.suffix)
+    with model_of(args.volume, args.material) as source:
+        return _measure(args, source)
+
+
+def _measure(args: argparse.Namespace, source: Path) -> cli.Document:
+    """Measure `source`: the volume, or the model of its material."""
     from solidtex_export.commands.measure_exemplar import read_exemplar
     from solidtex_export.measuring.measure import Settings, measure_volume
     from solidtex_export.measuring.phases import find_phases
     from solidtex_export.measuring.section import measure_section
 
-    for path in args.outputs:
-        check_output(path, args.force, path.suffix)
     given = parse_voxel_size(args.voxel_size) if args.voxel_size else None
-    volume = read_volume(args.volume, args.size, args.seed, args.size if args.periodic else 0)
+    volume = _read(args, source)
     voxel_size = given or _own_voxel_size(args.volume, volume)
     phases = find_phases(volume.values, args.threshold, args.volume.name, volume.phases)
     settings = Settings(
@@ -133,7 +147,7 @@ def run(args: argparse.Namespace) -> cli.Document:
     notes = _notes(volume, voxel_size, given is not None, phases.notes)
     document: dict[str, Any] = {"file": args.volume.name, "model": volume.model, "notes": notes}
     if args.exemplar:  # first: one that does not fit is refused before hours of flow
-        section, note = read_exemplar(args.exemplar, args.volume, voxel_size, args.across)
+        section, note = read_exemplar(args.exemplar, source, voxel_size, args.across)
         notes.append(note)
     for text in notes:
         print(text, file=sys.stderr)
@@ -147,6 +161,12 @@ def run(args: argparse.Namespace) -> cli.Document:
         write_whole(path, _text(path, document, middle).encode())
         print(path)
     return document | cli.files(*args.outputs)
+
+
+def _read(args: argparse.Namespace, source: Path) -> Volume:
+    if is_model(source):
+        return read_model(source, args.size, args.seed, args.size if args.periodic else 0)
+    return read_volume(source)
 
 
 def _own_voxel_size(path: Path, volume: Volume) -> VoxelSize:

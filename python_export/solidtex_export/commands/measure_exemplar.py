@@ -16,8 +16,9 @@ from solidtex_export.export.file_format import model_file
 from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, load_exemplar
 from solidtex_export.images.labels import load_labels
+from solidtex_export.measuring.models import is_model
 from solidtex_export.measuring.section import Section, read_section
-from solidtex_export.measuring.volumes import PHASE_PREFIX, is_model
+from solidtex_export.measuring.volumes import PHASE_PREFIX
 from solidtex_export.measuring.voxels import VoxelSize
 from solidtex_export.training.phases import fitting_shift
 

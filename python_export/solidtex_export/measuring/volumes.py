@@ -1,9 +1,9 @@
-"""Volumes from files: TIFF stacks, NumPy arrays, NRRD files and models, with their voxel size."""
+"""Volumes from files: TIFF stacks, NumPy arrays, NRRD and VTK files, with their voxel size."""
 
 from __future__ import annotations
 
-import hashlib
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,16 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solidtex_export.bare_name import is_bare_name
 from solidtex_export.measuring.voxels import VolumeError, Voxel, relative_lengths, voxel_of
 
 PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
-SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".solidtex")
+SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".vti")
 PRINT_UNITS = {2: "inches by ResolutionUnit", 3: "centimeters by ResolutionUnit"}
 HINTS = {
     ".npz": "save one array as .npy by numpy.save",
     ".raw": "name the .nhdr of a .raw, which solidtex-bake -o NAME.nhdr writes",
-    ".vti": "solidtex-bake writes .nrrd as well",
     ".zarr": "solidtex-bake writes .nrrd as well",
 }
 
@@ -41,31 +39,26 @@ class Volume:
     notes: list[str] = field(default_factory=list)
 
 
-def is_model(path: Path) -> bool:
-    """Whether it is a .solidtex file or the bare name of a shipped model. A folder is neither."""
-    return path.suffix.lower() == ".solidtex" or (is_bare_name(path) and not path.is_dir())
-
-
-def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
-    """Read a file. `size`, `seed` and `period` are those of a model's box."""
-    if is_model(path):
-        return _three_axes(path, _read_model(path, size, seed, period))
+def read_volume(path: Path) -> Volume:
+    """Read a file of one of SUFFIXES."""
     suffix = path.suffix.lower()
-    if suffix == ".solidtex-space":
-        raise VolumeError(_space_message(path))
-    if (path / "config.json").is_file():
-        raise VolumeError(_result_message(path))
     if suffix not in SUFFIXES:
         hint = f"; {HINTS[suffix]}" if suffix in HINTS else ""
         raise VolumeError(
-            f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)}{hint}"
+            f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)} or .solidtex"
+            f"{hint}"
         )
     if not path.is_file():
         raise VolumeError(
             f"{path}: found {'a folder' if path.is_dir() else 'no such file'}, expected a volume"
             f" ({', '.join(SUFFIXES)}); check the path"
         )
-    readers = {".npy": _read_numpy, ".nrrd": _read_nrrd, ".nhdr": _read_nrrd}
+    readers = {
+        ".npy": _read_numpy,
+        ".nrrd": _read_nrrd,
+        ".nhdr": _read_nrrd,
+        ".vti": _read_vti,
+    }
     try:
         volume = readers.get(suffix, _read_tiff)(path)
     except (OSError, ValueError, LookupError, EOFError, RuntimeError) as error:
@@ -73,10 +66,10 @@ def read_volume(path: Path, size: int, seed: int, period: int) -> Volume:
             f"{path}: found a file that cannot be read as {suffix}:"
             f" {error or type(error).__name__}; expected a whole one: write or copy it again"
         ) from error
-    return _three_axes(path, volume)
+    return three_axes(path, volume)
 
 
-def _three_axes(path: Path, volume: Volume) -> Volume:
+def three_axes(path: Path, volume: Volume) -> Volume:
     """Leave one value a voxel, and refuse what is no volume."""
     check_numbers(volume.values, str(path))
     shape = volume.values.shape
@@ -186,6 +179,45 @@ def _three_units(listed: Sequence[str] | None) -> list[str]:
     return units if len(units) == 3 else [""] * 3
 
 
+def _read_vti(path: Path) -> Volume:
+    """All arrays of a file of solidtex-bake; of another one the active array, or the only one."""
+    try:
+        import pyvista
+    except ModuleNotFoundError as error:
+        raise VolumeError(
+            f"{path}: found no Python package {error.name!r}, expected it"
+            " (in a clone: pip install './python_export[volumes]'), or a .nrrd file"
+        ) from error
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", UserWarning)
+        try:
+            image = pyvista.read(path)
+        except UserWarning as error:
+            raise ValueError("VTK finds no whole ImageData in it") from error
+    arrays, sides = image.point_data, np.array(image.dimensions)
+    if not len(arrays):
+        arrays, sides = image.cell_data, np.maximum(sides - 1, 1)
+    channels, names = _field_words(image, "solidtex_channels"), list(arrays)
+    if arrays.active_scalars_name and not channels:
+        names = [arrays.active_scalars_name]
+    if not names or (len(names) > 1 and not channels):
+        raise ValueError(f"found arrays {', '.join(names) or 'none'}, expected one")
+    shape = (*sides[::-1], -1)
+    values = np.concatenate([np.asarray(arrays[n]).reshape(shape) for n in names], 3)
+    values = values.transpose(2, 1, 0, 3)
+    return Volume(
+        values[..., 0] if values.shape[3] == 1 else values,
+        voxel_of(list(image.spacing), _field_words(image, "unit")[:1] * 3 or [""] * 3),
+        channels,
+        _phase_names(_field_words(image, "solidtex_labels")),
+    )
+
+
+def _field_words(image: Any, key: str) -> tuple[str, ...]:
+    return tuple(str(image.field_data[key][0]).split()) if key in image.field_data else ()
+
+
 def _read_tiff(path: Path) -> Volume:
     import tifffile
 
@@ -247,53 +279,3 @@ def _tiff_voxel(file: Any) -> Voxel | None:
     if spacing is None:
         return voxel_of([*sides, sides[0]], [*units[:2], unit], is_z_assumed=True)
     return voxel_of([*sides, float(spacing)], units)
-
-
-def _read_model(path: Path, size: int, seed: int, period: int) -> Volume:
-    import solidtex
-
-    try:
-        opened = solidtex.Texture(path, seed=seed, period=period)
-    except solidtex.Error as error:
-        if not path.suffix and _is_space(str(path)):
-            raise VolumeError(_space_message(path)) from error
-        if period and isinstance(error, solidtex.InvalidArgument):
-            raise VolumeError(f"--periodic with --size {size}: {error}") from error
-        raise
-    with opened as texture:
-        values = texture.eval_box((0, 0, 0), (size, size, size))
-        channels = tuple(texture.channels)
-        model = {
-            "name": texture.name,
-            "sha256": hashlib.sha256(Path(texture.path).read_bytes()).hexdigest(),
-            "seed": seed,
-            "origin": [0, 0, 0],
-            "period": period,
-        }
-    return Volume(values, channels=channels, model=model)
-
-
-def _is_space(name: str) -> bool:
-    """Whether a bare name is that of a texture space."""
-    import solidtex
-
-    try:
-        solidtex.Space(name)
-    except solidtex.Error:
-        return False
-    return True
-
-
-def _space_message(path: Path) -> str:
-    return (
-        f"{path}: found a texture space, expected a model or a volume: a space has many materials;"
-        f" write the model of one with solidtex-encode PHOTOGRAPH --space {path} -o MODEL.solidtex"
-    )
-
-
-def _result_message(path: Path) -> str:
-    return (
-        f"{path}: found the result of a training, expected a model or a volume; write its model"
-        f" with solidtex-export {path} -o MODEL.solidtex, or of several materials one with"
-        f" solidtex-export-space {path} --material NAME -o MODEL.solidtex"
-    )

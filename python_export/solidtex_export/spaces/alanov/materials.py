@@ -94,8 +94,7 @@ def _volume_sources(
     found: list[Source] = []
     for path in paths:
         if path.is_dir():
-            suffixes = set(SUFFIXES) - {".solidtex"}
-            files = [p for p in sorted(path.iterdir()) if p.suffix.lower() in suffixes]
+            files = [p for p in sorted(path.iterdir()) if p.suffix.lower() in SUFFIXES]
             if not files:
                 raise ExemplarError(f"{path}: found no volume, expected some")
             found += [Source(p) for p in files]
@@ -110,7 +109,7 @@ def _load_volume(source: Source, crop_size: int) -> Texture:
     if path.suffix.lower() == ".solidtex":
         raise ExemplarError(f"{path}: found a model, expected a volume: bake it first")
     try:
-        volume = read_volume(path, 0, 0, 0)
+        volume = read_volume(path)
         if volume.voxel:
             volume.voxel.check_cubic(str(path))
         phases = find_phases(volume.values, None, path.name, volume.phases)

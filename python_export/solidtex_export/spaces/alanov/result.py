@@ -12,9 +12,17 @@ from torch import Tensor, nn
 from torch.optim.swa_utils import AveragedModel
 
 from solidtex_export.export.file_format.model_file import VERSION, ModelFile
+from solidtex_export.export.verification.networks import Network
 from solidtex_export.images.channels import COLOR
 from solidtex_export.settings import validated
-from solidtex_export.spaces.alanov.export import SCHEME, Wave, fold_generator
+from solidtex_export.spaces.alanov.export import (
+    SCHEME,
+    Wave,
+    fold_generator,
+    generator_network,
+    random_phases,
+    waves_of,
+)
 from solidtex_export.spaces.alanov.networks import (
     MEASURED_BATCHES,
     Encoder,
@@ -62,6 +70,19 @@ class AlanovResult:
                 f"--material: found {material or 'nothing'}, expected one of {', '.join(names)}"
             )
         return names.index(material)
+
+    def verifiable_model(
+        self, name: str, license: str, code: Tensor, phases: int
+    ) -> tuple[ModelFile, Network]:
+        """The model of a code, and the network that it must equal.
+
+        phases: Random seed of the phases of periodic patterns.
+        """
+        self.measure()
+        drawn = random_phases(self.recipe.noise.periodic, phases)
+        waves = waves_of(self.generator, code, drawn)
+        network = generator_network(self.generator, code, waves)
+        return self.model(name, license, code, waves), network
 
     def model(self, name: str, license: str, code: Tensor, waves: Sequence[Wave]) -> ModelFile:
         """The generator with one code as a lattice model."""

@@ -1,0 +1,91 @@
+"""One material of a texture space or of an Alanov preset's result, as a model to measure."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import solidtex
+from solidtex_export.bare_name import is_bare_name
+from solidtex_export.export.file_format import model_file
+from solidtex_export.measuring.voxels import VolumeError
+from solidtex_export.spaces.alanov.result import read_alanov
+from solidtex_export.spaces.result import read_config
+from solidtex_export.spaces.space_file import SUFFIX
+from solidtex_export.training.result import ResultError
+
+MOST_NAMES = 12  # of a space's photographs that a message lists
+
+
+def is_result(path: Path) -> bool:
+    """Whether it is the folder of a training."""
+    return (path / "config.json").is_file()
+
+
+def is_space(path: Path) -> bool:
+    """Whether it is the file or the bare name of a texture space."""
+    if path.suffix.lower() == SUFFIX:
+        return True
+    return is_bare_name(path) and not path.is_dir() and _is_shipped_space(str(path))
+
+
+@contextmanager
+def model_of(path: Path, material: str | None) -> Iterator[Path]:
+    """The model itself, or a temporary model of one material of a space or of a training.
+
+    material: A training photograph of the space, or a material of an Alanov preset.
+    """
+    if not is_space(path) and not is_result(path):
+        if material is not None:
+            raise VolumeError(
+                f"--material: found {material} of {path}, expected a texture space or the result"
+                " of an Alanov preset; leave --material out"
+            )
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        model = Path(folder) / f"{path.stem}.solidtex"
+        (_write_of_result if is_result(path) else _write_of_space)(path, material, model)
+        yield model
+
+
+def _is_shipped_space(name: str) -> bool:
+    try:
+        solidtex.Space(name)
+    except solidtex.Error:
+        return False
+    return True
+
+
+def _write_of_space(path: Path, material: str | None, model: Path) -> None:
+    space = solidtex.Space(path)
+    names = space.photographs
+    if material not in names:
+        listed = ", ".join(names[:MOST_NAMES]) + (" ..." if len(names) > MOST_NAMES else "")
+        raise VolumeError(
+            f"{path}: found {f'no photograph {material}' if material else 'a texture space'},"
+            f" expected --material NAME, one of its {len(names)} photographs ({listed}); for"
+            f" another material: solidtex-encode PHOTOGRAPH --space {path} -o MODEL.solidtex"
+        )
+    space.write_model(space.photograph(names.index(material)), model, {"name": material})
+
+
+def _write_of_result(folder: Path, material: str | None, model: Path) -> None:
+    try:
+        kind = read_config(folder / "config.json")["kind"]
+    except ResultError:
+        kind = "training"
+    if kind != "alanov":
+        raise VolumeError(
+            f"{folder}: found the result of a training, expected a model, a volume or the result"
+            f" of an Alanov preset; write its model with solidtex-export {folder} -o MODEL.solidtex"
+        )
+    try:
+        result = read_alanov(folder)
+        code = result.codes[result.index_of(material)]
+    except ResultError as error:
+        raise VolumeError(str(error)) from error
+    written, _ = result.verifiable_model(material or folder.name, "", code, phases=0)
+    model.write_bytes(model_file.serialize(written, str(model)))
