@@ -1,15 +1,16 @@
-"""Trains lattices whose coarse levels see the photograph at half its size too.
+"""Trains lattices whose coarse levels see the photograph at half or a quarter of its size too.
 
     coarse_first.py benchmarks/coarse_first.toml --photos photographs -o results/coarse
     solidtex-fidelity benchmarks/coarse_first.toml --photos photographs --features FILE \\
         -o results/coarse
 
-A slice of half the size shows four times the area. Its network has no finest level. For the method
+A slice at half the size shows four times the area. Its network has no finest level. For the method
 `coarse-first` it is trained first; then its weights become those of the same levels of the whole
 network. For `half-head` both networks share these levels, and after every second step of the whole
 one the other makes a step: its last layer is a head for colors at half resolution, which the export
-drops (MSG-GAN, Karnewar and Wang 2020). The second command finds these trainings, adds the others,
-and compares.
+drops (MSG-GAN, Karnewar and Wang 2020). `quarter-head` has its head at a quarter, and shows as
+large an area by slices of half the side. The second command finds these trainings, adds the
+others, and compares.
 docs/experiments/ablation.md has the figures.
 """
 
@@ -28,8 +29,8 @@ from solidtex_export.research.fidelity.plan import photograph, read_plan
 from solidtex_export.training.optimizer import GeneratorOptimizer
 
 PROGRAM = "coarse_first.py"
-METHODS = {"coarse-first": 150, "half-head": 100}
-"""Steps of the coarse network."""
+METHODS = {"coarse-first": (150, 1), "half-head": (100, 1), "quarter-head": (134, 2)}
+"""Steps of the coarse network, and how often its photograph is halved."""
 LEVELS = 6  # of the preset `lattice`
 
 
@@ -48,7 +49,7 @@ def make_parser() -> argparse.ArgumentParser:
 def train_all(args: argparse.Namespace) -> None:
     plan = read_plan(args.plan)
     for entry in plan.exemplars:
-        for method, coarse_steps in METHODS.items():
+        for method, (coarse_steps, halvings) in METHODS.items():
             result = args.output / entry.name / method / "result"
             if result.exists():
                 continue
@@ -56,21 +57,23 @@ def train_all(args: argparse.Namespace) -> None:
             coarse_result = result.with_name("coarse")
             shutil.rmtree(coarse_result, ignore_errors=True)
             photo = str(photograph(entry, args.photos))
-            common = [photo, "--preset=lattice", f"--size={entry.size}", "--threads=1"]
+            common = [photo, "--preset=lattice", "--threads=1"]
             coarse = trainer_of(
                 *common,
-                f"--resolution={entry.resolution // 2}",
+                f"--size={2 * entry.size >> halvings}",
+                f"--resolution={entry.resolution >> halvings}",
                 f"--steps={coarse_steps}",
-                f"--set=generator.sizes.levels={LEVELS - 1}",
+                f"--set=generator.sizes.levels={LEVELS - halvings}",
                 f"-o={coarse_result}",
             )
             whole = trainer_of(
                 *common,
+                f"--size={entry.size}",
                 f"--resolution={entry.resolution}",
                 f"--steps={plan.method(method).options[-1]}",
                 f"-o={result}",
             )
-            train = train_together if method == "half-head" else train_in_turn
+            train = train_in_turn if method == "coarse-first" else train_together
             train(coarse, whole)
             print(f"{entry.name}, {method}: {coarse.seconds:.0f} s and {whole.seconds:.0f} s",
                   flush=True)  # fmt: skip
