@@ -57,7 +57,8 @@ def train_all(args: argparse.Namespace) -> None:
             coarse_result = result.with_name("coarse")
             shutil.rmtree(coarse_result, ignore_errors=True)
             photo = str(photograph(entry, args.photos))
-            common = [photo, "--preset=lattice", "--threads=1"]
+            directions = [f"--directions={entry.directions}"] if entry.directions else []
+            common = [photo, "--preset=lattice", "--threads=1", *directions]
             coarse = trainer_of(
                 *common,
                 f"--size={2 * entry.size >> halvings}",

@@ -429,6 +429,8 @@ def test_a_result_of_a_training_says_how_its_model_is_written(tmp_path: Path, ca
          "found values that are not finite"),
         (lambda p: np.save(p, ball(3, 9)), ["--voxel-size", "1um", "--phase", "7"],
          "--phase: found 7, expected one of the labels of the volume: 0, 1"),
+        (lambda p: np.save(p, ball(3, 9)), ["--voxel-size", "1um", "--periodic"],
+         "v.npy, expected a model; --boundary periodic repeats volumes"),
         (lambda p: np.save(p, ball(3, 9)), ["--voxel-size", "1"], "without a unit"),
     ],
 )  # fmt: skip

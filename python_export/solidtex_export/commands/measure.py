@@ -96,8 +96,6 @@ def check(p: argparse.ArgumentParser, args: argparse.Namespace) -> None:
         p.error(f"--axes: found {args.axes!r}, expected letters of xyz, each once")
     if args.size < 2:
         p.error(f"--size: found {args.size}, expected at least 2")
-    if args.periodic and not args.material and not is_model(args.volume):
-        p.error("--periodic: found a volume, expected a model; --boundary periodic repeats volumes")
     if args.across and not args.exemplar:
         p.error("--across: found no --exemplar, expected the picture that is a section")
     if args.periodic:
@@ -166,6 +164,11 @@ def _measure(args: argparse.Namespace, source: Path) -> cli.Document:
 def _read(args: argparse.Namespace, source: Path) -> Volume:
     if is_model(source):
         return read_model(source, args.size, args.seed, args.size if args.periodic else 0)
+    if args.periodic:
+        raise VolumeError(
+            f"--periodic: found the volume {source}, expected a model; --boundary periodic repeats"
+            " volumes"
+        )
     return read_volume(source)
 
 

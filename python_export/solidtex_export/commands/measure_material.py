@@ -78,9 +78,14 @@ def _write_of_result(folder: Path, material: str | None, model: Path) -> None:
     except ResultError:
         kind = "training"
     if kind != "alanov":
+        remedies = {
+            "training": f"write its model with solidtex-export {folder} -o MODEL.solidtex",
+            "space": f"write it with solidtex-export-space {folder} -o NAME.solidtex-space",
+            "start": "a learned start has no material; measure a model that began with it",
+        }
         raise VolumeError(
-            f"{folder}: found the result of a training, expected a model, a volume or the result"
-            f" of an Alanov preset; write its model with solidtex-export {folder} -o MODEL.solidtex"
+            f"{folder}: found the result of a {kind}, expected a model, a volume or the result of"
+            f" an Alanov preset; {remedies[kind]}"
         )
     try:
         result = read_alanov(folder)

@@ -96,7 +96,7 @@ def parser() -> argparse.ArgumentParser:
                    " photograph)")  # fmt: skip
     p.add_argument("--resolution", type=int, metavar="N",
                    help="reduce photographs whose shorter side is longer than N pixels; one pixel"
-                   " is then one texel (default: 2 times --size, or a texture space's)")  # fmt: skip
+                   " is then one texel (default: 2 times --size, or the space's)")  # fmt: skip
     p.add_argument("--crop", type=rectangle, metavar="X,Y,W,H",
                    help="use only this rectangle of each photograph, in pixels")  # fmt: skip
     p.add_argument("--directions", choices=("xyz", "xy", "xz", "yz", "x", "y", "z"),

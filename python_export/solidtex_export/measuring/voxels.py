@@ -78,7 +78,7 @@ class Voxel:
             example = f"{edge}um or {edge}mm" if not self.unit and self._is_cubic else "2.25um"
             raise VolumeError(
                 f"{what}: found voxels of {self}, expected a unit of length in the metadata of"
-                f" ImageJ, OME or NRRD; give {OPTION} LENGTH, such as {OPTION} {example}"
+                f" ImageJ, OME, NRRD or VTK; give {OPTION} LENGTH, such as {OPTION} {example}"
             )
         self.check_cubic(what)
         return VoxelSize(float(self.edges[0]), self.unit)
