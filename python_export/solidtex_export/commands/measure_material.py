@@ -52,6 +52,8 @@ def model_of(path: Path, material: str | None) -> Iterator[Path]:
 
 
 def _is_shipped_space(name: str) -> bool:
+    import solidtex
+
     try:
         solidtex.Space(name)
     except solidtex.Error:
@@ -60,6 +62,8 @@ def _is_shipped_space(name: str) -> bool:
 
 
 def _write_of_space(path: Path, material: str | None, model: Path) -> None:
+    import solidtex
+
     space = solidtex.Space(path)
     names = space.photographs
     if material not in names:
