@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import solidtex
 from solidtex_export.bare_name import is_bare_name
 from solidtex_export.export.file_format import model_file
 from solidtex_export.measuring.voxels import VolumeError
