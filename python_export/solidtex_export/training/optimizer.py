@@ -40,15 +40,15 @@ class GeneratorOptimizer:
 
 
 def learning_rate(step: int, progress: float, settings: Optimizer) -> float:
-    """Learning rate of a step: linear warm-up, then half a cosine to a power."""
+    """Learning rate of a step: linear warm-up, then half a cosine."""
     warmup = min(1.0, (step + 1) / max(settings.warmup_steps, 1))
     first = settings.learning_rate
-    return warmup * half_cosine(progress, first, settings.final_rate * first, settings.decay_power)
+    return warmup * half_cosine(progress, first, settings.final_rate * first)
 
 
-def half_cosine(progress: float, first: float, last: float, power: float = 1.0) -> float:
-    """Half a cosine, to a power, from the first value to the last."""
-    return last + (first - last) * (0.5 + 0.5 * math.cos(math.pi * min(progress, 1.0))) ** power
+def half_cosine(progress: float, first: float, last: float) -> float:
+    """Half a cosine from the first value to the last."""
+    return last + (first - last) * (0.5 + 0.5 * math.cos(math.pi * min(progress, 1.0)))
 
 
 def parameter_groups(network: nn.Module, per_layer_scaling: bool) -> list[dict[str, Any]]:

@@ -158,8 +158,6 @@ class Optimizer(Settings):
     learning_rate: Annotated[float, within(1e-9, 10)]
     final_rate: Share = 1.0
     """Final learning rate after half a cosine, as a fraction of the first; 1 keeps it constant."""
-    decay_power: Annotated[float, within(0.1, 10)] = 1.0
-    """Power of the half cosine: above 1 the learning rate falls earlier."""
     warmup_steps: Annotated[int, within(0, 1_000_000)] = 0
     betas: Pair[Beta] = (0.9, 0.999)
     per_layer_scaling: bool = False
