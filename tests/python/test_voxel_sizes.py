@@ -1,4 +1,4 @@
-"""Voxel sizes of solidtex-measure: as an option, and as files say them."""
+"""Voxels of solidtex-measure: values and sizes as files say them, sizes as an option."""
 
 import json
 from collections.abc import Callable
@@ -192,3 +192,52 @@ def test_a_report_says_that_z_is_taken_as_x(tmp_path: Path) -> None:
     metadata = {"axes": "ZYX", "unit": "um", "zunit": "nm", "spacing": 2000}
     tifffile.imwrite(tmp_path / "v.tif", VALUES, metadata=metadata, **imagej)
     assert note not in measure(tmp_path, tmp_path / "v.tif", *QUICK)["notes"]
+
+
+def test_sizes_and_axes_of_files(tmp_path: Path, capfd) -> None:
+    volume = np.zeros((5, 6, 7), np.uint8)
+    volume[0, 1, 2] = 1
+    pages = volume.transpose(2, 1, 0)
+    imagej = {"imagej": True, "resolution": (2, 2)}
+    metadata = {"axes": "ZYX", "spacing": 0.5, "unit": "um"}
+    tifffile.imwrite(tmp_path / "a.tif", pages, metadata=metadata, **imagej)
+    ome = {"axes": "ZYX"} | {f"PhysicalSize{axis}": 0.5 for axis in "XYZ"}
+    tifffile.imwrite(tmp_path / "b.ome.tif", pages, metadata=ome, ome=True)
+    nrrd.write(str(tmp_path / "c.nrrd"), volume,
+               {"space directions": np.eye(3) * 0.5, "space units": ["um"] * 3, "space": "RAS"},
+               index_order="F")  # fmt: skip
+    for name in ("a.tif", "b.ome.tif", "c.nrrd"):
+        found = read_volume(tmp_path / name)
+        assert (found.values == volume).all(), name
+        assert found.voxel is not None, name
+        assert found.voxel.cubic(name).meters == pytest.approx(5e-7), name
+    flat = metadata | {"spacing": 2.0}
+    tifffile.imwrite(tmp_path / "flat.tif", pages, metadata=flat, **imagej)
+    options = ["-o", str(tmp_path / "r.json"), *QUICK]
+    assert main([str(tmp_path / "flat.tif"), *options]) == 1
+    assert "found voxels of 0.5 x 0.5 x 2 um, expected cubes" in capfd.readouterr().err
+    assert main([str(tmp_path / "flat.tif"), "--voxel-size", "1um", *options]) == 0
+    assert "1 um as given, the file says 0.5 x 0.5 x 2 um" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("place", ["point_data", "cell_data"])
+def test_vtk_images(tmp_path: Path, capfd, place: str) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    volume = np.arange(5 * 6 * 7, dtype=np.uint8).reshape(5, 6, 7) % 3
+    sides = np.array(volume.shape) + (place == "cell_data")
+    image = pyvista.ImageData(dimensions=sides, spacing=(0.5, 0.5, 0.5))
+    getattr(image, place)["first"] = volume.ravel(order="F")
+    image.save(tmp_path / "v.vti")
+    found = read_volume(tmp_path / "v.vti")
+    assert (found.values == volume).all() and found.voxel is not None
+    assert found.voxel.edges == (0.5, 0.5, 0.5)
+    getattr(image, place)["second"] = volume.ravel(order="F")
+    image.set_active_scalars(None)
+    image.save(tmp_path / "two.vti")
+    options = ["-o", str(tmp_path / "r.json"), "--voxel-size", "1um"]
+    assert main([str(tmp_path / "two.vti"), *options]) == 1
+    assert "found arrays first, second, expected one" in capfd.readouterr().err
+    pyvista.Sphere().save(tmp_path / "s.vtp")
+    (tmp_path / "s.vtp").rename(tmp_path / "s.vti")
+    assert main([str(tmp_path / "s.vti"), *options]) == 1
+    assert "cannot be read as .vti" in capfd.readouterr().err

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from solidtex_export.bare_name import is_bare_name
 from solidtex_export.export.file_format import model_file
@@ -15,55 +16,53 @@ from solidtex_export.spaces.result import read_config
 from solidtex_export.spaces.space_file import SUFFIX
 from solidtex_export.training.result import ResultError
 
+if TYPE_CHECKING:
+    import solidtex
+
 MOST_NAMES = 12  # of a space's photographs that a message lists
-
-
-def is_result(path: Path) -> bool:
-    """Whether it is the folder of a training."""
-    return (path / "config.json").is_file()
-
-
-def is_space(path: Path) -> bool:
-    """Whether it is the file or the bare name of a texture space."""
-    if path.suffix.lower() == SUFFIX:
-        return True
-    return is_bare_name(path) and not path.is_dir() and _is_shipped_space(str(path))
 
 
 @contextmanager
 def model_of(path: Path, material: str | None) -> Iterator[Path]:
-    """The model itself, or a temporary model of one material of a space or of a training.
+    """The path itself, or a temporary model of one material of a space or of a training.
 
-    material: A training photograph of the space, or a material of an Alanov preset.
+    material: A training photograph of the space, or a material of an Alanov preset. Without it a
+        bare name that a model and a space share is the model's.
     """
-    if not is_space(path) and not is_result(path):
-        if material is not None:
+    with tempfile.TemporaryDirectory() as folder:
+        model = Path(folder) / f"{path.stem}.solidtex"
+        if (path / "config.json").is_file():
+            _write_of_result(path, material, model)
+        elif space := _space(path, material):
+            _write_of_space(space, path, material, model)
+        elif material is not None:
             raise VolumeError(
                 f"--material: found {material} of {path}, expected a texture space or the result"
                 " of an Alanov preset; leave --material out"
             )
-        yield path
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        model = Path(folder) / f"{path.stem}.solidtex"
-        (_write_of_result if is_result(path) else _write_of_space)(path, material, model)
+        else:
+            model = path
         yield model
 
 
-def _is_shipped_space(name: str) -> bool:
+def _space(path: Path, material: str | None) -> solidtex.Space | None:
+    """The space that the path is the file or the bare name of, if it is one."""
+    is_file = path.suffix.lower() == SUFFIX
+    if not is_file and (path.is_dir() or not is_bare_name(path)):
+        return None
     import solidtex
 
+    if material is None and str(path) in solidtex.models():
+        return None
     try:
-        solidtex.Space(name)
+        return solidtex.Space(path)
     except solidtex.Error:
-        return False
-    return True
+        if is_file:
+            raise
+        return None
 
 
-def _write_of_space(path: Path, material: str | None, model: Path) -> None:
-    import solidtex
-
-    space = solidtex.Space(path)
+def _write_of_space(space: solidtex.Space, path: Path, material: str | None, model: Path) -> None:
     names = space.photographs
     if material not in names:
         listed = ", ".join(names[:MOST_NAMES]) + (" ..." if len(names) > MOST_NAMES else "")
