@@ -271,8 +271,15 @@ class PairDiscriminator(nn.Module):
 
     def compare(self, first: Tensor, second: Tensor) -> Tensor:
         """Logits [batch, positions of the first, then of the second]."""
-        products = torch.einsum("bci,bcj->bcij", first, second)
-        similarity = _chain(self.products, products, self.slope)[:, 0]
+        # Products of all pairs of positions meet the first layer without being stored.
+        layer = self.products[0]
+        assert isinstance(layer, nn.Conv2d) and layer.bias is not None
+        weighted = torch.einsum("oc,bci->boic", layer.weight.flatten(1), first)
+        x = torch.einsum("boic,bcj->boij", weighted, second)
+        x = x + layer.bias.to(x.dtype)[:, None, None]
+        for layer in self.products[1:]:
+            x = layer(F.leaky_relu(x, self.slope))
+        similarity = x[:, 0]
         return torch.cat([similarity.mean(2), similarity.mean(1)], dim=1)
 
     def forward(self, first: Tensor, second: Tensor) -> Tensor:
