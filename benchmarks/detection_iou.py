@@ -1,9 +1,10 @@
 """IoU of solidtex-detect on a photograph that is composed of several materials.
 
-benchmarks/detection_iou.py stones A.jpg B.jpg C.jpg D.jpg -o FOLDER
+benchmarks/composed_photograph.py A.jpg B.jpg C.jpg D.jpg -o composed.png
+benchmarks/detection_iou.py stones composed.png --columns 2 -o FOLDER
 
-Four photographs, reduced to the space's resolution, are the quarters of one. In each quarter the
-patch in the middle is looked for. Printed is the IoU at 0.5 and at the best threshold of the map.
+In each cell the patch in the middle is looked for. Printed is the IoU of the map with the cell, at
+0.5 and at the best threshold of the map.
 """
 
 from __future__ import annotations
@@ -17,14 +18,6 @@ import OpenImageIO as oiio
 from PIL import Image
 
 PROGRAM = Path(__file__).resolve().parent.parent / "build" / "bin" / "solidtex-detect"
-QUARTER, PATCH = 256, 128
-
-
-def quarter(path: Path) -> np.ndarray:
-    image = Image.open(path).convert("RGB")
-    scale = QUARTER / min(image.size)
-    size = [max(QUARTER, round(scale * side)) for side in image.size]
-    return np.asarray(image.resize(size, Image.Resampling.LANCZOS))[:QUARTER, :QUARTER]
 
 
 def iou(found: np.ndarray, truth: np.ndarray) -> float:
@@ -34,32 +27,32 @@ def iou(found: np.ndarray, truth: np.ndarray) -> float:
 def main() -> None:
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     p.add_argument("space")
-    p.add_argument("photos", nargs=4, type=Path)
+    p.add_argument("photo", type=Path, help="a picture of composed_photograph.py")
     p.add_argument("-o", dest="folder", type=Path, required=True)
+    p.add_argument("--columns", type=int, default=2, help="cells side by side (default: 2)")
+    p.add_argument("--patch", type=int, default=128, help="side of a patch (default: 128)")
     p.add_argument("--step", type=int, default=8)
     p.add_argument("--alpha", type=float, default=3.0)
     args = p.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
-    a, b, c, d = map(quarter, args.photos)
-    composed = args.folder / "composed.png"
-    Image.fromarray(np.vstack([np.hstack([a, b]), np.hstack([c, d])])).save(composed)
-    for i, photo in enumerate(args.photos):
-        top, left = QUARTER * (i // 2), QUARTER * (i % 2)
-        middle = (QUARTER - PATCH) // 2
-        patch = f"{left + middle},{top + middle},{PATCH},{PATCH}"
+    cell = Image.open(args.photo).size[0] // args.columns
+    middle = (cell - args.patch) // 2
+    for i in range(args.columns**2):
+        top, left = (cell * place for place in divmod(i, args.columns))
+        patch = f"{left + middle},{top + middle},{args.patch},{args.patch}"
         heat = args.folder / f"heat-{i}.exr"
         options = ["--step", str(args.step), "--alpha", str(args.alpha), "--force"]
-        command = [str(PROGRAM), args.space, str(composed), "--patch", patch, "-o", str(heat)]
+        command = [str(PROGRAM), args.space, str(args.photo), "--patch", patch, "-o", str(heat)]
         subprocess.run([*command, *options], check=True, stdout=subprocess.DEVNULL)
         found = oiio.ImageBuf(str(heat)).get_pixels(oiio.FLOAT)[:, :, 0]
         Image.fromarray(np.rint(255 * found).astype(np.uint8)).save(heat.with_suffix(".png"))
         truth = np.zeros(found.shape, bool)
-        truth[top : top + QUARTER, left : left + QUARTER] = True
+        truth[top : top + cell, left : left + cell] = True
         levels = np.unique(np.quantile(found, np.linspace(0, 0.999, 200)))
         scores = [iou(found >= level, truth) for level in levels]
         best = int(np.argmax(scores))
         print(
-            f"{photo.stem}: IoU {iou(found >= 0.5, truth):.3f} at 0.5, best {scores[best]:.3f} at"
+            f"cell {i}: IoU {iou(found >= 0.5, truth):.3f} at 0.5, best {scores[best]:.3f} at"
             f" {levels[best]:.3g}",
             flush=True,
         )

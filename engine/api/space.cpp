@@ -121,6 +121,7 @@ const char* solidtex_space_metadata_json(const solidtex_space* space) {
 
 solidtex_family solidtex_space_family(const solidtex_space* space) {
   return fact(space, SOLIDTEX_FAMILY_LATTICE, [](const Space& s) {
+    if (std::holds_alternative<NoGenerator>(s.sizes)) return SOLIDTEX_FAMILY_NONE;
     return std::holds_alternative<LatticeSizes>(s.sizes) ? SOLIDTEX_FAMILY_LATTICE
                                                          : SOLIDTEX_FAMILY_SAMPLER;
   });

@@ -82,6 +82,9 @@ class Decoder {
  public:
   Decoder(const Space& space, const Material& material)
       : space_(space), code_(material.code.begin(), material.code.end()), colors_(material.colors) {
+    if (std::holds_alternative<NoGenerator>(space.sizes))
+      throw invalid(space.label, "family", "\"none\"",
+                    "\"lattice\" or \"sampler\": this space is an encoder alone, it makes no models");
     style_ = two_layers("style");
   }
 
@@ -99,6 +102,8 @@ class Decoder {
     }
     return tensors;
   }
+
+  Tensors operator()(const NoGenerator&) const { return {}; }
 
   Tensors operator()(const SamplerSizes& sizes) const {
     Tensors tensors;
@@ -312,8 +317,8 @@ std::vector<std::byte> decode(const Space& space, const Material& material,
                               const std::string& details) {
   check_finite(material.code, "code");
   check_finite(material.colors, "colors");
-  const std::string document = describe(space, material, details);
   const Tensors tensors = std::visit(Decoder(space, material), space.sizes);
+  const std::string document = describe(space, material, details);
   return container_bytes(model_file, document, tensors);
 }
 

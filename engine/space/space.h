@@ -43,10 +43,13 @@ struct Photograph {
   Material material;
 };
 
+// A space that is an encoder alone.
+struct NoGenerator {};
+
 struct Space {
   std::string label;  // path of the file
   std::string name, license, sha256, metadata_json;
-  std::variant<LatticeSizes, SamplerSizes> sizes;
+  std::variant<LatticeSizes, SamplerSizes, NoGenerator> sizes;
   bool has_colors = false;  // the network gives whitened values
   bool is_upright = false;  // grain runs along z, along columns of the photographs
   int patch = 0, resolution = 0;

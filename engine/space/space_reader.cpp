@@ -43,16 +43,32 @@ SamplerSizes read_sampler_sizes(const Fields& sampler) {
   return sizes;
 }
 
-void read_family(const Fields& document, Space& space) {
-  const std::string family = document.choice("family", {"lattice", "sampler"});
-  const std::string other = family == "lattice" ? "sampler" : "lattice";
-  if (document.contains(other))
-    throw invalid(document.label(), other, "this key",
-                  "only " + family + ", the key of the family");
+void expect_none(const Fields& document, const std::string& key, const std::string& expected) {
+  if (document.contains(key)) throw invalid(document.label(), key, "this key", expected);
+}
+
+// Returns the width of the style, 0 where there is no generator.
+std::int64_t read_generator(const Fields& document, Space& space) {
+  const std::string family = document.choice("family", {"lattice", "sampler", "none"});
+  if (family == "none") {
+    for (const char* key : {"lattice", "sampler", "noise", "style"})
+      expect_none(document, key, "none of a generator's: the family is \"none\"");
+    document.choice("colors", {"network"});
+    space.sizes = NoGenerator{};
+    return 0;
+  }
+  expect_none(document, family == "lattice" ? "sampler" : "lattice",
+              "only " + family + ", the key of the family");
   if (family == "lattice")
     space.sizes = read_lattice_sizes(document.child(family));
   else
     space.sizes = read_sampler_sizes(document.child(family));
+  document.child("noise").allow_only({"scheme"});
+  document.child("noise").choice("scheme", {"solidtex-1"});
+  const Fields style = document.child("style");
+  style.allow_only({"width", "slope"});
+  space.style_slope = style.number("slope", 0, 1);
+  return style.integer("width", 1, max_style_width);
 }
 
 void read_photographs(const Fields& document, Space& space) {
@@ -80,16 +96,11 @@ std::int64_t read_document(const Fields& document, Space& space) {
   space.resolution = integer(document, "resolution", space.patch, max_resolution);
   space.code_size = static_cast<std::size_t>(document.integer("code", 1, max_code));
   space.is_upright = document.choice("directions", {"xyz", "xy"}) == "xy";
-  document.child("noise").allow_only({"scheme"});
-  document.child("noise").choice("scheme", {"solidtex-1"});
-  read_family(document, space);
-  const Fields style = document.child("style");
-  style.allow_only({"width", "slope"});
-  space.style_slope = style.number("slope", 0, 1);
+  const std::int64_t style_width = read_generator(document, space);
   read_photographs(document, space);
   if (document.contains("training")) document.child("training");
   if (document.contains("license")) space.license = document.string("license");
-  return style.integer("width", 1, max_style_width);
+  return style_width;
 }
 
 // Takes the tensors of a space by name and keeps them.
@@ -113,9 +124,9 @@ class TensorReader {
   void condition(const std::string& name, std::int64_t channels) {
     layer("condition." + name, 2 * channels, style_width_);
   }
-  void style() { two_layers("style", style_width_); }
 
   void operator()(const LatticeSizes& sizes) {
+    two_layers("style", style_width_);
     for (const Convolution& c : lattice_convolutions(sizes)) {
       const std::int64_t k = c.kernel;
       take(c.name + ".weight", {c.outputs, c.inputs, k, k, k});
@@ -125,6 +136,7 @@ class TensorReader {
   }
   void operator()(const SamplerSizes& sizes) {
     const std::int64_t n = sizes.octaves, m = sizes.width, bins = sizes.hidden_layers - 1;
+    two_layers("style", style_width_);
     two_layers("transforms", n * (sizes.has_bounded_transforms ? bounded_numbers : linear_numbers));
     take("scales", {n});
     if (sizes.has_bounded_transforms) take("base", {n, 3, 3});
@@ -137,6 +149,7 @@ class TensorReader {
     }
     layer("output", 3, m);
   }
+  void operator()(const NoGenerator&) {}
 
  private:
   Space& space_;
@@ -185,9 +198,7 @@ Space parse_space(std::span<const std::byte> bytes, const std::string& label) {
   const JsonDocument json(label, "__metadata__.solidtex-space", container.document);
   const std::int64_t style_width = read_document(Fields(label, "", json.root()), space);
   TensorSource source(label, container.tensors);
-  TensorReader reader(space, source, style_width);
-  reader.style();
-  std::visit(reader, space.sizes);
+  std::visit(TensorReader(space, source, style_width), space.sizes);
   read_photograph_tensors(source, space);
   space.encoder = source.take_bytes("encoder", max_encoder_bytes);
   check_onnx(space.encoder, label + ": tensor \"encoder\"");

@@ -75,6 +75,15 @@ std::vector<std::string> photographs(const Space& space) {
   return names;
 }
 
+std::string family(const Space& space) {
+  switch (solidtex_space_family(space.get())) {
+    case SOLIDTEX_FAMILY_LATTICE: return "lattice";
+    case SOLIDTEX_FAMILY_SAMPLER: return "sampler";
+    case SOLIDTEX_FAMILY_NONE: break;
+  }
+  return "none";
+}
+
 }  // namespace
 
 Space::Space(const nb::bytes& space) {
@@ -95,9 +104,7 @@ void bind_space(nb::module_& m) {
       .def_prop_ro("sha256", [](const Space& s) { return text(solidtex_space_sha256(s.get())); })
       .def_prop_ro("metadata_json",
                    [](const Space& s) { return text(solidtex_space_metadata_json(s.get())); })
-      .def_prop_ro(
-          "is_sampler",
-          [](const Space& s) { return solidtex_space_family(s.get()) == SOLIDTEX_FAMILY_SAMPLER; })
+      .def_prop_ro("family", &family)
       .def_prop_ro("code_size", [](const Space& s) { return solidtex_space_code_size(s.get()); })
       .def_prop_ro("has_colors",
                    [](const Space& s) { return solidtex_space_has_colors(s.get()) != 0; })

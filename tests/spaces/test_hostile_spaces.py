@@ -68,6 +68,7 @@ DOCUMENTS: dict[str, tuple[str, Change, Words]] = {
     "name_control": ("lattice", put("name", "a\nb"), ("name", "control characters")),
     "family_unknown": ("lattice", put("family", "field"), ("family", '"field"', '"lattice"')),
     "family_other": ("lattice", put("family", "sampler"), ("lattice", "only sampler")),
+    "family_none": ("lattice", put("family", "none"), ("lattice", "this key", '"none"')),
     "key_unknown": ("lattice", put("period", 3), ("period", "unknown key")),
     "key_missing": ("lattice", drop("patch"), ("patch", "nothing")),
     "channels": ("lattice", put("channels", ["albedo.r"]), ("channels", "albedo.g")),

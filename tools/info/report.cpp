@@ -178,22 +178,23 @@ ordered_json describe(const solidtex::texture& texture) {
 
 ordered_json describe(const solidtex::space& space) {
   const auto document = ordered_json::parse(space.metadata_json());
-  const solidtex::texture first = space.open(space.photograph(0));
   ordered_json report = {{"file", space.path()},
                          {"sha256", space.sha256()},
                          {"version", document.at("version")},
                          {"name", space.name()},
                          {"family", document.at("family")},
-                         {"parameters", first.parameter_count()},
                          {"channels", document.at("channels")},
-                         {"color_space", document.at("color_space")},
-                         {"noise_scheme", document.at("noise").at("scheme")}};
+                         {"color_space", document.at("color_space")}};
   for (const char* key : {"colors", "directions", "patch", "resolution", "code", "license",
                           "training", "lattice", "sampler", "photographs"})
     if (document.contains(key)) report[key] = document[key];
+  report["verified"] = true;
+  if (space.family() == SOLIDTEX_FAMILY_NONE) return report;
+  const solidtex::texture first = space.open(space.photograph(0));
+  report["parameters"] = first.parameter_count();
+  report["noise_scheme"] = document.at("noise").at("scheme");
   report["voxel"] = {
       {"position", {0, 0, 0}}, {"seed", first.seed()}, {"values", evaluate_voxel(first)}};
-  report["verified"] = true;
   return report;
 }
 
@@ -203,10 +204,10 @@ void print(const ordered_json& report, std::ostream& out, bool is_verbose) {
   // Files call the lattice family "field".
   const std::string family = report.contains("nodes") ? "lattice" : text_of(report["family"]);
   print_line(out, "family", family + ", format version " + text_of(report["version"]));
-  print_line(out, "parameters", text_of(report["parameters"]));
+  if (report.contains("parameters")) print_line(out, "parameters", text_of(report["parameters"]));
   print_line(out, "channels", join(report["channels"]));
   print_line(out, "color space", text_of(report["color_space"]));
-  print_line(out, "noise", text_of(report["noise_scheme"]));
+  if (report.contains("noise_scheme")) print_line(out, "noise", text_of(report["noise_scheme"]));
   print_line(out, "licence", license_of(report));
   if (report.contains("exemplar")) print_exemplar(out, report["exemplar"]);
   if (report.contains("training")) {
@@ -220,8 +221,12 @@ void print(const ordered_json& report, std::ostream& out, bool is_verbose) {
                             std::to_string(report["nodes"].size()) + "; --verbose lists them");
   }
   if (report.contains("photographs")) print_space(out, report);
-  out << "\nThe structure is valid. Voxel (0, 0, 0) of seed " << text_of(report["voxel"]["seed"])
-      << ":";
+  out << "\nThe structure is valid.";
+  if (!report.contains("voxel")) {
+    out << " It is an encoder alone: it finds textures, and makes no models.\n";
+    return;
+  }
+  out << " Voxel (0, 0, 0) of seed " << text_of(report["voxel"]["seed"]) << ":";
   for (const ordered_json& value : report["voxel"]["values"]) out << ' ' << value.get<float>();
   out << '\n';
 }

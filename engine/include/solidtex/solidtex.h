@@ -56,10 +56,11 @@ typedef enum solidtex_status {
 /* Texture: its parameters and, once it is open, its model. Opaque and reference-counted. */
 typedef struct solidtex_texture solidtex_texture;
 
-/* Family of a model. */
+/* Family of a model, or of the models of a texture space. */
 typedef enum solidtex_family {
   SOLIDTEX_FAMILY_LATTICE = 0,                    /* computes voxels, interpolates points */
   SOLIDTEX_FAMILY_SAMPLER = 1,                    /* computes every point exactly */
+  SOLIDTEX_FAMILY_NONE = 2,                       /* of a space: it makes no models */
   SOLIDTEX_FAMILY_FIELD = SOLIDTEX_FAMILY_LATTICE /* deprecated name */
 } solidtex_family;
 
@@ -298,7 +299,8 @@ static inline solidtex_status solidtex_eval_footprints(const solidtex_texture* t
 /* ---- Texture spaces --------------------------------------------------------------------------*/
 /* A texture space is a network that has learned many materials. A code, a few numbers, names a
  * material of the space; most spaces also need its colors. Code and colors decode to an ordinary
- * model: it costs what any model costs. docs/spaces.md shows how to use spaces.
+ * model: it costs what any model costs. docs/spaces.md shows how to use spaces. A space of the family
+ * SOLIDTEX_FAMILY_NONE is an encoder alone: it compares photographs, and decoding fails.
  *
  * Decoding uses the same operations in the same order everywhere: the same code and colors give the
  * same model on every machine.

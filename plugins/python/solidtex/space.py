@@ -69,9 +69,10 @@ class Space:
         return document
 
     @property
-    def family(self) -> Literal["lattice", "sampler"]:
-        """Family of the models of the space."""
-        return "sampler" if self._engine.is_sampler else "lattice"
+    def family(self) -> Literal["lattice", "sampler", "none"]:
+        """Family of the models of the space; that of an encoder alone is "none"."""
+        family: Literal["lattice", "sampler", "none"] = self._engine.family
+        return family
 
     @property
     def code_size(self) -> int:

@@ -1,6 +1,6 @@
 """solidtex-export-space: writes a trained texture space as one file.
 
-The result of an Alanov preset becomes a model of one code.
+The result of an Alanov preset becomes a model of one code, or a space that is its encoder alone.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import argparse
 import math
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from solidtex_export.commands import cli
 from solidtex_export.losses.descriptor.weights import WeightsError
@@ -19,12 +20,16 @@ from solidtex_export.spaces.start_file import SUFFIX as START_SUFFIX
 from solidtex_export.spaces.start_file import write_start
 from solidtex_export.training.result import ResultError
 
+if TYPE_CHECKING:
+    from solidtex_export.spaces.alanov.result import AlanovResult
+
 MODEL_SUFFIX = ".solidtex"
 
 EXAMPLES = """  solidtex-export-space results/stones -o stones.solidtex-space
   solidtex-export-space results/woods --license CC0-1.0 -o woods.solidtex-space
   solidtex-export-space results/start -o stones.solidtex-start
   solidtex-export-space results/rocks --material berea -o berea.solidtex
+  solidtex-export-space results/beach -o beach.solidtex-space
 
 Then: solidtex-encode photo.jpg --space stones.solidtex-space -o mine.solidtex"""
 
@@ -56,27 +61,37 @@ def _numbers(text: str) -> list[float]:
 
 
 def export(args: argparse.Namespace) -> cli.Document:
+    from solidtex_export.spaces.alanov.result import read_alanov
     from solidtex_export.spaces.result import read_config, read_space, read_start
 
     kind = read_config(args.result / "config.json")["kind"]
-    suffix = {"space": SUFFIX, "start": START_SUFFIX, "alanov": MODEL_SUFFIX}[kind]
+    suffixes = {"space": [SUFFIX], "start": [START_SUFFIX], "alanov": [MODEL_SUFFIX, SUFFIX]}[kind]
     if args.is_piped:
-        args.output = args.output.with_suffix(suffix)
-    if args.output.suffix != suffix:
-        raise ResultError(f"-o: found {args.output}, expected a file named *{suffix}")
+        args.output = args.output.with_suffix(suffixes[0])
+    if args.output.suffix not in suffixes:
+        expected = " or ".join(f"*{suffix}" for suffix in suffixes)
+        raise ResultError(f"-o: found {args.output}, expected a file named {expected}")
     if args.output.exists() and not args.force:
         raise ResultError(f"{args.output}: found an existing file, expected none (or use --force)")
     name = args.name or args.output.stem
-    if kind == "alanov":
-        _export_model(args, name)
+    if args.output.suffix == MODEL_SUFFIX:
+        _export_model(read_alanov(args.result), args, name)
         return cli.files(args.output)
     if args.material or args.code:
-        raise ResultError(f"{args.result}: found a {kind}, expected no --material and no --code")
+        raise ResultError(
+            f"-o: found {args.output}, expected no --material and no --code, which choose a model"
+        )
     then_name = args.output.name if args.is_piped else args.output
-    if kind == "space":
+    if kind == "alanov":
+        result = read_alanov(args.result)
+        with cli.optional_packages("solidtex-export-space", "onnx"):
+            write_space(args.output, *result.encoder_space(name, args.license))
+        count = len(result.photographs)
+        then = f"solidtex-detect {then_name} photo.jpg --patch X,Y,W,H -o heat.png"
+    elif kind == "space":
         space = read_space(args.result, name, args.license)
         with cli.optional_packages("solidtex-export-space", "onnx"):
-            write_space(args.output, space)
+            write_space(args.output, space.document(), space.tensors())
         count = len(space.photographs)
         then = f"solidtex-encode photo.jpg --space {then_name} -o mine.solidtex"
     else:
@@ -90,14 +105,12 @@ def export(args: argparse.Namespace) -> cli.Document:
     return cli.files(args.output)
 
 
-def _export_model(args: argparse.Namespace, name: str) -> None:
+def _export_model(result: AlanovResult, args: argparse.Namespace, name: str) -> None:
     """Write the model of one code, verified against the network."""
     import torch
 
     from solidtex_export.export.verification.model_output import summary, write_verified
-    from solidtex_export.spaces.alanov.result import read_alanov
 
-    result = read_alanov(args.result)
     if args.code:
         code = torch.tensor(args.code)
         if len(code) != result.recipe.code:

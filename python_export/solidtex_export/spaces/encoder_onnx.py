@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from onnx import TensorProto, checker, helper
 from torch import Tensor, nn
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from solidtex_export.export.onnx.graph import GraphBuilder
 from solidtex_export.losses.descriptor.network import UNPADDED_SCALES
+from solidtex_export.spaces.alanov.networks import Encoder
 from solidtex_export.spaces.encoder import EPSILON, SLOPE, ConvolutionEncoder, DescriptorEncoder
 from solidtex_export.spaces.photographs import NETWORK_MEAN, NETWORK_SCALE
 
@@ -20,6 +22,23 @@ def encoder_onnx(encoder: DescriptorEncoder | ConvolutionEncoder, side: int, col
     if isinstance(encoder, DescriptorEncoder):
         return _descriptor_graph(encoder, side, colors)
     return _convolution_graph(encoder, side, colors)
+
+
+def alanov_encoder_onnx(encoder: Encoder, side: int, code: int) -> bytes:
+    """The same graph for an encoder of images of Alanov et al.: the mean of q(z | x)."""
+    graph, x = _input(side, colors=True)
+    for i, layer in enumerate(encoder.convolutions):
+        assert isinstance(layer, nn.Conv2d)
+        if i > 0:
+            norm = encoder.norms[i - 1]
+            assert isinstance(norm, nn.BatchNorm2d)
+            layer = fuse_conv_bn_eval(layer, norm)
+        x = _convolution(graph, f"conv{i}", layer, x)
+        x = graph.apply("LeakyRelu", [x], f"conv{i}.act", alpha=encoder.slope)
+    x = _convolution(graph, "last", encoder.last, x, code)
+    axes = graph.constant("axes", np.array([2, 3], np.int64))
+    x = graph.apply("ReduceMean", [x, axes], "mean", keepdims=0)
+    return _serialized(graph, x, code)
 
 
 def _descriptor_graph(encoder: DescriptorEncoder, side: int, colors: bool) -> bytes:
@@ -63,15 +82,22 @@ def _descriptor_graph(encoder: DescriptorEncoder, side: int, colors: bool) -> by
 def _convolution_graph(encoder: ConvolutionEncoder, side: int, colors: bool) -> bytes:
     graph, x = _input(side, colors)
     for i, layer in enumerate(encoder.convolutions):
-        assert isinstance(layer, nn.Conv2d) and layer.bias is not None
-        weight = graph.constant(f"conv{i}.weight", _array(layer.weight))
-        bias = graph.constant(f"conv{i}.bias", _array(layer.bias))
-        pads = [int(p) for p in layer.padding] * 2  # type: ignore[arg-type]
-        x = graph.apply("Conv", [x, weight, bias], f"conv{i}", strides=[2, 2], pads=pads)
+        x = _convolution(graph, f"conv{i}", layer, x)
         x = graph.apply("LeakyRelu", [x], f"conv{i}.act", alpha=SLOPE)
     axes = graph.constant("axes", np.array([2, 3], np.int64))
     x = graph.apply("ReduceMean", [x, axes], "mean", keepdims=0)
     return _serialized(graph, _dense(graph, "last", encoder.last, x), encoder.last.out_features)
+
+
+def _convolution(
+    graph: GraphBuilder, name: str, layer: nn.Module, x: str, outputs: int | None = None
+) -> str:
+    """A convolution of stride 2, or its first `outputs` channels."""
+    assert isinstance(layer, nn.Conv2d) and layer.bias is not None
+    weight = graph.constant(f"{name}.weight", _array(layer.weight)[:outputs])
+    bias = graph.constant(f"{name}.bias", _array(layer.bias)[:outputs])
+    pads = [int(p) for p in layer.padding] * 2  # type: ignore[arg-type]
+    return graph.apply("Conv", [x, weight, bias], name, strides=[2, 2], pads=pads)
 
 
 def _input(side: int, colors: bool) -> tuple[GraphBuilder, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -94,9 +93,6 @@ class Space:
         }
 
 
-def write_space(path: Path, space: Space) -> str:
-    """Write the file; returns its SHA-256."""
-    metadata = {METADATA_KEY: json.dumps(space.document(), separators=(",", ":"))}
-    data = save(space.tensors(), metadata)
-    write_whole(path, data)
-    return hashlib.sha256(data).hexdigest()
+def write_space(path: Path, document: dict[str, Any], tensors: dict[str, np.ndarray]) -> None:
+    metadata = {METADATA_KEY: json.dumps(document, separators=(",", ":"))}
+    write_whole(path, save(tensors, metadata))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.optim.swa_utils import AveragedModel
@@ -47,6 +48,7 @@ class AlanovResult:
     encoder: Encoder
     codes: Tensor
     photographs: list[dict[str, str]]
+    resolution: int
     training: dict[str, Any]
 
     def measure(self) -> None:
@@ -101,6 +103,35 @@ class AlanovResult:
         }
         return ModelFile(document, tensors)
 
+    def encoder_space(self, name: str, license: str) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Document and tensors of a texture space that is the encoder alone, to find textures."""
+        from solidtex_export.spaces.encoder_onnx import alanov_encoder_onnx  # of the extra onnx
+
+        if self.recipe.dimensions == 3:
+            raise ResultError(
+                f"{self.folder}: found a training on volumes, expected one on photographs for a"
+                " texture space; --material NAME -o NAME.solidtex writes a model"
+            )
+        side = self.recipe.crops.size
+        document = {
+            "version": 1,
+            "name": name,
+            "family": "none",
+            "channels": list(COLOR),
+            "color_space": "srgb",
+            "colors": "network",
+            "patch": side,
+            "resolution": max(side, self.resolution),
+            "code": self.recipe.code,
+            "directions": "xyz",
+            "photographs": self.photographs,
+            "license": license,
+            "training": self.training,
+        }
+        onnx = alanov_encoder_onnx(self.encoder, side, self.recipe.code)
+        codes = self.codes.float().numpy()
+        return document, {"codes": codes, "encoder": np.frombuffer(onnx, np.uint8)}
+
 
 def read_alanov(folder: Path) -> AlanovResult:
     """Read config.json and checkpoint.pt without executing anything in them."""
@@ -124,4 +155,7 @@ def read_alanov(folder: Path) -> AlanovResult:
         ) from error
     generator.eval()
     encoder.eval()
-    return AlanovResult(folder, recipe, generator, encoder, codes, photographs, training)
+    resolution = config["resolution"]
+    return AlanovResult(
+        folder, recipe, generator, encoder, codes, photographs, resolution, training
+    )
