@@ -11,6 +11,9 @@ interpolation.jpg  samples whose code changes from left to right between two pho
                    of the paper; codes of positions are those of appendix C)
 scores.csv         Inception scores (equation 9), and textures that the samples miss (table 2,
                    figure 5), by a classifier that is trained on crops of the photographs
+
+Of a training on one photograph of several textures (algorithm 1), the rows are random crops with
+their own codes, and there are no scores.
 """
 
 from __future__ import annotations
@@ -34,6 +37,7 @@ from solidtex_export.spaces.alanov.networks import KERNELS, PADDINGS, Generator,
 from solidtex_export.spaces.alanov.result import AlanovResult, read_alanov
 
 REPRODUCTIONS, SAMPLES = 3, 4  # in a row of the figure
+CROPS = 12  # of one photograph
 RANGE, STEP = 2.25, 0.225  # of the grid of codes, as in figure 6
 PARTS = 10  # of the samples, whose scores give the deviation
 RARE = 0.1  # a texture is missing below this part of its share of the samples
@@ -108,12 +112,23 @@ def samples(generator: Generator, codes: Tensor, size: int) -> Tensor:
     return torch.cat(parts)
 
 
-def figure_4(result: AlanovResult, textures: Sequence[Texture], size: int) -> Tensor:
-    rows = []
-    for texture, code in zip(textures, result.codes, strict=True):
+@torch.no_grad()
+def crops_and_codes(
+    result: AlanovResult, textures: Sequence[Texture], size: int
+) -> tuple[Tensor, Tensor]:
+    """A crop of each photograph and its material's code, or crops of the only one."""
+    if len(textures) > 1:
+        return crops_of(textures, torch.arange(len(textures)), size), result.codes
+    crops = crops_of(textures, torch.zeros(CROPS, dtype=torch.long), size)
+    return crops, result.encoder(crops)[0]
+
+
+def figure_4(result: AlanovResult, crops: Tensor, codes: Tensor) -> Tensor:
+    rows, size = [], crops.shape[-1]
+    for crop, code in zip(crops, codes, strict=True):
         reproduced = samples(result.generator, code.expand(REPRODUCTIONS, -1), size)
         prior = torch.randn(SAMPLES, len(code))
-        rows += [random_crop(texture.values, size), *reproduced]
+        rows += [crop, *reproduced]
         rows += list(samples(result.generator, prior, size))
     return sheet_of_rows([0.5 + 0.5 * image for image in rows], 1 + REPRODUCTIONS + SAMPLES)
 
@@ -152,9 +167,9 @@ def interpolation(
     return generator.from_noise(torch.cat(noise)[None], box)[0]
 
 
-def interpolations(result: AlanovResult, size: int) -> Tensor:
-    """Strips between the codes of about six photographs, in the order of their first number."""
-    ordered = result.codes[result.codes[:, 0].argsort()]
+def interpolations(result: AlanovResult, codes: Tensor, size: int) -> Tensor:
+    """Strips between about six of the codes, in the order of their first number."""
+    ordered = codes[codes[:, 0].argsort()]
     rows = [
         0.5 + 0.5 * interpolation(result.generator, first, last, size, 6 * size)
         for first, last in itertools.pairwise(ordered[:: max(1, len(ordered) // 6)])
@@ -217,14 +232,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(f"PHOTOS: found other photographs than those of {args.result}")
     args.output.mkdir(parents=True, exist_ok=True)
     size = result.recipe.crops.size
-    figures = {"samples": figure_4(result, textures, size)}
+    crops, codes = crops_and_codes(result, textures, size)
+    figures = {"samples": figure_4(result, crops, codes)}
     if result.recipe.code == 2:
         figures["manifold"] = manifold(result.generator, size // 2)
-    figures["interpolation"] = interpolations(result, size)
+    figures["interpolation"] = interpolations(result, codes, size)
     for name, image in figures.items():
         save_image(image, args.output / f"{name}.jpg")
         print(args.output / f"{name}.jpg")
-    write_scores(args.output / "scores.csv", result, textures, args)
+    if len(textures) > 1:
+        write_scores(args.output / "scores.csv", result, textures, args)
 
 
 if __name__ == "__main__":

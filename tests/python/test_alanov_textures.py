@@ -49,6 +49,17 @@ def test_figures_and_scores_of_a_training(tmp_path: Path) -> None:
         alanov_textures.main(arguments)
 
 
+def test_one_photograph_has_rows_of_its_crops(tmp_path: Path) -> None:
+    save_photos(tmp_path / "photos")
+    photo = str(tmp_path / "photos" / "p1.png")
+    run(begin([photo], save_preset(tmp_path / "small.toml", 2), tmp_path / "result", 1), 1)
+    alanov_textures.main([str(tmp_path / "result"), photo, "-o", str(tmp_path / "figures")])
+    with Image.open(tmp_path / "figures" / "samples.jpg") as image:
+        assert image.height == (SIZE + 4) * alanov_textures.CROPS - 4
+    assert (tmp_path / "figures" / "interpolation.jpg").exists()
+    assert not (tmp_path / "figures" / "scores.csv").exists()
+
+
 def test_scores_are_those_of_equation_9() -> None:
     assert alanov_textures.inception_score(torch.full((6, 4), 0.25)) == pytest.approx(1)
     certain = 0.999997 * torch.eye(4).repeat(5, 1) + 1e-6
