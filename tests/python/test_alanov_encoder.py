@@ -37,7 +37,7 @@ def space(tmp_path: Path) -> Path:
 def test_the_file_has_the_encoder_that_was_trained(tmp_path: Path, space: Path) -> None:
     opened, result = solidtex.Space(space), read_alanov(tmp_path / "result")
     assert (opened.family, opened.patch_size, opened.code_size) == ("none", SIDE, 3)
-    assert np.allclose(opened.photographs["p1"].code, result.codes[1])
+    assert np.allclose(opened.photograph(1).code, result.codes[1])
     pixels = np.random.default_rng(0).random((SIDE, SIDE, 3), np.float32)
     values = torch.from_numpy(2 * pixels - 1).permute(2, 0, 1)[None]
     expected = result.encoder(values)[0][0].detach().numpy()
