@@ -84,7 +84,7 @@ class Decoder {
       : space_(space), code_(material.code.begin(), material.code.end()), colors_(material.colors) {
     if (std::holds_alternative<NoGenerator>(space.sizes))
       throw invalid(space.label, "family", "\"none\"",
-                    "\"lattice\" or \"sampler\": this space is an encoder alone, it makes no models");
+                    "\"lattice\" or \"sampler\": this space is an encoder alone, without models");
     style_ = two_layers("style");
   }
 

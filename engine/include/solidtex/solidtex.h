@@ -299,8 +299,10 @@ static inline solidtex_status solidtex_eval_footprints(const solidtex_texture* t
 /* ---- Texture spaces --------------------------------------------------------------------------*/
 /* A texture space is a network that has learned many materials. A code, a few numbers, names a
  * material of the space; most spaces also need its colors. Code and colors decode to an ordinary
- * model: it costs what any model costs. docs/spaces.md shows how to use spaces. A space of the family
- * SOLIDTEX_FAMILY_NONE is an encoder alone: it compares photographs, and decoding fails.
+ * model: it costs what any model costs. docs/spaces.md shows how to use spaces.
+ *
+ * A space of the family SOLIDTEX_FAMILY_NONE is an encoder alone. It encodes photographs, to compare
+ * them; functions that decode a material fail with SOLIDTEX_INVALID_MODEL.
  *
  * Decoding uses the same operations in the same order everywhere: the same code and colors give the
  * same model on every machine.
