@@ -51,14 +51,18 @@ class AlanovResult:
     resolution: int
     training: dict[str, Any]
 
-    def measure(self) -> None:
-        """Measure batch normalization as in training: half of the codes are the prior's."""
+    def measure(self, codes: Tensor | None = None) -> None:
+        """Measure batch normalization as in training: half of the codes are the prior's.
+
+        codes: The other half, by default of the materials.
+        """
+        codes = self.codes if codes is None else codes
         torch.manual_seed(0)
         count = min(self.recipe.crops.batch, LARGEST_BATCH)
         batches = []
         for _ in range(MEASURED_BATCHES):
             prior = torch.randn(count, self.recipe.code)
-            chosen = self.codes[torch.randint(len(self.codes), (count,))]
+            chosen = codes[torch.randint(len(codes), (count,))]
             batches.append(torch.cat([prior, chosen]))
         self.generator.measure(torch.stack(batches), self.recipe.crops.size)
 
