@@ -226,13 +226,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     result = read_alanov(args.result)
     if result.recipe.dimensions != 2:
         parser.error(f"{args.result}: found a training on volumes, expected one on photographs")
+    result.measure()
     textures = load_textures(args.photos, args.folder, args.resolution, result.recipe)
     if [t.sha256 for t in textures] != [r["sha256"] for r in result.photographs]:
         parser.error(f"PHOTOS: found other photographs than those of {args.result}")
     args.output.mkdir(parents=True, exist_ok=True)
     size = result.recipe.crops.size
     crops, codes = crops_and_codes(result, textures, size)
-    result.measure(codes)
     figures = {"samples": figure_4(result, crops, codes)}
     if result.recipe.code == 2:
         figures["manifold"] = manifold(result.generator, size // 2)

@@ -40,29 +40,26 @@ LARGEST_BATCH = 8  # of codes of either kind
 
 @dataclass
 class AlanovResult:
-    """A training; `codes` [material, code] are those of `photographs`."""
+    """A training; `codes` [material, code] are those of `photographs`, means of their crops'."""
 
     folder: Path
     recipe: AlanovRecipe
     generator: Generator
     encoder: Encoder
     codes: Tensor
+    crop_codes: Tensor
     photographs: list[dict[str, str]]
     resolution: int
     training: dict[str, Any]
 
-    def measure(self, codes: Tensor | None = None) -> None:
-        """Measure batch normalization as in training: half of the codes are the prior's.
-
-        codes: The other half, by default of the materials.
-        """
-        codes = self.codes if codes is None else codes
+    def measure(self) -> None:
+        """Measure batch normalization as in training: half of the codes are the prior's."""
         torch.manual_seed(0)
         count = min(self.recipe.crops.batch, LARGEST_BATCH)
         batches = []
         for _ in range(MEASURED_BATCHES):
             prior = torch.randn(count, self.recipe.code)
-            chosen = codes[torch.randint(len(codes), (count,))]
+            chosen = self.crop_codes[torch.randint(len(self.crop_codes), (count,))]
             batches.append(torch.cat([prior, chosen]))
         self.generator.measure(torch.stack(batches), self.recipe.crops.size)
 
@@ -151,8 +148,10 @@ def read_alanov(folder: Path) -> AlanovResult:
             generator.load_state_dict(state["generator"])
             encoder.load_state_dict(state["encoder"])
         codes, photographs = state["material_codes"], config["photographs"]
-        if codes.shape != (len(photographs), recipe.code):
-            raise ValueError(f"found codes of shape {tuple(codes.shape)}")
+        crop_codes = state.get("crop_codes", codes)  # older trainings have none
+        shapes = tuple(codes.shape), tuple(crop_codes.shape[1:])
+        if shapes != ((len(photographs), recipe.code), (recipe.code,)):
+            raise ValueError(f"found codes of shape {shapes[0]}, of crops [n, *{shapes[1]}]")
     except (AttributeError, KeyError, TypeError, ValueError, RuntimeError) as error:
         raise ResultError(
             f"{folder / 'checkpoint.pt'}: does not fit config.json ({error})"
@@ -161,5 +160,5 @@ def read_alanov(folder: Path) -> AlanovResult:
     encoder.eval()
     resolution = config["resolution"]
     return AlanovResult(
-        folder, recipe, generator, encoder, codes, photographs, resolution, training
+        folder, recipe, generator, encoder, codes, crop_codes, photographs, resolution, training
     )

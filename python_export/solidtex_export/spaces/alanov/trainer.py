@@ -151,18 +151,22 @@ class AlanovTrainer(ResumableTraining):
                 raise not_finite(self.step, f"a gradient of the {name}")
             parameter.grad = gradient
 
-    @torch.no_grad()
     def material_codes(self, textures: Sequence[Texture] | None = None) -> Tensor:
         """Mean code [material, code] of each material's crops."""
+        return torch.stack([codes.mean(0) for codes in self._crop_codes(textures)])
+
+    @torch.no_grad()
+    def _crop_codes(self, textures: Sequence[Texture] | None = None) -> list[Tensor]:
+        """Codes [crop, code] of each material."""
         _, encoder = self._shown()
         with self._fixed_draws():
             encoder.measure(self._real_pairs()[0] for _ in range(MEASURED_BATCHES))
         codes = []
         for texture in self.textures if textures is None else textures:
             crops = texture.crops_for_code(self.recipe.crops.size)
-            codes.append(torch.cat([encoder(c[None].to(self.device))[0] for c in crops]).mean(0))
+            codes.append(torch.cat([encoder(c[None].to(self.device))[0] for c in crops]))
         encoder.train()
-        return torch.stack(codes)
+        return codes
 
     @contextmanager
     def _fixed_draws(self) -> Iterator[None]:
@@ -193,12 +197,13 @@ class AlanovTrainer(ResumableTraining):
 
     def state(self) -> dict[str, Any]:
         cuda = torch.cuda.get_rng_state(self.device) if self.device.type == "cuda" else None
-        codes = self.material_codes().cpu()
+        codes = self._crop_codes()
         return {
             **{name: network.state_dict() for name, network in self.networks.items()},
             "averages": self._averages.state_dict() if self._averages else None,
             "optimizers": {name: adam.state_dict() for name, adam in self._adams.items()},
-            "material_codes": codes,
+            "material_codes": torch.stack([c.mean(0) for c in codes]).cpu(),
+            "crop_codes": torch.cat(codes).cpu(),
             "watch": self.watch.state(),
             "step": self.step,
             "seconds": self.seconds,
