@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -71,8 +71,7 @@ class Space:
     @property
     def family(self) -> Literal["lattice", "sampler", "none"]:
         """Family of the models of the space; that of an encoder alone is "none"."""
-        family: Literal["lattice", "sampler", "none"] = self._engine.family
-        return family
+        return cast(Literal["lattice", "sampler", "none"], self._engine.family)
 
     @property
     def code_size(self) -> int:
