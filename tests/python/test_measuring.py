@@ -346,10 +346,10 @@ def test_a_material_of_a_space_is_measured(tmp_path: Path, capfd) -> None:
         ),
         (
             "a.raw",
-            "found .raw, expected .tif, .tiff, .npy, .nrrd, .nhdr, .vti or .solidtex; name",
+            "found .raw, expected .tif, .tiff, .npy, .nrrd, .nhdr, .vti, .zarr or .solidtex; name",
         ),
         ("a.npz", ".solidtex; save one array as .npy by numpy.save"),
-        ("a.zarr", "or .solidtex; solidtex-bake writes .nrrd as well"),
+        ("a.zarr", "a.zarr: found no such file, expected a folder; check the path"),
     ],
 )
 def test_other_files_say_what_to_do(tmp_path: Path, capfd, name: str, message: str) -> None:

@@ -19,6 +19,8 @@ from solidtex_export.generators.lattice import LatticeGenerator
 from solidtex_export.generators.slices import LatticeSlices
 from solidtex_export.images.file_kinds import ExemplarError
 from solidtex_export.images.labels import load_labels
+from solidtex_export.measuring.volumes import read_volume
+from solidtex_export.measuring.voxels import VolumeError
 from solidtex_export.training.phases import PhaseTraining, fitting_shift, holding
 from solidtex_export.training.resolve import Request, load_exemplars
 
@@ -331,6 +333,23 @@ def opened(path: Path) -> tuple[np.ndarray, float | None]:
             return pages, file.imagej_metadata["spacing"]
         assert file.is_ome
         return pages, float(file.ome_metadata.split('PhysicalSizeZ="')[1].split('"')[0])
+
+
+def test_a_store_of_probabilities_is_measured(model: Path, tmp_path: Path) -> None:
+    pytest.importorskip("zarr", minversion="3")
+    store = tmp_path / "a.zarr"
+    size = ["--size", "40,20,24", "--shard-size", "32"]
+    options = [*size, "--voxel-size", "2.25um", "-o", str(store)]
+    subprocess.run([BAKE, model, *options], check=True, capture_output=True)
+    with solidtex.Texture(model) as texture:
+        expected = texture.eval_box((0, 0, 0), (40, 20, 24)).argmax(3)
+    found = read_volume(store)
+    assert np.array_equal(found.values, expected)
+    assert found.phases == ("pore", "clay", "grain")
+    assert found.voxel is not None and found.voxel.cubic("a").meters == pytest.approx(2.25e-6)
+    next((store / "0" / "c").rglob("1")).unlink()
+    with pytest.raises(VolumeError, match="3 of 6 chunks are there"):
+        read_volume(store)
 
 
 def test_a_model_of_phases_is_measured(model: Path, tmp_path: Path) -> None:

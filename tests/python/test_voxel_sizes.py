@@ -241,3 +241,35 @@ def test_vtk_images(tmp_path: Path, capfd, place: str) -> None:
     (tmp_path / "s.vtp").rename(tmp_path / "s.vti")
     assert main([str(tmp_path / "s.vti"), *options]) == 1
     assert "cannot be read as .vti" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("version", ["0.4", "0.5"])
+def test_ome_zarr_images(tmp_path: Path, version: str) -> None:
+    zarr = pytest.importorskip("zarr", minversion="3")
+    axes = [{"name": name, "type": "space", "unit": "micrometer"} for name in "zyx"]
+    image = {
+        "axes": [{"name": "t", "type": "time"}, *axes],
+        "datasets": [{"path": "0", "coordinateTransformations": [scaled(1, 1, 1, 1)]}],
+        "coordinateTransformations": [scaled(1, 0.5, 0.5, 0.5)],
+    }
+    group = zarr.open_group(tmp_path / "v.zarr", zarr_format=2 if version == "0.4" else 3)
+    level = group.create_array("0", shape=(1, 7, 5, 6), chunks=(1, 4, 4, 4), dtype="uint8")
+    level[0] = VALUES.T
+    with pytest.raises(VolumeError, match=r"no OME-Zarr image of version 0\.4 or 0\.5"):
+        read_volume(tmp_path / "v.zarr")
+    ome = {"multiscales": [image], "version": version}
+    group.attrs.update(ome if version == "0.4" else {"ome": ome})
+    found = read_volume(tmp_path / "v.zarr")
+    assert (found.values == VALUES).all()
+    assert found.voxel is not None and found.voxel.cubic("v").meters == pytest.approx(5e-7)
+    image["axes"] = axes[:1] * 4
+    group.attrs.update(ome if version == "0.4" else {"ome": ome})
+    with pytest.raises(VolumeError, match="cannot be read as"):
+        read_volume(tmp_path / "v.zarr")
+    (tmp_path / "empty.zarr").mkdir()
+    with pytest.raises(VolumeError, match="cannot be read as"):
+        read_volume(tmp_path / "empty.zarr")
+
+
+def scaled(*edges: float) -> dict[str, object]:
+    return {"type": "scale", "scale": list(edges)}

@@ -39,8 +39,8 @@ def make_parser() -> argparse.ArgumentParser:
         EXAMPLES,
     )
     p.add_argument("volume", metavar="VOLUME", type=Path,
-                   help="TIFF stack, .npy [x, y, z], .nrrd, .nhdr, .vti, a .solidtex file or a"
-                   " shipped model's name; with --material a texture space or the result of an"
+                   help="TIFF stack, .npy [x, y, z], .nrrd, .nhdr, .vti, .zarr, a .solidtex file or"
+                   " a shipped model's name; with --material a texture space or the result of an"
                    " Alanov preset")  # fmt: skip
     p.add_argument("--material", metavar="NAME",
                    help="the training photograph of a texture space, or the material of a result,"

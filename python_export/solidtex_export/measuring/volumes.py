@@ -1,4 +1,4 @@
-"""Volumes from files: TIFF stacks, NumPy arrays, NRRD and VTK files, with their voxel size."""
+"""Volumes from files: TIFF, NumPy, NRRD, VTK and OME-Zarr, with their voxel size."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from solidtex_export.measuring.voxels import VolumeError, Voxel, relative_lengths, voxel_of
 
 PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
-SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".vti")
+SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".vti", ".zarr")
 PRINT_UNITS = {2: "inches by ResolutionUnit", 3: "centimeters by ResolutionUnit"}
 HINTS = {
     ".npz": "save one array as .npy by numpy.save",
     ".raw": "name the .nhdr of a .raw, which solidtex-bake -o NAME.nhdr writes",
-    ".zarr": "solidtex-bake writes .nrrd as well",
 }
 
 
@@ -48,16 +47,16 @@ def read_volume(path: Path) -> Volume:
             f"{path}: found {suffix or 'no suffix'}, expected {', '.join(SUFFIXES)} or .solidtex"
             f"{hint}"
         )
-    if not path.is_file():
-        raise VolumeError(
-            f"{path}: found {'a folder' if path.is_dir() else 'no such file'}, expected a volume"
-            f" ({', '.join(SUFFIXES)}); check the path"
-        )
+    if not (path.is_dir() if suffix == ".zarr" else path.is_file()):
+        found = "a folder" if path.is_dir() else "a file" if path.exists() else "no such file"
+        expected = "a folder" if suffix == ".zarr" else f"a volume ({', '.join(SUFFIXES)})"
+        raise VolumeError(f"{path}: found {found}, expected {expected}; check the path")
     readers = {
         ".npy": _read_numpy,
         ".nrrd": _read_nrrd,
         ".nhdr": _read_nrrd,
         ".vti": _read_vti,
+        ".zarr": _read_zarr,
     }
     try:
         volume = readers.get(suffix, _read_tiff)(path)
@@ -184,10 +183,7 @@ def _read_vti(path: Path) -> Volume:
     try:
         import pyvista
     except ModuleNotFoundError as error:
-        raise VolumeError(
-            f"{path}: found no Python package {error.name!r}, expected it"
-            " (in a clone: pip install './python_export[volumes]'), or a .nrrd file"
-        ) from error
+        raise _missing_package(path, error) from error
 
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
@@ -216,6 +212,53 @@ def _read_vti(path: Path) -> Volume:
 
 def _field_words(image: Any, key: str) -> tuple[str, ...]:
     return tuple(str(image.field_data[key][0]).split()) if key in image.field_data else ()
+
+
+def _missing_package(path: Path, error: ModuleNotFoundError) -> VolumeError:
+    return VolumeError(
+        f"{path}: found no Python package {error.name!r}, expected it"
+        " (in a clone: pip install './python_export[volumes]'), or a .nrrd file"
+    )
+
+
+def _read_zarr(path: Path) -> Volume:
+    """The finest level of an OME-Zarr image, version 0.4 or 0.5."""
+    try:
+        import zarr
+    except ModuleNotFoundError as error:
+        raise _missing_package(path, error) from error
+
+    group = zarr.open_group(path, mode="r")
+    attributes = dict(group.attrs)
+    ome: Any = attributes.get("ome", attributes)
+    try:
+        image = ome["multiscales"][0]
+        finest = image["datasets"][0]
+        units = {axis["name"]: axis.get("unit", "") for axis in image["axes"]}
+        of_all = image.get("coordinateTransformations", [])
+        parts = [*finest["coordinateTransformations"], *of_all]
+        scales = np.broadcast_arrays(*(np.asarray(p.get("scale", 1), float) for p in parts))
+        edges = dict(zip(units, np.prod(scales, axis=0).tolist(), strict=True))
+        channels = ome.get("omero", {}).get("channels", [])
+        names = tuple(str(channel.get("label", "")) for channel in channels)
+        level = group[finest["path"]]
+    except (AttributeError, LookupError, TypeError) as error:
+        raise ValueError("it has no OME-Zarr image of version 0.4 or 0.5") from error
+    if not isinstance(level, zarr.Array) or level.ndim != len(units):
+        raise ValueError(f"its level {finest['path']} is no array of {len(units)} axes")
+    if "solidtex" in attributes and level.nchunks_initialized < level.nchunks:
+        raise ValueError(f"{level.nchunks_initialized} of {level.nchunks} chunks are there")
+    lengths = dict(zip(units, level.shape, strict=True))
+    kept = [axis for axis in "xyzc" if axis in lengths]
+    others = [axis for axis in lengths if axis not in kept]
+    if kept[:3] != list("xyz") or any(lengths[axis] != 1 for axis in others):
+        raise ValueError(f"it has the axes {lengths}, a volume x, y, z and c")
+    order = [list(lengths).index(axis) for axis in (*others, *kept)]
+    return Volume(
+        np.asarray(level).transpose(order)[(0,) * len(others)],
+        voxel_of([edges[axis] for axis in "xyz"], [str(units[axis]) for axis in "xyz"]),
+        names,
+    )
 
 
 def _read_tiff(path: Path) -> Volume:

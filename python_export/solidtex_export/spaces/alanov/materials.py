@@ -94,9 +94,10 @@ def _volume_sources(
     found: list[Source] = []
     for path in paths:
         if path.is_dir():
-            files = [p for p in sorted(path.iterdir()) if p.suffix.lower() in SUFFIXES]
+            inside = (p for p in sorted(path.iterdir()) if p.is_file())
+            files = [p for p in inside if p.suffix.lower() in SUFFIXES]
             if not files:
-                raise ExemplarError(f"{path}: found no volume, expected some")
+                raise ExemplarError(f"{path}: found no file of a volume, expected some")
             found += [Source(p) for p in files]
         else:
             found += find_sources([path], folder, learned=learned)
