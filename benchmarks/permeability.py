@@ -90,19 +90,21 @@ def millidarcy_per_square(voxel: float) -> float:
     return (voxel * 1e-6) ** 2 / SQUARE_METERS_PER_DARCY * 1e3
 
 
-def volume_rows(path: Path, voxel: float, axes: str, threads: int, refinement: int) -> None:
-    pores = read_pores(path)
-    print(f"\n{path.name}: {pores.shape}, porosity {pores.mean():.4f}")
+def volume_rows(path: Path, args: argparse.Namespace) -> None:
+    pores, boundary, threads = read_pores(path), args.boundary, args.threads
+    print(f"\n{path.name}: {pores.shape}, porosity {pores.mean():.4f}, boundary {boundary}")
     row("figure", "solver", "whole Berea", "difference", "steps", "CPU seconds")
     row(*["---"] * 6)
-    per_square = millidarcy_per_square(voxel)
-    for name in axes:
+    per_square = millidarcy_per_square(args.voxel_size)
+    for name in args.axes:
         axis = "xyz".index(name)
         begin = time.process_time()
-        diffusion = transport.diffusivity(pores, axis, tolerance=1e-4, threads=threads)
+        diffusion = transport.diffusivity(pores, axis, boundary, tolerance=1e-4, threads=threads)
         volume_row("formation factor", name, 1 / diffusion.value, diffusion.steps, begin)
         begin = time.process_time()
-        found = transport.permeability(pores, axis, threads=threads, refinement=refinement)
+        found = transport.permeability(
+            pores, axis, boundary, threads=threads, refinement=args.refine
+        )
         volume_row("permeability", name, found.value * per_square, found.steps, begin)
 
 
@@ -119,6 +121,8 @@ def main() -> None:
     p.add_argument("--voxel-size", type=float, default=5.345, metavar="UM",
                    help="in micrometers (default: 5.345)")  # fmt: skip
     p.add_argument("--axes", default="xyz", help="axes of the volumes (default: xyz)")
+    p.add_argument("--boundary", choices=("open", "periodic"), default="open",
+                   help="of the volumes (default: open)")  # fmt: skip
     p.add_argument("--refine", type=int, default=1, metavar="N",
                    help="split voxels into N^3 for permeability (default: 1)")  # fmt: skip
     p.add_argument("--threads", type=int, default=0, help="0: one per core (default)")
@@ -126,7 +130,7 @@ def main() -> None:
     if not args.volume:
         analytic_rows()
     for path in args.volume:
-        volume_rows(path, args.voxel_size, args.axes, args.threads, args.refine)
+        volume_rows(path, args)
 
 
 if __name__ == "__main__":
