@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 import subprocess
@@ -66,10 +67,44 @@ def test_it_finds_textures_and_makes_no_models(tmp_path: Path, space: Path) -> N
     assert report["family"] == "none" and "parameters" not in report
 
 
+@pytest.mark.parametrize(
+    ("name", "options", "is_space"),
+    [("-", ["--material", "p1"], False), ("-.solidtex-space", [], True)],
+)
+def test_standard_output(
+    tmp_path: Path,
+    space: Path,
+    capfdbinary: pytest.CaptureFixture[bytes],
+    name: str,
+    options: list[str],
+    is_space: bool,
+) -> None:
+    capfdbinary.readouterr()
+    assert export_space.main([str(tmp_path / "result"), "-o", name, *options]) == 0
+    found = tmp_path / "found"
+    found.write_bytes(capfdbinary.readouterr().out)
+    assert (b"solidtex-space" in found.read_bytes()[:4096]) == is_space
+
+
+def test_codes_of_crops_are_kept(tmp_path: Path, space: Path) -> None:
+    result = read_alanov(tmp_path / "result")
+    count = len(result.crop_codes) // len(result.codes)
+    assert count > 1
+    means = result.crop_codes.reshape(len(result.codes), count, -1).mean(1)
+    assert torch.allclose(means, result.codes, atol=1e-5)
+    result.measure()
+    measured = copy.deepcopy(result.generator.state_dict())
+    result.crop_codes = result.codes
+    result.measure()
+    changed = result.generator.state_dict()
+    assert any(not torch.equal(value, changed[name]) for name, value in measured.items())
+
+
 def test_refusals(tmp_path: Path, space: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [str(tmp_path / "result"), "-o", str(space), "--force", "--material", "p1"]
     assert export_space.main(arguments) == 1
-    assert "expected no --material" in capsys.readouterr().err
+    expected = "expected neither; write a model to -o NAME.solidtex"
+    assert expected in capsys.readouterr().err
     volumes = list(map(str, save_volumes(tmp_path / "volumes")))
     run(begin(volumes, save_preset(tmp_path / "p.toml", 3), tmp_path / "rocks", 1), 1)
     assert export_space.main([str(tmp_path / "rocks"), "-o", str(space), "--force"]) == 1

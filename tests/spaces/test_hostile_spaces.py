@@ -42,6 +42,17 @@ def drop(key: str) -> Change:
     return lambda space: space.document.pop(key)
 
 
+def alone(kept: str = "", **changed: str) -> Change:
+    """An encoder alone, but for one key of a generator's."""
+
+    def change(space: RandomSpace) -> None:
+        for key in {"lattice", "sampler", "noise", "style"} - {kept}:
+            space.document.pop(key, None)
+        space.document |= {"family": "none", "colors": "network"} | changed
+
+    return change
+
+
 def tensor(name: str, value: np.ndarray | None) -> Change:
     def change(space: RandomSpace) -> None:
         if value is None:
@@ -68,7 +79,11 @@ DOCUMENTS: dict[str, tuple[str, Change, Words]] = {
     "name_control": ("lattice", put("name", "a\nb"), ("name", "control characters")),
     "family_unknown": ("lattice", put("family", "field"), ("family", '"field"', '"lattice"')),
     "family_other": ("lattice", put("family", "sampler"), ("lattice", "only sampler")),
-    "family_none": ("lattice", put("family", "none"), ("lattice", "this key", '"none"')),
+    "none_lattice": ("lattice", alone("lattice"), ("lattice", "this key", '"none"')),
+    "none_sampler": ("bounded", alone("sampler"), ("sampler", "this key", '"none"')),
+    "none_noise": ("lattice", alone("noise"), ("noise", "this key", '"none"')),
+    "none_style": ("lattice", alone("style"), ("style", "this key", '"none"')),
+    "none_colors": ("lattice", alone(colors="linear"), ("colors", '"linear"', '"network"')),
     "key_unknown": ("lattice", put("period", 3), ("period", "unknown key")),
     "key_missing": ("lattice", drop("patch"), ("patch", "nothing")),
     "channels": ("lattice", put("channels", ["albedo.r"]), ("channels", "albedo.g")),
@@ -95,6 +110,7 @@ TENSORS: dict[str, tuple[str, Change, Words]] = {
     "extra": ("lattice", tensor("momentum", f32(3)), ("momentum", "no such tensor")),
     "colors_missing": ("lattice", tensor("colors", None), ("colors", "nothing", "[5, 3, 4]")),
     "colors_extra": ("linear", tensor("colors", f32(5, 3, 4)), ("colors", "no such tensor")),
+    "none_more": ("lattice", alone(), ("no such tensor",)),
     "base_missing": ("bounded", tensor("base", None), ("base", "nothing")),
     "base_extra": ("linear", tensor("base", f32(4, 3, 3)), ("base", "no such tensor")),
     "shape": ("bounded", tensor("scales", f32(4, 1)), ("scales", "[4, 1]", "[4]")),

@@ -301,8 +301,8 @@ static inline solidtex_status solidtex_eval_footprints(const solidtex_texture* t
  * material of the space; most spaces also need its colors. Code and colors decode to an ordinary
  * model: it costs what any model costs. docs/spaces.md shows how to use spaces.
  *
- * A space of the family SOLIDTEX_FAMILY_NONE is an encoder alone. It encodes photographs, to compare
- * them; functions that decode a material fail with SOLIDTEX_INVALID_MODEL.
+ * A space of the family SOLIDTEX_FAMILY_NONE is an encoder alone. It encodes photographs, to
+ * compare them; functions that decode a material fail with SOLIDTEX_INVALID_MODEL.
  *
  * Decoding uses the same operations in the same order everywhere: the same code and colors give the
  * same model on every machine.
@@ -339,7 +339,7 @@ SOLIDTEX_API const char* solidtex_space_sha256(const solidtex_space* space);
 /* Returns the metadata document of the space as JSON text. See docs/space-format.md. */
 SOLIDTEX_API const char* solidtex_space_metadata_json(const solidtex_space* space);
 
-/* Returns the family of the models of the space. */
+/* Returns the family of the models of the space, SOLIDTEX_FAMILY_NONE for an encoder alone. */
 SOLIDTEX_API solidtex_family solidtex_space_family(const solidtex_space* space);
 
 /* Returns the number of floats in a code. */

@@ -38,6 +38,7 @@ def parser() -> argparse.ArgumentParser:
     p = cli.parser("solidtex-export-space", "Write a trained texture space as one file.", EXAMPLES)
     p.add_argument("result", metavar="RESULT", type=Path, help="folder of solidtex-train-space")
     cli.add_output_arguments(p, "SPACE", SUFFIX)
+    p.set_defaults(piped_suffix="")  # -o - writes what the result is
     p.add_argument("--name", help="name of the space (default: that of SPACE)")
     p.add_argument("--license", default="", help="licence of the space, an SPDX expression")
     p.add_argument("--material", metavar="NAME",
@@ -66,7 +67,7 @@ def export(args: argparse.Namespace) -> cli.Document:
 
     kind = read_config(args.result / "config.json")["kind"]
     suffixes = {"space": [SUFFIX], "start": [START_SUFFIX], "alanov": [MODEL_SUFFIX, SUFFIX]}[kind]
-    if args.is_piped:
+    if args.is_piped and not args.output.suffix:
         args.output = args.output.with_suffix(suffixes[0])
     if args.output.suffix not in suffixes:
         expected = " or ".join(f"*{suffix}" for suffix in suffixes)
@@ -78,8 +79,10 @@ def export(args: argparse.Namespace) -> cli.Document:
         _export_model(read_alanov(args.result), args, name)
         return cli.files(args.output)
     if args.material or args.code:
+        remedy = f"; write a model to -o NAME{MODEL_SUFFIX}" if MODEL_SUFFIX in suffixes else ""
         raise ResultError(
-            f"-o: found {args.output}, expected no --material and no --code, which choose a model"
+            f"{args.result}: found --material or --code, which choose a model, for a {kind} in"
+            f" {cli.output_name(args)}, expected neither{remedy}"
         )
     then_name = args.output.name if args.is_piped else args.output
     if kind == "alanov":

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solidtex_export.measuring.ome_zarr import read_image
 from solidtex_export.measuring.voxels import VolumeError, Voxel, relative_lengths, voxel_of
 
 PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
@@ -216,49 +217,17 @@ def _field_words(image: Any, key: str) -> tuple[str, ...]:
 
 def _missing_package(path: Path, error: ModuleNotFoundError) -> VolumeError:
     return VolumeError(
-        f"{path}: found no Python package {error.name!r}, expected it"
-        " (in a clone: pip install './python_export[volumes]'), or a .nrrd file"
+        f"{path}: found no Python package {error.name!r}, expected it (pip install {error.name}),"
+        " or a .nrrd file"
     )
 
 
 def _read_zarr(path: Path) -> Volume:
-    """The finest level of an OME-Zarr image, version 0.4 or 0.5."""
     try:
-        import zarr
+        values, voxel, channels = read_image(path)
     except ModuleNotFoundError as error:
         raise _missing_package(path, error) from error
-
-    group = zarr.open_group(path, mode="r")
-    attributes = dict(group.attrs)
-    ome: Any = attributes.get("ome", attributes)
-    try:
-        image = ome["multiscales"][0]
-        finest = image["datasets"][0]
-        units = {axis["name"]: axis.get("unit", "") for axis in image["axes"]}
-        of_all = image.get("coordinateTransformations", [])
-        parts = [*finest["coordinateTransformations"], *of_all]
-        scales = np.broadcast_arrays(*(np.asarray(p.get("scale", 1), float) for p in parts))
-        edges = dict(zip(units, np.prod(scales, axis=0).tolist(), strict=True))
-        channels = ome.get("omero", {}).get("channels", [])
-        names = tuple(str(channel.get("label", "")) for channel in channels)
-        level = group[finest["path"]]
-    except (AttributeError, LookupError, TypeError) as error:
-        raise ValueError("it has no OME-Zarr image of version 0.4 or 0.5") from error
-    if not isinstance(level, zarr.Array) or level.ndim != len(units):
-        raise ValueError(f"its level {finest['path']} is no array of {len(units)} axes")
-    if "solidtex" in attributes and level.nchunks_initialized < level.nchunks:
-        raise ValueError(f"{level.nchunks_initialized} of {level.nchunks} chunks are there")
-    lengths = dict(zip(units, level.shape, strict=True))
-    kept = [axis for axis in "xyzc" if axis in lengths]
-    others = [axis for axis in lengths if axis not in kept]
-    if kept[:3] != list("xyz") or any(lengths[axis] != 1 for axis in others):
-        raise ValueError(f"it has the axes {lengths}, a volume x, y, z and c")
-    order = [list(lengths).index(axis) for axis in (*others, *kept)]
-    return Volume(
-        np.asarray(level).transpose(order)[(0,) * len(others)],
-        voxel_of([edges[axis] for axis in "xyz"], [str(units[axis]) for axis in "xyz"]),
-        names,
-    )
+    return Volume(values, voxel, channels)
 
 
 def _read_tiff(path: Path) -> Volume:

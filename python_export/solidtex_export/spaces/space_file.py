@@ -66,7 +66,7 @@ class Space:
             recipe.family: self.generator.document(),
             "style": {"width": recipe.style_width, "slope": 0.2},
             "photographs": [p.record for p in self.photographs],
-            "license": self.license,
+            **({"license": self.license} if self.license else {}),
             "training": self.training,
         }
 
@@ -94,5 +94,6 @@ class Space:
 
 
 def write_space(path: Path, document: dict[str, Any], tensors: dict[str, np.ndarray]) -> None:
+    """Write the document and the tensors of a space, those of docs/space-format.md."""
     metadata = {METADATA_KEY: json.dumps(document, separators=(",", ":"))}
     write_whole(path, save(tensors, metadata))

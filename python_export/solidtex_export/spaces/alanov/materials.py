@@ -93,11 +93,17 @@ def _volume_sources(
     """As photographs are found, but a folder's volumes."""
     found: list[Source] = []
     for path in paths:
-        if path.is_dir():
-            inside = (p for p in sorted(path.iterdir()) if p.is_file())
-            files = [p for p in inside if p.suffix.lower() in SUFFIXES]
-            if not files:
-                raise ExemplarError(f"{path}: found no file of a volume, expected some")
+        is_folder = path.is_dir() and path.suffix.lower() != ".zarr"
+        inside = sorted(path.iterdir()) if is_folder else [path]
+        files = [p for p in inside if p.suffix.lower() in SUFFIXES]
+        for store in filter(Path.is_dir, files):
+            raise ExemplarError(
+                f"{store}: found a folder, expected the file of a volume; save the values [x, y, z]"
+                " of a .zarr as .npy by numpy.save"
+            )
+        if is_folder and not files:
+            raise ExemplarError(f"{path}: found no volume, expected some")
+        if is_folder:
             found += [Source(p) for p in files]
         else:
             found += find_sources([path], folder, learned=learned)

@@ -36,6 +36,7 @@ from solidtex_export.training.result import ResultError
 
 PHASES = ["phase.0", "phase.1"]  # probabilities of the lower and the higher label of a volume
 LARGEST_BATCH = 8  # of codes of either kind
+LEAST_PATCH, MOST_PIXELS = 16, 1 << 14  # of a texture space: docs/space-format.md
 
 
 @dataclass
@@ -114,6 +115,12 @@ class AlanovResult:
                 " texture space; --material NAME -o NAME.solidtex writes a model"
             )
         side = self.recipe.crops.size
+        if side < LEAST_PATCH or self.resolution > MOST_PIXELS:
+            raise ResultError(
+                f"{self.folder}: found crops of {side} pixels and photographs of {self.resolution},"
+                f" expected at least {LEAST_PATCH} and at most {MOST_PIXELS} for a texture space;"
+                " train with another crops.size or --resolution"
+            )
         document = {
             "version": 1,
             "name": name,
@@ -122,11 +129,11 @@ class AlanovResult:
             "color_space": "srgb",
             "colors": "network",
             "patch": side,
-            "resolution": max(side, self.resolution),
+            "resolution": self.resolution,
             "code": self.recipe.code,
             "directions": "xyz",
             "photographs": self.photographs,
-            "license": license,
+            **({"license": license} if license else {}),
             "training": self.training,
         }
         onnx = alanov_encoder_onnx(self.encoder, side, self.recipe.code)
@@ -148,6 +155,7 @@ def read_alanov(folder: Path) -> AlanovResult:
             generator.load_state_dict(state["generator"])
             encoder.load_state_dict(state["encoder"])
         codes, photographs = state["material_codes"], config["photographs"]
+        resolution = config["resolution"]
         crop_codes = state.get("crop_codes", codes)  # older trainings have none
         shapes = tuple(codes.shape), tuple(crop_codes.shape[1:])
         if shapes != ((len(photographs), recipe.code), (recipe.code,)):
@@ -158,7 +166,6 @@ def read_alanov(folder: Path) -> AlanovResult:
         ) from error
     generator.eval()
     encoder.eval()
-    resolution = config["resolution"]
     return AlanovResult(
         folder, recipe, generator, encoder, codes, crop_codes, photographs, resolution, training
     )
