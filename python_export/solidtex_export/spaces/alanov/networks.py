@@ -1,9 +1,8 @@
 """The five networks of Alanov et al. 2019, appendices C and E, for images and volumes.
 
 Differences from the paper: the generator is not padded, so it has no border and its crops begin at
-any texel, not at multiples of its coarsest pitch. Tables 6, 7, 13 and 14 leave spectral
-normalization out at the third convolution; here every convolution has it. Batch normalization keeps
-a slow average of its statistics, where the paper's momentum of 1 keeps those of the last batch.
+any texel, not at multiples of its coarsest pitch. Batch normalization keeps a slow average of its
+statistics, where the paper's momentum of 1 keeps those of the last batch.
 """
 
 from __future__ import annotations
@@ -22,6 +21,10 @@ from solidtex_export.generators.regions import Box
 from solidtex_export.spaces.alanov.settings import AlanovRecipe, Networks
 
 INITIAL_DEVIATION = 0.02
+# Convolution of D_psi and D_tau without spectral normalization (tables 6, 7, 13 and 14), or the
+# last of fewer. Without a free one D_tau's logits stay near 0, and it tells nothing:
+# docs/experiments/alanov.md.
+FREE_CONVOLUTION = 2
 FREQUENCY_RANGE = math.pi / 2  # of the first frequencies, either sign, in radians a voxel
 STATISTICS_MOMENTUM = 0.05
 MEASURED_BATCHES = 16  # that statistics of batch normalization are measured over
@@ -301,13 +304,15 @@ class CodeDiscriminator(nn.Module):
 
 
 def _normalized_layers(recipe: AlanovRecipe, widths: Sequence[int], outputs: int) -> nn.ModuleList:
-    """Strided convolutions with spectral normalization; the last one gives `outputs` channels."""
+    """Strided convolutions, all but one with spectral normalization; the last has `outputs`."""
     pairs = itertools.pairwise((recipe.channels, *widths, outputs))
     count = len(widths)
-    return nn.ModuleList(
-        spectral_norm(convolution(recipe.dimensions, pair, i == count))
-        for i, pair in enumerate(pairs)
-    )
+
+    def layer(i: int, channels: tuple[int, int]) -> nn.Module:
+        made = convolution(recipe.dimensions, channels, i == count)
+        return made if i == min(FREE_CONVOLUTION, count) else spectral_norm(made)
+
+    return nn.ModuleList(layer(i, channels) for i, channels in enumerate(pairs))
 
 
 def _chain(layers: nn.ModuleList, x: Tensor, slope: float) -> Tensor:
