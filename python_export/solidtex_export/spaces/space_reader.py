@@ -68,7 +68,7 @@ class SpaceDocument(Settings):
     sampler: SamplerSizes | None = None
     style: StyleSizes
     photographs: Annotated[Array[dict[str, str]], Field(min_length=1)]
-    license: str
+    license: str = ""
     training: dict[str, Any]
 
 
