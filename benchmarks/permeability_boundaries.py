@@ -19,7 +19,7 @@ from scipy import ndimage
 from solidtex import transport
 
 POROSITIES = (0.2, 0.25, 0.35)
-WIDTH = 2.5  # deviation of the filter, in voxels: chords of pores have some 7
+WIDTH = 2.5  # deviation of the filter, in voxels: mean chords of pores have 6 to 8
 
 
 def blobs(size: int, porosity: float, seed: int) -> np.ndarray:

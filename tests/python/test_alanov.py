@@ -398,8 +398,9 @@ def test_notes_on_volumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert f"solidtex-export-space {tmp_path / 'a-b'} --material a -o a.solidtex" in said
     code, said = train("a", "flat")
     assert code == 1 and "flat.nrrd: found voxels of 2 x 2 x 4 um, expected cubes" in said
-    (tmp_path / "store.zarr").mkdir()
-    for folder in (tmp_path, tmp_path / "store.zarr"):
+    store = tmp_path / "stores" / "store.zarr"
+    store.mkdir(parents=True)
+    for folder in (store.parent, store):
         options = ["--preset", str(preset), "-o", str(tmp_path / "no")]
         assert train_space.main([str(folder), *options]) == 1
         assert "store.zarr: found a folder, expected the file" in capsys.readouterr().err

@@ -19,6 +19,7 @@ from test_alanov import begin, save_preset, save_volumes
 import solidtex
 from solidtex_export.commands import export_space
 from solidtex_export.spaces.alanov.result import read_alanov
+from solidtex_export.training.result import ResultError
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PROGRAMS = Path(os.environ.get("SOLIDTEX_BUILD", REPOSITORY / "build")) / "bin"
@@ -105,6 +106,10 @@ def test_refusals(tmp_path: Path, space: Path, capsys: pytest.CaptureFixture[str
     assert export_space.main(arguments) == 1
     expected = "expected neither; write a model to -o NAME.solidtex"
     assert expected in capsys.readouterr().err
+    result = read_alanov(tmp_path / "result")
+    result.resolution = 1 << 15
+    with pytest.raises(ResultError, match="photographs of 32768, expected at least 16 and at most"):
+        result.encoder_space("walls", "")
     volumes = list(map(str, save_volumes(tmp_path / "volumes")))
     run(begin(volumes, save_preset(tmp_path / "p.toml", 3), tmp_path / "rocks", 1), 1)
     assert export_space.main([str(tmp_path / "rocks"), "-o", str(space), "--force"]) == 1

@@ -79,6 +79,7 @@ DOCUMENTS: dict[str, tuple[str, Change, Words]] = {
     "name_control": ("lattice", put("name", "a\nb"), ("name", "control characters")),
     "family_unknown": ("lattice", put("family", "field"), ("family", '"field"', '"lattice"')),
     "family_other": ("lattice", put("family", "sampler"), ("lattice", "only sampler")),
+    "family_none": ("lattice", put("family", "none"), ("lattice", "this key", '"none"')),
     "none_lattice": ("lattice", alone("lattice"), ("lattice", "this key", '"none"')),
     "none_sampler": ("bounded", alone("sampler"), ("sampler", "this key", '"none"')),
     "none_noise": ("lattice", alone("noise"), ("noise", "this key", '"none"')),

@@ -93,17 +93,12 @@ def _volume_sources(
     """As photographs are found, but a folder's volumes."""
     found: list[Source] = []
     for path in paths:
-        is_folder = path.is_dir() and path.suffix.lower() != ".zarr"
-        inside = sorted(path.iterdir()) if is_folder else [path]
-        files = [p for p in inside if p.suffix.lower() in SUFFIXES]
-        for store in filter(Path.is_dir, files):
-            raise ExemplarError(
-                f"{store}: found a folder, expected the file of a volume; save the values [x, y, z]"
-                " of a .zarr as .npy by numpy.save"
-            )
-        if is_folder and not files:
-            raise ExemplarError(f"{path}: found no volume, expected some")
-        if is_folder:
+        if path.is_dir():
+            is_store = path.suffix.lower() in SUFFIXES  # refused below, where volumes are read
+            inside = [path] if is_store else sorted(path.iterdir())
+            files = [p for p in inside if p.suffix.lower() in SUFFIXES]
+            if not files:
+                raise ExemplarError(f"{path}: found no volume, expected some")
             found += [Source(p) for p in files]
         else:
             found += find_sources([path], folder, learned=learned)
@@ -112,6 +107,11 @@ def _volume_sources(
 
 def _load_volume(source: Source, crop_size: int) -> Texture:
     path = source.path
+    if path.is_dir():
+        raise ExemplarError(
+            f"{path}: found a folder, expected the file of a volume; save the values [x, y, z] of a"
+            " .zarr as .npy by numpy.save"
+        )
     source.check()
     if path.suffix.lower() == ".solidtex":
         raise ExemplarError(f"{path}: found a model, expected a volume: bake it first")
