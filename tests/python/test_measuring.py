@@ -398,7 +398,7 @@ def test_a_picture_that_is_not_finite_is_refused(tmp_path: Path, capfd) -> None:
     tifffile.imwrite(tmp_path / "nan.tif", np.full((9, 9), np.nan, np.float32))
     options = ["--voxel-size", "1um", "--exemplar", str(tmp_path / "nan.tif")]
     assert main([str(tmp_path / "v.npy"), "-o", str(tmp_path / "r.json"), *options]) == 1
-    assert "nan.tif: found values that are not finite" in capfd.readouterr().err
+    assert "nan.tif: found nan at column 0, row 0" in capfd.readouterr().err
 
 
 def test_a_picture_that_is_missing_is_named(tmp_path: Path, capfd) -> None:

@@ -68,6 +68,16 @@ def test_the_entries_of_a_palette_are_labels(tmp_path: Path) -> None:
     assert np.array_equal(found.image.numpy().argmax(0), labels)
 
 
+def test_labels_outside_the_crop_do_not_count(tmp_path: Path) -> None:
+    labels = section([0, 1])
+    labels[-8:] = 255  # a scale bar
+    path = save(tmp_path / "bar.png", labels)
+    (cropped,) = load_labels([path], 256, 32, (0, 0, 48, 40), ("pore", "grain"))
+    assert cropped.channels == ("phase.pore", "phase.grain")
+    with pytest.raises(ExemplarError, match="with 3 labels"):
+        load_labels([path], 256, 32, None, ("pore", "grain"))
+
+
 def test_reduced_labels_keep_their_shares(tmp_path: Path) -> None:
     path = save(tmp_path / "a.png", section([0, 9]))
     (found,) = load_labels([path], 24, 8, None, ("pore", "grain"))

@@ -93,7 +93,10 @@ def open_image(path: Path) -> oiio.ImageInput:
         raise refuse(path, f"no readable image (it begins like none of {known})", PICTURE)
     image = oiio.ImageInput.open(str(path))
     if image is None:
-        raise refuse(path, f"no readable image ({first_line(oiio.geterror())})", PICTURE)
+        reason = first_line(oiio.geterror())
+        deep = "for 64 bits" in reason  # such as numpy's own integers
+        expected = f"{PICTURE} of 8 or 16 bits: save labels as uint8" if deep else PICTURE
+        raise refuse(path, f"no readable image ({reason})", expected)
     return image
 
 

@@ -31,7 +31,7 @@ def load_labels(
     `names` are those of the phases; without any the labels serve. `resolution` and `needed` are as
     in load_exemplar: a reduced pixel has the share of each phase.
     """
-    pictures = [_read_labels(path) for path in paths]
+    pictures = [_within(read_labels(path), crop) for path in paths]
     labels = _common_labels(pictures)
     names = list(names) or [str(label) for label in labels]
     if len(names) != len(labels):
@@ -48,8 +48,7 @@ def load_labels(
             )
     exemplars = []
     for picture in pictures:
-        indicators = [(picture.pixels[:, :, 0] == label).astype(np.float32) for label in labels]
-        planes = cropped(picture, indicators, crop)
+        planes = [(picture.pixels[:, :, 0] == label).astype(np.float32) for label in labels]
         # A box gives shares of the covered pixels: no value overshoots.
         image, notes = reduced(picture.path, planes, resolution, needed, Image.Resampling.BOX)
         shares = (
@@ -77,7 +76,13 @@ def _refuse_count(names: Sequence[str], picture: Picture, labels: Sequence[int])
     )
 
 
-def _read_labels(path: Path) -> Picture:
+def _within(picture: Picture, crop: Crop | None) -> Picture:
+    """What a crop leaves: a scale bar below it is no phase."""
+    (pixels,) = cropped(picture, [picture.pixels], crop)
+    return dataclasses.replace(picture, pixels=pixels)
+
+
+def read_labels(path: Path) -> Picture:
     """Read a section. Of a palette with colors, the numbers of its entries are the labels."""
     picture = read_picture(path)
     if not _has_color(picture.pixels):

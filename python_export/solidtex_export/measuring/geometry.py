@@ -117,7 +117,8 @@ def pore_sizes(mask: Mask) -> tuple[list[float], list[float]]:
     """
     depth = _depth(mask)
     largest = float(depth.max())
-    radii = np.unique(np.geomspace(1, largest, PORE_RADII).round(3)) if largest >= 1 else np.ones(1)
+    radii = np.geomspace(1, max(largest, 1), PORE_RADII)
+    radii = np.unique(np.floor(1000 * radii) / 1000)  # no radius above the largest
     covered = _reached(mask, depth, radii) / max(1, int(np.count_nonzero(mask)))
     return radii.tolist(), covered.tolist()
 

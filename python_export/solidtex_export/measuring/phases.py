@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from solidtex_export.measuring.voxels import VolumeError
 
 MOST_LABELS = 8
+LARGEST = 2**53  # label: larger integers are not exact as floats
 RARE = 1e-3  # fraction below which a label may be a stray one
 
 
@@ -51,6 +52,11 @@ def find_phases(
             raise VolumeError(
                 f"{what}: found one label, {distinct[0]}, in every voxel, expected two or more;"
                 " check the segmentation, or take a part that has both phases"
+            )
+        if max(map(abs, distinct)) > LARGEST:
+            raise VolumeError(
+                f"{what}: found the value {max(distinct, key=abs):.6g}, expected labels up to 2^53;"
+                " give voxels without data a label of their own, such as 255, or crop them"
             )
         found = Phases(values.astype(np.int64), distinct, "", words)
         titles = ", ".join(map(found.title, distinct))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,9 @@ from solidtex_export.measuring import geometry, representative
 from solidtex_export.measuring.geometry import Mask
 from solidtex_export.measuring.measure import Settings, choose_phase
 from solidtex_export.measuring.phases import Phases, find_phases
-from solidtex_export.measuring.volumes import check_numbers
 from solidtex_export.measuring.voxels import VolumeError
 
+LIKE_SIZE = 1.25  # up to which a picture's edge is like the volume's
 SLICES = 16  # of the solid, in which pores are measured as in the picture
 
 
@@ -58,9 +57,16 @@ def measure_section(
     mask, figures = masks[place], by_phase[place]
     surface, euler = f"specific_surface_per_{unit}", f"euler_density_per_{unit}2"
     slices = np.moveaxis(solid.of(chosen), "xyz".index(section.across), 0)
+    notes = phases.notes
+    if min(mask.shape) > LIKE_SIZE * min(solid.labels.shape):
+        notes = [
+            *notes,
+            f"{section.name}: larger than the volume, whose mean chords are shorter by that: chords"
+            " cut by a border do not count. Compare like sizes",
+        ]
     document: dict[str, Any] = {
         "file": section.name,
-        "note": "; ".join(phases.notes),
+        "note": "; ".join(notes),
         "size": list(mask.shape),
         "across": section.across,
         "fraction": figures["fraction"],
@@ -96,24 +102,3 @@ def _add_pore_sizes(
             "fraction_covered": found,
         }
         figures[f"mean_pore_radius_{unit}"] = geometry.mean_radius(radii, found) * voxel
-
-
-def read_section(path: Path) -> NDArray[Any]:
-    """Pixels [x, y] of an image, the mean of its colors."""
-    from PIL import Image, UnidentifiedImageError
-
-    try:
-        with Image.open(path) as image:
-            pixels = np.asarray(image)
-    except FileNotFoundError as error:
-        raise VolumeError(f"{path}: found no such file, expected an image") from error
-    except (OSError, UnidentifiedImageError) as error:
-        raise VolumeError(f"{path}: found a file that is no image: {error}") from error
-    if pixels.ndim == 3:
-        colors = pixels[..., :3]
-        gray = (colors == colors[..., :1]).all()
-        pixels = colors[..., 0] if gray else colors.mean(axis=2)
-    check_numbers(pixels, str(path))
-    if min(pixels.shape) < 2:
-        raise VolumeError(f"{path}: found {pixels.shape} pixels, expected at least 2 x 2")
-    return np.asarray(pixels.T)

@@ -18,6 +18,7 @@ from solidtex_export.measuring.voxels import VolumeError, Voxel, relative_length
 PHASE_PREFIX = "phase."  # of the channel that has the probability of a phase
 SUFFIXES = (".tif", ".tiff", ".npy", ".nrrd", ".nhdr", ".vti", ".zarr")
 PRINT_UNITS = {2: "inches by ResolutionUnit", 3: "centimeters by ResolutionUnit"}
+OBLIQUE = 1e-3  # cosine between axes above which voxels are no cubes
 HINTS = {
     ".npz": "save one array as .npy by numpy.save",
     ".raw": "name the .nhdr of a .raw, which solidtex-bake -o NAME.nhdr writes",
@@ -61,10 +62,15 @@ def read_volume(path: Path) -> Volume:
     }
     try:
         volume = readers.get(suffix, _read_tiff)(path)
-    except (OSError, ValueError, LookupError, EOFError, RuntimeError) as error:
+    except VolumeError:
+        raise
+    except Exception as error:  # what libraries raise on a damaged file is theirs to choose
+        remedy = "a whole one: write or copy it again"
+        if "imagecodecs" in str(error):
+            remedy = "one without compression; save it so, or pip install imagecodecs"
         raise VolumeError(
             f"{path}: found a file that cannot be read as {suffix}:"
-            f" {error or type(error).__name__}; expected a whole one: write or copy it again"
+            f" {str(error) or type(error).__name__}; expected {remedy}"
         ) from error
     return three_axes(path, volume)
 
@@ -73,7 +79,7 @@ def three_axes(path: Path, volume: Volume) -> Volume:
     """Leave one value a voxel, and refuse what is no volume."""
     check_numbers(volume.values, str(path))
     shape = volume.values.shape
-    if len(shape) == 4 and min(shape[:3]) > 1:
+    if len(shape) == 4 and min(shape[:3]) > 1 and shape[3]:
         _merge_channels(path, volume)
     values = volume.values
     if values.ndim != 3 or min(values.shape) < 2:
@@ -148,13 +154,14 @@ def _read_nrrd(path: Path) -> Volume:
     except nrrd.NRRDError as error:
         raise ValueError(error) from error
     names = str(header.get("solidtex_channels", "")).split()
-    if names and values.ndim == 4:
+    kinds = [*header.get("kinds", []), "domain"]
+    if values.ndim == 4 and (names or kinds[0] not in ("domain", "space", "none", "???")):
         values = np.moveaxis(values, 0, 3)
     labels = str(header.get("solidtex_labels", "")).split()
-    return Volume(values, _nrrd_voxel(header), tuple(names), _phase_names(labels))
+    return Volume(values, _nrrd_voxel(path, header), tuple(names), _phase_names(labels))
 
 
-def _nrrd_voxel(header: Mapping[str, Any]) -> Voxel | None:
+def _nrrd_voxel(path: Path, header: Mapping[str, Any]) -> Voxel | None:
     """The voxel of the last three axes: the first of four is that of channels.
 
     "units" are those of the axes, "space units" those of the space that directions are in.
@@ -170,7 +177,14 @@ def _nrrd_voxel(header: Mapping[str, Any]) -> Voxel | None:
     scales = relative_lengths(units)
     if scales:
         vectors, units = vectors * scales, [units[0]] * 3
-    return voxel_of(np.linalg.norm(vectors, axis=1).tolist(), units)
+    sides = np.linalg.norm(vectors, axis=1)
+    cosines = vectors @ vectors.T - np.diag(sides**2)
+    if (np.abs(cosines) > OBLIQUE * np.outer(sides, sides)).any():
+        raise VolumeError(
+            f"{path}: space directions: found axes that are not at right angles, expected cubes;"
+            " resample the volume to a rectangular grid"
+        )
+    return voxel_of(sides.tolist(), units)
 
 
 def _three_units(listed: Sequence[str] | None) -> list[str]:
@@ -234,9 +248,17 @@ def _read_tiff(path: Path) -> Volume:
     import tifffile
 
     with tifffile.TiffFile(path) as file:
-        series = file.series[0]
+        series, notes = file.series[0], []
         values = np.squeeze(series.asarray())
         axes = [axis for axis, n in zip(series.axes, series.shape, strict=True) if n > 1]
+        if len(file.series) > 1:
+            shapes = [tuple(n for n in s.shape if n > 1) for s in file.series]
+            if len(set(shapes)) == 1 and values.ndim == 2:  # pages that were written one by one
+                values = np.stack([np.squeeze(s.asarray()) for s in file.series])
+                axes = ["Z", *axes]
+            else:
+                listed = ", ".join(" x ".join(map(str, shape)) for shape in shapes)
+                notes = [f"{path.name}: the first of {len(shapes)} arrays in it: {listed}"]
         voxel = _tiff_voxel(file)
         text = file.ome_metadata or file.pages.first.description
         names, labels = (_listed(text, key) for key in ("channels", "labels"))
@@ -248,7 +270,7 @@ def _read_tiff(path: Path) -> Volume:
         values = values.transpose(2, 1, 0, 3)
     elif values.ndim == 4 and "C" in axes[:2]:
         values = np.moveaxis(values, axes.index("C"), 3).transpose(2, 1, 0, 3)
-    return Volume(values, voxel, tuple(names), _phase_names(labels))
+    return Volume(values, voxel, tuple(names), _phase_names(labels), notes=notes)
 
 
 def _listed(description: str, key: str) -> list[str]:
