@@ -248,17 +248,7 @@ def _read_tiff(path: Path) -> Volume:
     import tifffile
 
     with tifffile.TiffFile(path) as file:
-        series, notes = file.series[0], []
-        values = np.squeeze(series.asarray())
-        axes = [axis for axis, n in zip(series.axes, series.shape, strict=True) if n > 1]
-        if len(file.series) > 1:
-            shapes = [tuple(n for n in s.shape if n > 1) for s in file.series]
-            if len(set(shapes)) == 1 and values.ndim == 2:  # pages that were written one by one
-                values = np.stack([np.squeeze(s.asarray()) for s in file.series])
-                axes = ["Z", *axes]
-            else:
-                listed = ", ".join(" x ".join(map(str, shape)) for shape in shapes)
-                notes = [f"{path.name}: the first of {len(shapes)} arrays in it: {listed}"]
+        values, axes, notes = _tiff_array(path, file)
         voxel = _tiff_voxel(file)
         text = file.ome_metadata or file.pages.first.description
         names, labels = (_listed(text, key) for key in ("channels", "labels"))
@@ -271,6 +261,24 @@ def _read_tiff(path: Path) -> Volume:
     elif values.ndim == 4 and "C" in axes[:2]:
         values = np.moveaxis(values, axes.index("C"), 3).transpose(2, 1, 0, 3)
     return Volume(values, voxel, tuple(names), _phase_names(labels), notes=notes)
+
+
+def _tiff_array(path: Path, file: Any) -> tuple[NDArray[Any], str, list[str]]:
+    """The array of a file, its axes longer than 1 by tifffile's letters, and notes.
+
+    Pages that were written one by one are one array. Of others the first is taken.
+    """
+    first = file.series[0]
+    values = np.squeeze(first.asarray())
+    axes = "".join(axis for axis, n in zip(first.axes, first.shape, strict=True) if n > 1)
+    shapes = [tuple(n for n in series.shape if n > 1) for series in file.series]
+    if len(shapes) == 1:
+        return values, axes, []
+    if values.ndim == 2 and len(set(shapes)) == 1:
+        pages = [np.squeeze(series.asarray()) for series in file.series]
+        return np.stack(pages), f"Z{axes}", []
+    listed = ", ".join(" x ".join(map(str, shape)) for shape in shapes)
+    return values, axes, [f"{path.name}: the first of {len(shapes)} arrays in it: {listed}"]
 
 
 def _listed(description: str, key: str) -> list[str]:
