@@ -15,7 +15,7 @@ from solidtex_export.commands.evaluate import trained_reading, trained_record
 from solidtex_export.export.file_format import model_file
 from solidtex_export.images.channels import Reading
 from solidtex_export.images.exemplar import Exemplar, load_exemplar
-from solidtex_export.images.labels import load_labels, read_labels
+from solidtex_export.images.labels import has_color, load_labels, read_labels
 from solidtex_export.measuring.models import is_model
 from solidtex_export.measuring.section import Section
 from solidtex_export.measuring.volumes import PHASE_PREFIX
@@ -53,8 +53,7 @@ def read_exemplar(
 def read_section(path: Path) -> NDArray[Any]:
     """Pixels [x, y] of an image as a training reads its labels, the mean of colors."""
     pixels = read_labels(path).pixels
-    gray = (pixels == pixels[:, :, :1]).all()
-    section = pixels[:, :, 0] if gray else pixels.mean(axis=2)
+    section = pixels.mean(axis=2) if has_color(pixels) else pixels[:, :, 0]
     if min(section.shape) < SMALLEST:
         raise VolumeError(f"{path}: found {section.shape} pixels, expected at least 2 x 2")
     return np.ascontiguousarray(section.T)

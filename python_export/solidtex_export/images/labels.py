@@ -85,7 +85,7 @@ def _within(picture: Picture, crop: Crop | None) -> Picture:
 def read_labels(path: Path) -> Picture:
     """Read a section. Of a palette with colors, the numbers of its entries are the labels."""
     picture = read_picture(path)
-    if not _has_color(picture.pixels):
+    if not has_color(picture.pixels):
         return picture
     with Image.open(path) as image:
         if image.mode != "P":
@@ -94,7 +94,8 @@ def read_labels(path: Path) -> Picture:
     return dataclasses.replace(picture, names=("Y",), pixels=indices)
 
 
-def _has_color(pixels: np.ndarray) -> bool:
+def has_color(pixels: np.ndarray) -> bool:
+    """Whether the channels of `pixels` [row, column, channel] differ anywhere."""
     return bool(np.any(pixels != pixels[:, :, :1]))
 
 
@@ -122,7 +123,7 @@ def _common_labels(pictures: Sequence[Picture]) -> list[int]:
 
 def _labels_of(picture: Picture) -> list[int]:
     pixels = picture.pixels
-    if _has_color(pixels):
+    if has_color(pixels):
         raise refuse(
             picture.path,
             "color",

@@ -57,13 +57,12 @@ def measure_section(
     mask, figures = masks[place], by_phase[place]
     surface, euler = f"specific_surface_per_{unit}", f"euler_density_per_{unit}2"
     slices = np.moveaxis(solid.of(chosen), "xyz".index(section.across), 0)
-    notes = phases.notes
+    notes = [*phases.notes]
     if min(mask.shape) > LIKE_SIZE * min(solid.labels.shape):
-        notes = [
-            *notes,
+        notes.append(
             f"{section.name}: larger than the volume, whose mean chords are shorter by that: chords"
-            " cut by a border do not count. Compare like sizes",
-        ]
+            " cut by a border do not count. Compare like sizes"
+        )
     document: dict[str, Any] = {
         "file": section.name,
         "note": "; ".join(notes),

@@ -149,10 +149,7 @@ def _read_numpy(path: Path) -> Volume:
 def _read_nrrd(path: Path) -> Volume:
     import nrrd
 
-    try:
-        values, header = nrrd.read(str(path))
-    except nrrd.NRRDError as error:
-        raise ValueError(error) from error
+    values, header = nrrd.read(str(path))
     names = str(header.get("solidtex_channels", "")).split()
     kinds = [*header.get("kinds", []), "domain"]
     if values.ndim == 4 and (names or kinds[0] not in ("domain", "space", "none", "???")):
@@ -275,8 +272,8 @@ def _tiff_array(path: Path, file: Any) -> tuple[NDArray[Any], str, list[str]]:
     if len(shapes) == 1:
         return values, axes, []
     if values.ndim == 2 and len(set(shapes)) == 1:
-        pages = [np.squeeze(series.asarray()) for series in file.series]
-        return np.stack(pages), f"Z{axes}", []
+        others = [np.squeeze(series.asarray()) for series in file.series[1:]]
+        return np.stack([values, *others]), f"Z{axes}", []
     listed = ", ".join(" x ".join(map(str, shape)) for shape in shapes)
     return values, axes, [f"{path.name}: the first of {len(shapes)} arrays in it: {listed}"]
 
